@@ -1,0 +1,163 @@
+//! A block and its wiring. `Inputs` and `Outputs` are tuples of tokens; [`Now`] reads the token of this tick, [`Previous`]
+//! that of the tick before (at tick 0: the default token, all zero). The graph of the loop follows from these types alone.
+
+use crate::link::{Connections, Receiver, Sender};
+use crate::{Channel, LinkError, Message, NodeId};
+
+/// A pure state machine: its own state and its inputs in, its outputs out; no clock, no I/O, no randomness of its own.
+pub trait Block {
+    /// Who it is in the loop.
+    const NODE: NodeId;
+    /// What it reads: a tuple of [`Now`] and [`Previous`].
+    type Inputs: Inputs;
+    /// What it sends: a tuple of messages.
+    type Outputs: Outputs;
+    /// Advances to tick `tick`. Ticks of outputs are stamped by the node.
+    fn step(&mut self, tick: u64, inputs: Self::Inputs) -> Self::Outputs;
+}
+
+/// The token of this tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Now<M>(pub M);
+
+/// The token of the tick before; at tick 0 the default token.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Previous<M>(pub M);
+
+/// One input of a block.
+pub trait Edge: Copy {
+    /// What travels.
+    type Message: Message;
+    /// By how many ticks it is late: 0 or 1.
+    const DELAY: u64;
+    /// Wraps the token.
+    fn from_token(token: Self::Message) -> Self;
+}
+
+impl<M: Message> Edge for Now<M> {
+    type Message = M;
+    const DELAY: u64 = 0;
+    fn from_token(token: M) -> Self {
+        Self(token)
+    }
+}
+
+impl<M: Message> Edge for Previous<M> {
+    type Message = M;
+    const DELAY: u64 = 1;
+    fn from_token(token: M) -> Self {
+        Self(token)
+    }
+}
+
+/// One arrow of the loop's graph.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wire {
+    /// What travels.
+    pub channel: Channel,
+    /// Who reads.
+    pub reader: NodeId,
+    /// By how many ticks it is late.
+    pub delay: u64,
+}
+
+/// A tuple of edges.
+pub trait Inputs: Sized {
+    /// The opened links.
+    type Receivers;
+    /// Opens the links for `reader`.
+    fn open(reader: NodeId, connections: &mut Connections) -> Result<Self::Receivers, LinkError>;
+    /// Takes the tokens of `tick`, waiting for them.
+    fn receive(receivers: &mut Self::Receivers, tick: u64) -> Result<Self, LinkError>;
+    /// What the links measured.
+    fn reports(receivers: &Self::Receivers) -> Vec<crate::LinkReport>;
+    /// The arrows into `reader`.
+    fn wires(reader: NodeId) -> Vec<Wire>;
+}
+
+/// A tuple of messages.
+pub trait Outputs {
+    /// The opened links.
+    type Senders;
+    /// Opens the links.
+    fn open(connections: &mut Connections) -> Result<Self::Senders, LinkError>;
+    /// Stamps and sends every token; each is shown to `seen` first.
+    fn send(
+        self,
+        senders: &mut Self::Senders,
+        tick: u64,
+        seen: &mut dyn Seen,
+    ) -> Result<(), LinkError>;
+    /// Connects to the readers that have appeared.
+    fn connect(senders: &mut Self::Senders) -> Result<(), LinkError>;
+    /// The channels sent.
+    fn channels() -> Vec<Channel>;
+}
+
+/// Sees every token before it is sent: the digest, and faults that tests inject.
+pub trait Seen {
+    /// May change the bits of the token's fields.
+    fn see(&mut self, tick: u64, words: &mut [u64]);
+}
+
+/// The arrows into a block.
+pub fn wiring<B: Block>() -> Vec<Wire> {
+    B::Inputs::wires(B::NODE)
+}
+
+macro_rules! tuples {
+    ($($edge:ident $receiver:ident),*) => {
+        impl<$($edge: Edge),*> Inputs for ($($edge,)*) {
+            type Receivers = ($(Receiver<$edge::Message>,)*);
+            fn open(reader: NodeId, connections: &mut Connections) -> Result<Self::Receivers, LinkError> {
+                Ok(($(connections.receiver::<$edge::Message>(reader, $edge::DELAY)?,)*))
+            }
+            fn receive(($($receiver,)*): &mut Self::Receivers, tick: u64) -> Result<Self, LinkError> {
+                Ok(($($edge::from_token($receiver.receive(tick)?),)*))
+            }
+            fn reports(($($receiver,)*): &Self::Receivers) -> Vec<crate::LinkReport> {
+                vec![$($receiver.report()),*]
+            }
+            fn wires(reader: NodeId) -> Vec<Wire> {
+                vec![$(Wire { channel: $edge::Message::CHANNEL, reader, delay: $edge::DELAY }),*]
+            }
+        }
+    };
+}
+tuples!(A a);
+tuples!(A a, B b);
+tuples!(A a, B b, C c);
+tuples!(A a, B b, C c, D d, E e, F f, G g);
+
+macro_rules! output_tuples {
+    ($($message:ident $sender:ident $token:ident),*) => {
+        impl<$($message: Message),*> Outputs for ($($message,)*) {
+            type Senders = ($(Sender<$message>,)*);
+            #[allow(unused_variables, reason = "the empty tuple sends nothing")]
+            fn open(connections: &mut Connections) -> Result<Self::Senders, LinkError> {
+                Ok(($(connections.sender::<$message>()?,)*))
+            }
+            #[allow(unused_variables, reason = "the empty tuple sends nothing")]
+            fn send(self, ($($sender,)*): &mut Self::Senders, tick: u64, seen: &mut dyn Seen) -> Result<(), LinkError> {
+                let ($($token,)*) = self;
+                $(
+                    let mut words = [0; crate::message::MOST_FIELDS];
+                    $token.write_words(&mut words);
+                    seen.see(tick, &mut words[..$message::FIELDS.len()]);
+                    $sender.send($message::from_words(tick, &words))?;
+                )*
+                Ok(())
+            }
+            fn connect(($($sender,)*): &mut Self::Senders) -> Result<(), LinkError> {
+                $($sender.connect()?;)*
+                Ok(())
+            }
+            fn channels() -> Vec<Channel> {
+                vec![$($message::CHANNEL),*]
+            }
+        }
+    };
+}
+output_tuples!();
+output_tuples!(A sa a);
+output_tuples!(A sa a, B sb b);

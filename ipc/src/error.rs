@@ -1,0 +1,78 @@
+use crate::{Channel, NodeId};
+
+/// Why a link could not do what the loop needs. No token is ever guessed: any of these ends the node's run.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LinkError {
+    /// Nothing came within the receive limit.
+    #[error("{reader} waited {waited_s:.3} s for {channel} of tick {tick}, but {producer} is silent", producer = channel.producer())]
+    Silent {
+        /// Who waited.
+        reader: NodeId,
+        /// For what.
+        channel: Channel,
+        /// Of which tick.
+        tick: u64,
+        /// For how long.
+        waited_s: f64,
+    },
+    /// A token of another tick came: tokens were lost or repeated.
+    #[error(
+        "{reader} expected {channel} of tick {expected}, but tick {got} came: tokens were lost"
+    )]
+    Gap {
+        /// Who read.
+        reader: NodeId,
+        /// What.
+        channel: Channel,
+        /// The tick that was due.
+        expected: u64,
+        /// The tick that came.
+        got: u64,
+    },
+    /// A token reached fewer readers than are connected.
+    #[error("{channel} of tick {tick} reached {reached} of {expected} readers")]
+    Undelivered {
+        /// What was sent.
+        channel: Channel,
+        /// Of which tick.
+        tick: u64,
+        /// How many got it.
+        reached: usize,
+        /// How many should have.
+        expected: usize,
+    },
+    /// A process did not come to the rendezvous.
+    #[error("{process} did not appear within {waited_s:.1} s (waiting in phase {phase})")]
+    Absent {
+        /// Who is missing.
+        process: String,
+        /// Which phase: 1 ports created, 2 connected.
+        phase: u64,
+        /// For how long others waited.
+        waited_s: f64,
+    },
+    /// The run was told to end.
+    #[error("stopped on request at tick {tick}")]
+    Stopped {
+        /// Where.
+        tick: u64,
+    },
+    /// iceoryx2 refused an operation.
+    #[error("iceoryx2 could not {operation}: {cause}")]
+    Transport {
+        /// What was tried.
+        operation: String,
+        /// What iceoryx2 said.
+        cause: String,
+    },
+    /// A node reads a channel of its own process that no node of this process sends.
+    #[error(
+        "{reader} reads {channel}, but nobody in its process sends it and no transport to other processes is open"
+    )]
+    Unconnected {
+        /// Who reads.
+        reader: NodeId,
+        /// What.
+        channel: Channel,
+    },
+}

@@ -1,0 +1,33 @@
+//! What travels around the loop and how: one token per channel and tick.
+//!
+//! A *block* is a pure state machine: tokens of tick `k` in, tokens of tick `k` out ([`Block`]). A *node* is a block with
+//! its links opened ([`Node`]); a process runs one or several nodes in the order of [`NodeId::LOOP_ORDER`]. A link between
+//! two nodes of one process is a memory cell, a link between processes an iceoryx2 service; the block cannot tell.
+//!
+//! The wiring of the loop is not written down anywhere but in the blocks' `Inputs` and `Outputs` types: see [`wiring`].
+
+mod block;
+mod clock;
+mod digest;
+mod embedded;
+mod error;
+mod link;
+mod message;
+mod messages;
+mod node;
+mod shared;
+mod statistics;
+mod stop;
+
+pub use block::{Block, Edge, Inputs, Now, Outputs, Previous, Seen, Wire, wiring};
+pub use clock::monotonic_ns;
+pub use digest::{Digest, Trail, combine};
+pub use embedded::Cells;
+pub use error::LinkError;
+pub use link::{Connections, Receiver, Sender};
+pub use message::{Channel, Field, FieldKind, Message, NodeId};
+pub use messages::*;
+pub use node::{Node, NodeReport, OneUlp, Stage};
+pub use shared::{SharedContext, SharedSettings, Wait};
+pub use statistics::{LatencySummary, LinkReport};
+pub use stop::{request_stop, stop_requested};

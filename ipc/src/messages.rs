@@ -1,0 +1,124 @@
+//! The seven tokens of the loop. Tick `k` is the instant `t_k`; every node answers tick `k` with a token of tick `k`.
+//!
+//! Timing: the plant measures at `t_k`; what is computed from it during `(t_k, t_k+1]` is in the coil at `t_k+2`, and
+//! fields are linear between ticks. That is one sample of computing delay and one of first-order hold.
+
+use crate::message::message;
+
+message! {
+    /// What the sensors say at `t_k`.
+    Measurement on Measurement {
+        /// Measured displacement of the rod's tip.
+        displacement_m: f64 in "m",
+        /// Measured field in the coil.
+        coil_field_a_per_m: f64 in "A/m",
+        /// Measured temperature of the rod; 0 where no sensor is fitted.
+        temperature_k: f64 in "K",
+    }
+}
+
+message! {
+    /// What is really so at `t_k`: exists only in simulation; only the recorder and tests read it.
+    Truth on Truth {
+        /// True displacement of the rod's tip.
+        displacement_m: f64 in "m",
+        /// True field in the coil.
+        coil_field_a_per_m: f64 in "A/m",
+        /// True magnetization.
+        magnetization_a_per_m: f64 in "A/m",
+        /// True shape parameter a of the anhysteretic curve.
+        shape_a_per_m: f64 in "A/m",
+        /// True temperature of the rod.
+        temperature_k: f64 in "K",
+        /// Force of the cut on the rod's tip, positive against the rod.
+        cutting_force_n: f64 in "N",
+    }
+}
+
+message! {
+    /// What the estimator knows at `t_k`: the parameter, the magnetic state, and how sure it is.
+    Estimate on Estimate {
+        /// Estimated shape parameter a.
+        shape_a_per_m: f64 in "A/m",
+        /// Best knowledge of the coil's field at t_k.
+        field_a_per_m: f64 in "A/m",
+        /// Magnetization at t_k, interpolated in the bank at the estimate.
+        magnetization_a_per_m: f64 in "A/m",
+        /// Field that is already on its way: in the coil at t_k+1.
+        next_field_a_per_m: f64 in "A/m",
+        /// Predicted minus filtered measured output, the error of (14).
+        output_error_m: f64 in "m",
+        /// Output that the model predicts at the estimate, f(a).
+        predicted_output_m: f64 in "m",
+        /// Lower (convex) cover of f at the estimate.
+        lower_cover_m: f64 in "m",
+        /// Upper (concave) cover of f at the estimate.
+        upper_cover_m: f64 in "m",
+        /// Slope of the cover that was used, the direction phi* of (18).
+        slope_m_per_a_per_m: f64 in "m/(A/m)",
+        /// Standard deviation of the estimate; 0 where the law gives none.
+        standard_deviation_a_per_m: f64 in "A/m",
+        /// Bits: 1 adapting (outside the dead zone), 2 at an edge of the parameter's range, 4 held (not informed), 8 fixed by the scenario.
+        status: u64 in "",
+    }
+}
+
+message! {
+    /// What the controller wants, decided at `t_k` for `t_k+2`.
+    Demand on Demand {
+        /// Magnetization wanted at t_k+2: feedforward plus feedback.
+        magnetization_a_per_m: f64 in "A/m",
+        /// Time derivative of the feedforward part at t_k+2, for the compensation of lags.
+        magnetization_rate_a_per_m_s: f64 in "A/(m s)",
+        /// Feedforward part of the magnetization.
+        feedforward_a_per_m: f64 in "A/m",
+        /// Feedback (PID) part of the magnetization.
+        feedback_a_per_m: f64 in "A/m",
+        /// Reference at t_k, the same instant as the measurement.
+        reference_m: f64 in "m",
+        /// Reference at t_k minus measured displacement at t_k.
+        error_m: f64 in "m",
+        /// State of the PID's integrator, in metres of demanded displacement.
+        integral_m: f64 in "m",
+        /// Bits: 1 integration stopped (anti-windup), 2 start not finished (bumpless).
+        status: u64 in "",
+    }
+}
+
+message! {
+    /// The field that brings the magnetization to the demand, for `t_k+2`.
+    FieldCommand on FieldCommand {
+        /// Field wanted from the amplifier.
+        field_a_per_m: f64 in "A/m",
+        /// Field wanted in the coil at t_k+2, before the amplifier's lag is compensated.
+        coil_field_a_per_m: f64 in "A/m",
+        /// Predicted magnetization at t_k+1, where the inversion starts.
+        start_magnetization_a_per_m: f64 in "A/m",
+        /// Magnetization that the commanded field is predicted to reach.
+        reached_magnetization_a_per_m: f64 in "A/m",
+        /// Bits: 1 the demand needs more field than the limit.
+        status: u64 in "",
+    }
+}
+
+message! {
+    /// The field that the amplifier may have: limited, and safe whatever the others do.
+    SafeField on SafeField {
+        /// Field for t_k+2.
+        field_a_per_m: f64 in "A/m",
+        /// Bits: 1 limited in amplitude, 2 limited in slew, 4 ramping to the safe field, 8 at the safe field.
+        status: u64 in "",
+        /// Number of the event that was raised in this tick; 0: none.
+        event: u64 in "",
+    }
+}
+
+message! {
+    /// The field in the coil at `t_k+1`: the interval that begins at `t_k` ends with it.
+    CoilField on CoilField {
+        /// Field at t_k+1.
+        field_a_per_m: f64 in "A/m",
+        /// Bits: 1 amplitude limit, 2 slew limit.
+        status: u64 in "",
+    }
+}

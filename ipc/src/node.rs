@@ -1,0 +1,138 @@
+//! A block with its links opened, its digest, and the faults that tests inject.
+
+use crate::block::{Inputs as _, Outputs as _, Seen};
+use crate::{Block, Connections, Digest, LinkError, LinkReport, NodeId, Trail};
+use serde::{Deserialize, Serialize};
+
+/// What one node reports when its run ends.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NodeReport {
+    /// Who.
+    pub node: NodeId,
+    /// Ticks finished.
+    pub ticks: u64,
+    /// Digest of everything sent.
+    pub digest: u64,
+    /// Its reading links.
+    pub links: Vec<LinkReport>,
+}
+
+/// A node seen without its types: what a process runs, in loop order.
+pub trait Stage {
+    /// Who it is.
+    fn node(&self) -> NodeId;
+    /// Connects its senders to the readers that have appeared.
+    ///
+    /// # Errors
+    /// If a transport refuses.
+    fn connect(&mut self) -> Result<(), LinkError>;
+    /// Receives, steps and sends tick `tick`.
+    ///
+    /// # Errors
+    /// If a token is missing, wrong or cannot be delivered.
+    fn tick(&mut self, tick: u64) -> Result<(), LinkError>;
+    /// The digest after every tick.
+    fn trail(&self) -> &Trail;
+    /// What it measured.
+    fn report(&self) -> NodeReport;
+}
+
+/// Injected fault: the lowest bit of the node's first field is flipped in one tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OneUlp {
+    /// Which node.
+    pub node: NodeId,
+    /// In which tick.
+    pub tick: u64,
+}
+
+struct Watcher {
+    digest: Digest,
+    one_ulp_at: Option<u64>,
+}
+
+impl Seen for Watcher {
+    fn see(&mut self, tick: u64, words: &mut [u64]) {
+        if self.one_ulp_at == Some(tick)
+            && let Some(first) = words.first_mut()
+        {
+            *first ^= 1;
+        }
+        self.digest.add(tick, words);
+    }
+}
+
+/// A block in the loop.
+pub struct Node<B: Block> {
+    block: B,
+    receivers: <B::Inputs as crate::Inputs>::Receivers,
+    senders: <B::Outputs as crate::Outputs>::Senders,
+    watcher: Watcher,
+    trail: Trail,
+    ticks: u64,
+}
+
+impl<B: Block> Node<B> {
+    /// Opens the block's links. `ticks` is the length of the run: room for the digest's trail is taken now.
+    ///
+    /// # Errors
+    /// If a link cannot be opened.
+    pub fn open(
+        block: B,
+        connections: &mut Connections,
+        ticks: u64,
+        one_ulp: Option<OneUlp>,
+    ) -> Result<Self, LinkError> {
+        Ok(Self {
+            receivers: B::Inputs::open(B::NODE, connections)?,
+            senders: B::Outputs::open(connections)?,
+            watcher: Watcher {
+                digest: Digest::default(),
+                one_ulp_at: one_ulp
+                    .filter(|fault| fault.node == B::NODE)
+                    .map(|fault| fault.tick),
+            },
+            trail: Trail::with_capacity(ticks as usize),
+            block,
+            ticks: 0,
+        })
+    }
+
+    /// The block, for reading what it has gathered.
+    pub fn block(&self) -> &B {
+        &self.block
+    }
+}
+
+impl<B: Block> Stage for Node<B> {
+    fn node(&self) -> NodeId {
+        B::NODE
+    }
+
+    fn connect(&mut self) -> Result<(), LinkError> {
+        <B::Outputs as crate::Outputs>::connect(&mut self.senders)
+    }
+
+    fn tick(&mut self, tick: u64) -> Result<(), LinkError> {
+        let inputs = B::Inputs::receive(&mut self.receivers, tick)?;
+        let outputs = self.block.step(tick, inputs);
+        outputs.send(&mut self.senders, tick, &mut self.watcher)?;
+        self.trail.push(self.watcher.digest);
+        self.ticks = tick + 1;
+        Ok(())
+    }
+
+    fn trail(&self) -> &Trail {
+        &self.trail
+    }
+
+    fn report(&self) -> NodeReport {
+        NodeReport {
+            node: B::NODE,
+            ticks: self.ticks,
+            digest: self.watcher.digest.0,
+            links: B::Inputs::reports(&self.receivers),
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! What one process holds open: its iceoryx2 node, its status, its bell, and the other processes.
+
+use super::refused;
+use super::status::{OwnStatus, PeerStatus};
+use crate::{LinkError, NodeId, stop_requested};
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::prelude::*;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+/// How a process waits for tokens.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Wait {
+    /// Poll and yield so often, then sleep until rung. For the loop: about 20 on a shared machine, 1000 with a core each.
+    Bell {
+        /// Polls before sleeping.
+        yields: u32,
+    },
+    /// Poll at this period, never rung. For the recorder, which must not cost the loop anything.
+    Poll {
+        /// Between two polls.
+        period: Duration,
+    },
+}
+
+/// How processes find each other and how long they wait for each other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SharedSettings {
+    /// Prefix of every iceoryx2 resource of the run; unique for each run.
+    pub prefix: String,
+    /// Directory of iceoryx2's files; short (a socket path has 108 bytes) and owned by the user.
+    pub root: PathBuf,
+    /// This process's name.
+    pub process: String,
+    /// All processes of the run and the nodes in each.
+    pub processes: Vec<(String, Vec<NodeId>)>,
+    /// How this process waits.
+    pub wait: Wait,
+    /// How long a token may take to come.
+    pub receive_limit: Duration,
+    /// How long the other processes may take to appear.
+    pub start_limit: Duration,
+}
+
+pub(super) struct Peer {
+    pub status: PeerStatus,
+    pub bell: Notifier<ipc::Service>,
+}
+
+/// The open transport of one process.
+pub struct SharedContext {
+    pub(super) settings: SharedSettings,
+    pub(super) status: OwnStatus,
+    pub(super) bell: Listener<ipc::Service>,
+    peers: BTreeMap<String, Rc<Peer>>,
+    // Last: iceoryx2 removes the node's traces when it is dropped, after its ports.
+    pub(super) node: Node<ipc::Service>,
+}
+
+const STEP: Duration = Duration::from_millis(2);
+
+impl SharedContext {
+    /// Creates this process's node and status and waits for those of the others.
+    ///
+    /// # Errors
+    /// [`LinkError::Absent`] if a process does not appear within the start limit; [`LinkError::Transport`] if iceoryx2 refuses.
+    pub fn open(settings: SharedSettings) -> Result<Self, LinkError> {
+        set_log_level(LogLevel::Error);
+        let mut config = Config::default();
+        config.global.prefix =
+            FileName::new(settings.prefix.as_bytes()).map_err(refused("use the run's prefix"))?;
+        let root = settings.root.to_string_lossy();
+        config.global.set_root_path(
+            &Path::new(root.as_bytes()).map_err(refused(format!("use {root} as its root")))?,
+        );
+        let node = NodeBuilder::new()
+            .name(&NodeName::new(&settings.process).map_err(refused("name the process's node"))?)
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map_err(refused(format!("create a node under {root}")))?;
+        let bell = event(&node, &settings.process)?
+            .listener_builder()
+            .create()
+            .map_err(refused("create a listener"))?;
+        let status = OwnStatus::create(&node, &settings.process)?;
+        let mut context = Self {
+            settings,
+            status,
+            bell,
+            peers: BTreeMap::new(),
+            node,
+        };
+        context.find_peers()?;
+        Ok(context)
+    }
+
+    fn find_peers(&mut self) -> Result<(), LinkError> {
+        let others: Vec<String> = self
+            .settings
+            .processes
+            .iter()
+            .map(|(name, _)| name.clone())
+            .filter(|name| *name != self.settings.process)
+            .collect();
+        let start = Instant::now();
+        for process in others {
+            let status = loop {
+                if let Some(status) = PeerStatus::open(&self.node, &process)? {
+                    break status;
+                }
+                self.still_waiting(start, &process, 0)?;
+                std::thread::sleep(STEP);
+            };
+            let bell = event(&self.node, &process)?
+                .notifier_builder()
+                .create()
+                .map_err(refused("create a notifier"))?;
+            self.peers.insert(process, Rc::new(Peer { status, bell }));
+        }
+        Ok(())
+    }
+
+    fn still_waiting(&self, start: Instant, process: &str, phase: u64) -> Result<(), LinkError> {
+        if stop_requested() {
+            return Err(LinkError::Stopped { tick: 0 });
+        }
+        if start.elapsed() > self.settings.start_limit {
+            return Err(LinkError::Absent {
+                process: process.into(),
+                phase,
+                waited_s: start.elapsed().as_secs_f64(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Says that this process has finished `phase` of the start and waits until all have: 1 ports created, 2 connected.
+    ///
+    /// # Errors
+    /// [`LinkError::Absent`] naming the process that does not follow.
+    pub fn barrier(&self, phase: u64) -> Result<(), LinkError> {
+        self.status.set_phase(phase);
+        let start = Instant::now();
+        for (process, peer) in &self.peers {
+            while peer.status.phase() < phase {
+                self.still_waiting(start, process, phase)?;
+                std::thread::sleep(STEP);
+            }
+        }
+        Ok(())
+    }
+
+    /// Publishes the last finished tick: progress for a launcher, credit for a reader that must not fall behind.
+    pub fn set_tick(&self, tick: u64) {
+        self.status.set_tick(tick);
+    }
+
+    /// The last finished tick of another process, if it belongs to the run.
+    pub fn tick_of(&self, process: &str) -> Option<u64> {
+        self.peers.get(process).map(|peer| peer.status.tick())
+    }
+
+    /// The process in which `node` runs.
+    pub fn process_of(&self, node: NodeId) -> Option<&str> {
+        self.settings
+            .processes
+            .iter()
+            .find(|(_, nodes)| nodes.contains(&node))
+            .map(|(name, _)| name.as_str())
+    }
+
+    pub(super) fn peer_of(&self, node: NodeId) -> Option<Rc<Peer>> {
+        self.process_of(node)
+            .and_then(|process| self.peers.get(process))
+            .cloned()
+    }
+}
+
+fn event(
+    node: &Node<ipc::Service>,
+    process: &str,
+) -> Result<iceoryx2::service::port_factory::event::PortFactory<ipc::Service>, LinkError> {
+    let name =
+        ServiceName::new(&format!("bell/{process}")).map_err(refused("name an event service"))?;
+    node.service_builder(&name)
+        .event()
+        .max_notifiers(32)
+        .max_listeners(2)
+        .max_nodes(32)
+        .open_or_create()
+        .map_err(refused(format!("open the bell of {process}")))
+}

@@ -1,0 +1,24 @@
+//! Links between processes: one overflowing iceoryx2 publish-subscribe service a channel, one event service a process to
+//! wake it, one blackboard a process with its status.
+//!
+//! **Waiting.** A reader polls and yields a few times, then says on its blackboard that it sleeps and waits for its event; a
+//! sender notifies only a process that says so. The fences make this Dekker's scheme: either the sender sees the flag or
+//! the reader sees the token. **Start.** All create their ports (phase 1), connect (phase 2), then tick 0 begins.
+
+mod context;
+mod ports;
+mod status;
+
+pub use context::{SharedContext, SharedSettings, Wait};
+pub(crate) use ports::{SharedReceiver, SharedSender};
+
+use crate::LinkError;
+
+/// Names the operation that iceoryx2 refused.
+fn refused<E: std::fmt::Debug>(operation: impl Into<String>) -> impl FnOnce(E) -> LinkError {
+    let operation = operation.into();
+    move |error| LinkError::Transport {
+        operation,
+        cause: format!("{error:?}"),
+    }
+}

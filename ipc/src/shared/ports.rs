@@ -1,0 +1,209 @@
+//! The two ends of a channel between processes.
+
+use super::context::{Peer, SharedContext, Wait};
+use super::refused;
+use crate::{Channel, LinkError, Message, NodeId, stop_requested};
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::*;
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
+use std::rc::Rc;
+use std::sync::atomic::{Ordering, fence};
+use std::time::{Duration, Instant};
+
+/// Tokens that wait for the slowest reader, the recorder: 0.4 s at 20 kHz.
+pub const DEEPEST_BUFFER: usize = 8192;
+/// Tokens that wait for a node of the loop; in lockstep one is under way, more are room for a real-time reader.
+const LOOP_BUFFER: usize = 64;
+
+fn open_channel<M: Message>(
+    context: &SharedContext,
+) -> Result<PortFactory<ipc::Service, M, ()>, LinkError> {
+    let channel = M::CHANNEL;
+    let name = ServiceName::new(&format!("loop/{channel}")).map_err(refused("name a channel"))?;
+    let start = Instant::now();
+    loop {
+        let opened = context
+            .node
+            .service_builder(&name)
+            .publish_subscribe::<M>()
+            .enable_safe_overflow(true)
+            .subscriber_max_buffer_size(DEEPEST_BUFFER)
+            .subscriber_max_borrowed_samples(2)
+            .history_size(0)
+            .max_publishers(1)
+            .max_subscribers(8)
+            .max_nodes(32)
+            .open_or_create();
+        match opened {
+            Ok(service) => return Ok(service),
+            // While another process creates or cleans the same service, opening fails for a moment.
+            Err(_) if start.elapsed() < Duration::from_secs(2) => {
+                std::thread::sleep(Duration::from_millis(2))
+            }
+            Err(error) => return Err(refused(format!("open the channel {channel}"))(error)),
+        }
+    }
+}
+
+/// The sending end: publishes, and wakes the readers that sleep.
+pub struct SharedSender<M: Message> {
+    publisher: Publisher<ipc::Service, M, ()>,
+    readers: Vec<Rc<Peer>>,
+    expected: usize,
+    channel: Channel,
+}
+
+impl<M: Message> SharedSender<M> {
+    pub fn open(context: &Rc<SharedContext>, readers: &[NodeId]) -> Result<Self, LinkError> {
+        let publisher = open_channel::<M>(context)?
+            .publisher_builder()
+            .create()
+            .map_err(refused("create a publisher"))?;
+        let mut peers: Vec<Rc<Peer>> = Vec::new();
+        for peer in readers.iter().filter_map(|reader| context.peer_of(*reader)) {
+            if !peers.iter().any(|known| Rc::ptr_eq(known, &peer)) {
+                peers.push(peer);
+            }
+        }
+        Ok(Self {
+            publisher,
+            readers: peers,
+            expected: readers.len(),
+            channel: M::CHANNEL,
+        })
+    }
+
+    pub fn connect(&mut self) -> Result<(), LinkError> {
+        self.publisher
+            .update_connections()
+            .map_err(refused(format!("connect the readers of {}", self.channel)))
+    }
+
+    pub fn send(&mut self, token: M) -> Result<(), LinkError> {
+        let tick = token.tick();
+        let sample = self
+            .publisher
+            .loan_uninit()
+            .map_err(refused(format!("lend memory for {}", self.channel)))?;
+        let reached = sample
+            .write_payload(token)
+            .send()
+            .map_err(refused(format!("send {}", self.channel)))?;
+        if reached < self.expected {
+            return Err(LinkError::Undelivered {
+                channel: self.channel,
+                tick,
+                reached,
+                expected: self.expected,
+            });
+        }
+        // Pairs with the fence in `SharedReceiver::sleep`.
+        fence(Ordering::SeqCst);
+        for reader in self.readers.iter().filter(|reader| reader.status.asleep()) {
+            reader.bell.notify().map_err(refused("ring a bell"))?;
+        }
+        Ok(())
+    }
+}
+
+/// The reading end: waits for the token of a tick.
+pub struct SharedReceiver<M: Message> {
+    subscriber: Subscriber<ipc::Service, M, ()>,
+    context: Rc<SharedContext>,
+    reader: NodeId,
+}
+
+impl<M: Message> SharedReceiver<M> {
+    pub fn open(context: &Rc<SharedContext>, reader: NodeId) -> Result<Self, LinkError> {
+        let depth = if reader == NodeId::Recorder {
+            DEEPEST_BUFFER
+        } else {
+            LOOP_BUFFER
+        };
+        let subscriber = open_channel::<M>(context)?
+            .subscriber_builder()
+            .name(&PortName::new(reader.name()).map_err(refused("name a subscriber"))?)
+            .buffer_size(depth)
+            .create()
+            .map_err(refused("create a subscriber"))?;
+        Ok(Self {
+            subscriber,
+            context: context.clone(),
+            reader,
+        })
+    }
+
+    fn poll(&self) -> Result<Option<M>, LinkError> {
+        let sample = self
+            .subscriber
+            .receive()
+            .map_err(refused(format!("receive {}", M::CHANNEL)))?;
+        Ok(sample.map(|sample| *sample))
+    }
+
+    /// The next token, which must be that of `tick`; the caller checks.
+    pub fn receive(&mut self, tick: u64) -> Result<M, LinkError> {
+        let yields = match self.context.settings.wait {
+            Wait::Bell { yields } => yields,
+            Wait::Poll { .. } => 0,
+        };
+        for _ in 0..=yields {
+            if let Some(token) = self.poll()? {
+                return Ok(token);
+            }
+            std::thread::yield_now();
+        }
+        self.sleep(tick)
+    }
+
+    #[cold]
+    fn sleep(&self, tick: u64) -> Result<M, LinkError> {
+        let start = Instant::now();
+        let limit = self.context.settings.receive_limit;
+        loop {
+            let rung = match self.context.settings.wait {
+                Wait::Bell { .. } => {
+                    self.context.status.set_asleep(true);
+                    // Pairs with the fence in `SharedSender::send`: the flag is out before the channel is looked at again.
+                    fence(Ordering::SeqCst);
+                    let token = self.poll()?;
+                    let waited = match token {
+                        Some(_) => Ok(0),
+                        None => self
+                            .context
+                            .bell
+                            .timed_wait(|_| {}, Duration::from_millis(20)),
+                    };
+                    self.context.status.set_asleep(false);
+                    if let Err(error) = waited
+                        && !stop_requested()
+                    {
+                        return Err(refused("wait for a bell")(error));
+                    }
+                    token
+                }
+                Wait::Poll { period } => {
+                    std::thread::sleep(period);
+                    None
+                }
+            };
+            if let Some(token) = rung.map_or_else(|| self.poll(), |token| Ok(Some(token)))? {
+                return Ok(token);
+            }
+            if stop_requested() {
+                return Err(LinkError::Stopped { tick });
+            }
+            if start.elapsed() > limit {
+                let waited_s = start.elapsed().as_secs_f64();
+                return Err(LinkError::Silent {
+                    reader: self.reader,
+                    channel: M::CHANNEL,
+                    tick,
+                    waited_s,
+                });
+            }
+        }
+    }
+}
