@@ -82,12 +82,7 @@ pub trait Outputs {
     /// Opens the links.
     fn open(connections: &mut Connections) -> Result<Self::Senders, LinkError>;
     /// Stamps and sends every token; each is shown to `seen` first.
-    fn send(
-        self,
-        senders: &mut Self::Senders,
-        tick: u64,
-        seen: &mut dyn Seen,
-    ) -> Result<(), LinkError>;
+    fn send(self, senders: &mut Self::Senders, tick: u64, seen: &mut dyn Seen) -> Result<(), LinkError>;
     /// Connects to the readers that have appeared.
     fn connect(senders: &mut Self::Senders) -> Result<(), LinkError>;
     /// The channels sent.

@@ -60,21 +60,13 @@ impl Trail {
     /// The first tick at which two runs of a node differ; a missing tick is a difference.
     pub fn first_difference(&self, other: &Self) -> Option<u64> {
         let common = self.len().min(other.len());
-        let first = self
-            .chain
-            .iter()
-            .zip(&other.chain)
-            .take_while(|(a, b)| a == b)
-            .count();
+        let first = self.chain.iter().zip(&other.chain).take_while(|(a, b)| a == b).count();
         (first < common || self.len() != other.len()).then_some(first as u64)
     }
 
     /// Little-endian bytes, eight a tick.
     pub fn to_bytes(&self) -> Vec<u8> {
-        self.chain
-            .iter()
-            .flat_map(|link| link.to_le_bytes())
-            .collect()
+        self.chain.iter().flat_map(|link| link.to_le_bytes()).collect()
     }
 
     /// The inverse of [`Trail::to_bytes`]; trailing bytes that are no whole link are dropped.

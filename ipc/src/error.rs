@@ -16,9 +16,7 @@ pub enum LinkError {
         waited_s: f64,
     },
     /// A token of another tick came: tokens were lost or repeated.
-    #[error(
-        "{reader} expected {channel} of tick {expected}, but tick {got} came: tokens were lost"
-    )]
+    #[error("{reader} expected {channel} of tick {expected}, but tick {got} came: tokens were lost")]
     Gap {
         /// Who read.
         reader: NodeId,
@@ -66,9 +64,7 @@ pub enum LinkError {
         cause: String,
     },
     /// A node reads a channel of its own process that no node of this process sends.
-    #[error(
-        "{reader} reads {channel}, but nobody in its process sends it and no transport to other processes is open"
-    )]
+    #[error("{reader} reads {channel}, but nobody in its process sends it and no transport to other processes is open")]
     Unconnected {
         /// Who reads.
         reader: NodeId,

@@ -19,11 +19,7 @@ pub struct Connections {
 
 impl Connections {
     /// Connections of a process that runs `local` nodes of a loop with these `wires`; `shared` reaches the other processes.
-    pub fn new(
-        local: impl IntoIterator<Item = NodeId>,
-        wires: Vec<Wire>,
-        shared: Option<Rc<SharedContext>>,
-    ) -> Self {
+    pub fn new(local: impl IntoIterator<Item = NodeId>, wires: Vec<Wire>, shared: Option<Rc<SharedContext>>) -> Self {
         Self {
             local: local.into_iter().collect(),
             wires,
@@ -36,11 +32,7 @@ impl Connections {
     ///
     /// # Errors
     /// If the producer lives in another process and no transport is open, or iceoryx2 refuses.
-    pub fn receiver<M: Message>(
-        &mut self,
-        reader: NodeId,
-        delay: u64,
-    ) -> Result<Receiver<M>, LinkError> {
+    pub fn receiver<M: Message>(&mut self, reader: NodeId, delay: u64) -> Result<Receiver<M>, LinkError> {
         let source = if self.local.contains(&M::CHANNEL.producer()) {
             Source::Cell(self.cells.cell::<M>())
         } else {
@@ -138,8 +130,7 @@ impl<M: Message> Receiver<M> {
             })?,
             Source::Shared(shared) => {
                 let token = shared.receive(due)?;
-                self.latency
-                    .record(monotonic_ns().saturating_sub(token.sent_ns()));
+                self.latency.record(monotonic_ns().saturating_sub(token.sent_ns()));
                 token
             }
         };

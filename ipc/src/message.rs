@@ -259,11 +259,7 @@ pub(crate) const fn type_name_bytes(name: &str, hash: u64) -> ([u8; 64], usize) 
     let mut digit = 0;
     while digit < 16 {
         let nibble = ((hash >> (60 - 4 * digit)) & 15) as u8;
-        bytes[i + 1 + digit] = if nibble < 10 {
-            b'0' + nibble
-        } else {
-            b'a' + nibble - 10
-        };
+        bytes[i + 1 + digit] = if nibble < 10 { b'0' + nibble } else { b'a' + nibble - 10 };
         digit += 1;
     }
     (bytes, i + 17)

@@ -89,9 +89,7 @@ impl<B: Block> Node<B> {
             senders: B::Outputs::open(connections)?,
             watcher: Watcher {
                 digest: Digest::default(),
-                one_ulp_at: one_ulp
-                    .filter(|fault| fault.node == B::NODE)
-                    .map(|fault| fault.tick),
+                one_ulp_at: one_ulp.filter(|fault| fault.node == B::NODE).map(|fault| fault.tick),
             },
             trail: Trail::with_capacity(ticks as usize),
             block,

@@ -70,12 +70,11 @@ impl SharedContext {
     pub fn open(settings: SharedSettings) -> Result<Self, LinkError> {
         set_log_level(LogLevel::Error);
         let mut config = Config::default();
-        config.global.prefix =
-            FileName::new(settings.prefix.as_bytes()).map_err(refused("use the run's prefix"))?;
+        config.global.prefix = FileName::new(settings.prefix.as_bytes()).map_err(refused("use the run's prefix"))?;
         let root = settings.root.to_string_lossy();
-        config.global.set_root_path(
-            &Path::new(root.as_bytes()).map_err(refused(format!("use {root} as its root")))?,
-        );
+        config
+            .global
+            .set_root_path(&Path::new(root.as_bytes()).map_err(refused(format!("use {root} as its root")))?);
         let node = NodeBuilder::new()
             .name(&NodeName::new(&settings.process).map_err(refused("name the process's node"))?)
             .config(&config)
@@ -184,8 +183,7 @@ fn event(
     node: &Node<ipc::Service>,
     process: &str,
 ) -> Result<iceoryx2::service::port_factory::event::PortFactory<ipc::Service>, LinkError> {
-    let name =
-        ServiceName::new(&format!("bell/{process}")).map_err(refused("name an event service"))?;
+    let name = ServiceName::new(&format!("bell/{process}")).map_err(refused("name an event service"))?;
     node.service_builder(&name)
         .event()
         .max_notifiers(32)

@@ -17,9 +17,7 @@ pub const DEEPEST_BUFFER: usize = 8192;
 /// Tokens that wait for a node of the loop; in lockstep one is under way, more are room for a real-time reader.
 const LOOP_BUFFER: usize = 64;
 
-fn open_channel<M: Message>(
-    context: &SharedContext,
-) -> Result<PortFactory<ipc::Service, M, ()>, LinkError> {
+fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFactory<ipc::Service, M, ()>, LinkError> {
     let channel = M::CHANNEL;
     let name = ServiceName::new(&format!("loop/{channel}")).map_err(refused("name a channel"))?;
     let start = Instant::now();
@@ -39,9 +37,7 @@ fn open_channel<M: Message>(
         match opened {
             Ok(service) => return Ok(service),
             // While another process creates or cleans the same service, opening fails for a moment.
-            Err(_) if start.elapsed() < Duration::from_secs(2) => {
-                std::thread::sleep(Duration::from_millis(2))
-            }
+            Err(_) if start.elapsed() < Duration::from_secs(2) => std::thread::sleep(Duration::from_millis(2)),
             Err(error) => return Err(refused(format!("open the channel {channel}"))(error)),
         }
     }
@@ -171,10 +167,7 @@ impl<M: Message> SharedReceiver<M> {
                     let token = self.poll()?;
                     let waited = match token {
                         Some(_) => Ok(0),
-                        None => self
-                            .context
-                            .bell
-                            .timed_wait(|_| {}, Duration::from_millis(20)),
+                        None => self.context.bell.timed_wait(|_| {}, Duration::from_millis(20)),
                     };
                     self.context.status.set_asleep(false);
                     if let Err(error) = waited

@@ -33,16 +33,14 @@ impl OwnStatus {
             .add::<u64>(ASLEEP, 0)
             .add::<u64>(TICK, 0)
             .create()
-            .map_err(refused(format!("create the status of {process} (is a process of that name already running under this prefix?)")))?;
+            .map_err(refused(format!(
+                "create the status of {process} (is a process of that name already running under this prefix?)"
+            )))?;
         let writer = service
             .writer_builder()
             .create()
             .map_err(refused("create a status writer"))?;
-        let entry = |key| {
-            writer
-                .entry::<u64>(&key)
-                .map_err(refused("create a status entry"))
-        };
+        let entry = |key| writer.entry::<u64>(&key).map_err(refused("create a status entry"));
         Ok(Self {
             phase: entry(PHASE)?,
             asleep: entry(ASLEEP)?,
@@ -87,11 +85,7 @@ impl PeerStatus {
             .reader_builder()
             .create()
             .map_err(refused("create a status reader"))?;
-        let entry = |key| {
-            reader
-                .entry::<u64>(&key)
-                .map_err(refused("open a status entry"))
-        };
+        let entry = |key| reader.entry::<u64>(&key).map_err(refused("open a status entry"));
         Ok(Some(Self {
             phase: entry(PHASE)?,
             asleep: entry(ASLEEP)?,
