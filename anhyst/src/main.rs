@@ -1,1 +1,42 @@
-fn main() {}
+use anhyst::cli::{Cli, Command};
+use anhyst::commands::{self, Ending};
+use clap::{CommandFactory, Parser};
+use std::process::ExitCode;
+
+/// Bad input; clap uses the same for bad arguments.
+const BAD_INPUT: u8 = 2;
+
+fn main() -> ExitCode {
+    match run(&Cli::parse().command) {
+        Ok(ending) => ending.into(),
+        Err(report) => {
+            eprintln!("{report:?}");
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+fn run(command: &Command) -> miette::Result<Ending> {
+    if let Some((node, arguments)) = command.node() {
+        return commands::node::run(node, arguments);
+    }
+    match command {
+        Command::Run(arguments) => commands::run::run(arguments),
+        Command::Check(arguments) => commands::check::run(arguments),
+        Command::Graph(arguments) => commands::graph::run(arguments),
+        Command::Compare(arguments) => commands::compare::run(arguments),
+        Command::Fit(arguments) => commands::fit::run(arguments),
+        Command::Doctor(arguments) => commands::doctor::run(arguments),
+        #[cfg(feature = "recorder")]
+        Command::Replay(arguments) => commands::replay::run(arguments),
+        #[cfg(feature = "recorder")]
+        Command::View(arguments) => commands::view::run(arguments),
+        #[cfg(not(feature = "recorder"))]
+        Command::Replay(_) | Command::View(_) => Err(miette::miette!("this build has no recorder (cargo feature `recorder`)")),
+        Command::Completions { shell } => {
+            clap_complete::generate(*shell, &mut Cli::command(), "anhyst", &mut std::io::stdout());
+            Ok(Ending::Held)
+        }
+        _ => unreachable!("process subcommands were handled above"),
+    }
+}

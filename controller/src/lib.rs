@@ -1,1 +1,25 @@
+//! What magnetization is wanted: trajectories, rod feedforward, feedback.
+//!
+//! All of it works in metres of *quasi-static displacement* p, the displacement that the rod would have if its inertia and
+//! damping were nothing: there the plant is a known linear rod behind a known strain law, and gains are plain numbers.
 
+mod anti_windup;
+mod cancellation;
+mod controller;
+mod feedforward;
+mod loop_shape;
+mod node;
+mod pid;
+mod settings;
+mod strain_law;
+mod trajectory;
+
+pub use anti_windup::{AntiWindup, Applied};
+pub use cancellation::{Cancellation, CancellationSettings};
+pub use controller::{Controller, Peak};
+pub use feedforward::Feedforward;
+pub use loop_shape::LoopShape;
+pub use pid::{DerivativeOn, Pid, PidOutput, PidSettings};
+pub use settings::ControllerSettings;
+pub use strain_law::StrainLaw;
+pub use trajectory::{Motion, Trajectory, TrajectorySettings};

@@ -1,1 +1,37 @@
+//! Measured data in, fitted material and pictures out.
+//!
+//! [`MeasuredLoops::read`] takes a table and refuses it with a sentence or gives loops in SI units; [`fit()`] finds one
+//! parameter set for all loops and says how well the data fix it; [`material_text`] and [`picture`] write the result.
+//! Nothing here prints or writes: files and progress bars belong to the executable.
 
+mod checks;
+pub mod columns;
+pub mod data;
+mod error;
+pub mod fit;
+mod material;
+pub mod parameters;
+mod picture;
+mod progress;
+pub mod report;
+mod residuals;
+mod rows;
+mod search;
+pub mod simulate;
+mod strain;
+mod summary;
+pub mod sweep;
+mod uncertainty;
+mod warnings;
+
+pub use columns::{ColumnMapping, Quantity};
+pub use data::{MeasuredLoop, MeasuredLoops, ReadOptions};
+pub use error::{DiagnosisError, Place};
+pub use fit::{Curves, Fit, FitOptions, FittedLoop, FittedStrain, fit};
+pub use material::material_text;
+pub use parameters::{Bounds, Fixed, Parameter};
+pub use picture::picture;
+pub use progress::{Progress, Stage};
+pub use report::FitReport;
+pub use rows::RowRange;
+pub use simulate::Beginning;

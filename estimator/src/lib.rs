@@ -1,1 +1,27 @@
+//! Adaptive estimation of the shape parameter `a` of the anhysteretic curve, and of the magnetization with it.
+//!
+//! A bank of models over the range of `a`, driven by the best knowledge of the coil field ([`Estimator`]); covers of their
+//! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`FixedShape`]).
+//! `node.rs` is the only file that knows messages.
 
+mod coil_field;
+mod covers;
+mod error;
+mod estimator;
+mod fixed_shape;
+mod folded;
+mod grid;
+mod law;
+mod node;
+mod rods;
+mod settings;
+
+pub use coil_field::{CoilFieldModel, FieldKnowledge};
+pub use covers::{CoverPoint, Covers};
+pub use error::EstimatorError;
+pub use estimator::{Estimation, Estimator};
+pub use fixed_shape::FixedShape;
+pub use folded::Folded;
+pub use grid::Grid;
+pub use law::{AnyLaw, Correction, Law, Prediction};
+pub use settings::{EstimatorSettings, FieldSource, FoldedSettings, LawSettings};

@@ -1,1 +1,12 @@
+//! The last stage on our side: limits, watchdog, and the way to the safe field. Knows nothing of control.
 
+mod event;
+mod guard;
+mod limits;
+mod node;
+mod settings;
+mod watch;
+
+pub use event::Event;
+pub use guard::{Guard, Rearm, State};
+pub use settings::{GuardSettings, StuckSettings};

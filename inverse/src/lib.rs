@@ -1,1 +1,14 @@
+//! Hysteresis-inverse compensator: the field that brings the material to a demanded magnetization.
+//!
+//! [`Inverse`] with its structures ([`Structure`]) and the lead for the amplifier's lag ([`InverseSettings`]).
+//! `node.rs` is the only file that knows messages.
 
+mod error;
+mod inverse;
+mod lead;
+mod node;
+mod settings;
+
+pub use error::InverseError;
+pub use inverse::{Command, Inverse, Known, Wanted};
+pub use settings::{InverseSettings, Structure};

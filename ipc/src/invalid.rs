@@ -13,13 +13,20 @@ pub struct Invalid {
 impl Invalid {
     /// A refusal with its reason.
     pub fn new(path: impl Into<String>, sentence: impl Into<String>) -> Self {
-        Self { path: path.into(), sentence: sentence.into() }
+        Self {
+            path: path.into(),
+            sentence: sentence.into(),
+        }
     }
 
     /// The same refusal seen from the struct that holds the validated one in `field`.
     #[must_use]
     pub fn within(mut self, field: &str) -> Self {
-        self.path = if self.path.is_empty() { field.into() } else { format!("{field}.{}", self.path) };
+        self.path = if self.path.is_empty() {
+            field.into()
+        } else {
+            format!("{field}.{}", self.path)
+        };
         self
     }
 
@@ -31,7 +38,10 @@ impl Invalid {
         if value.is_finite() && value > 0.0 {
             return Ok(());
         }
-        Err(Self::new(path, format!("{value} {unit} must be finite and greater than 0 {unit}")))
+        Err(Self::new(
+            path,
+            format!("{value} {unit} must be finite and greater than 0 {unit}"),
+        ))
     }
 
     /// Refuses what is outside `[low, high]` or not a number.
@@ -42,6 +52,9 @@ impl Invalid {
         if (low..=high).contains(&value) {
             return Ok(());
         }
-        Err(Self::new(path, format!("{value} {unit} is outside [{low}, {high}] {unit}")))
+        Err(Self::new(
+            path,
+            format!("{value} {unit} is outside [{low}, {high}] {unit}"),
+        ))
     }
 }

@@ -28,6 +28,18 @@ impl Connections {
         }
     }
 
+    /// Meets the other processes: all have opened their links, all connect (`connect` does it for this process's senders),
+    /// and only then anyone sends. Without other processes it only connects.
+    ///
+    /// # Errors
+    /// The process that does not come, or what `connect` says.
+    pub fn meet(&self, connect: &mut dyn FnMut() -> Result<(), LinkError>) -> Result<(), LinkError> {
+        let Some(shared) = &self.shared else { return connect() };
+        shared.barrier(1)?;
+        connect()?;
+        shared.barrier(2)
+    }
+
     /// Opens the reading end of `M`'s channel for `reader`, late by `delay` ticks.
     ///
     /// # Errors
@@ -69,6 +81,13 @@ impl Connections {
             cell: self.cells.cell::<M>(),
             shared,
         })
+    }
+}
+
+impl Connections {
+    /// The token that was last sent on `M`'s channel within this process.
+    pub fn last<M: Message>(&mut self) -> Option<M> {
+        self.cells.cell::<M>().get()
     }
 }
 

@@ -154,6 +154,9 @@ pub trait Message: Copy + Default + PartialEq + std::fmt::Debug + ZeroCopySend +
     /// Its fields after `tick` and `sent_ns`, in the order of the layout.
     const FIELDS: &'static [Field];
 
+    /// Name of the type between processes: its own and a hash of its fields.
+    const TYPE_NAME: &'static str;
+
     /// The tick the token belongs to.
     fn tick(&self) -> u64;
     /// Monotonic time of sending in ns; 0 on a link within one process. Never part of a digest.
@@ -286,24 +289,25 @@ macro_rules! message {
             const FIELDS: &[Field] = &[$( Field {
                 name: stringify!($field), unit: $unit, doc: concat!($($text),+), kind: <$kind as Word>::KIND,
             } ),*];
-            const TYPE_NAME: ([u8; 64], usize) = type_name_bytes(stringify!($name), schema_hash(FIELDS));
+            const NAME: ([u8; 64], usize) = type_name_bytes(stringify!($name), schema_hash(FIELDS));
+            const TYPE_NAME: &str = match std::str::from_utf8(NAME.0.split_at(NAME.1).0) {
+                Ok(text) => text,
+                Err(_) => panic!("a type name is ASCII"),
+            };
             const _: () = assert!(size_of::<$name>() == 8 * (2 + FIELDS.len()));
             const _: () = assert!(FIELDS.len() <= MOST_FIELDS);
 
             // SAFETY: `#[repr(C)]`, only u64 and f64 fields, no pointers, no padding (asserted above).
             unsafe impl iceoryx2::prelude::ZeroCopySend for $name {
                 unsafe fn type_name() -> &'static str {
-                    const TEXT: &str = match std::str::from_utf8(TYPE_NAME.0.split_at(TYPE_NAME.1).0) {
-                        Ok(text) => text,
-                        Err(_) => panic!("a type name is ASCII"),
-                    };
-                    TEXT
+                    TYPE_NAME
                 }
             }
 
             impl Message for $name {
                 const CHANNEL: Channel = Channel::$channel;
                 const FIELDS: &'static [Field] = FIELDS;
+                const TYPE_NAME: &'static str = TYPE_NAME;
                 fn tick(&self) -> u64 { self.tick }
                 fn sent_ns(&self) -> u64 { self.sent_ns }
                 fn stamp(&mut self, tick: u64, sent_ns: u64) { self.tick = tick; self.sent_ns = sent_ns; }

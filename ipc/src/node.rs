@@ -97,9 +97,9 @@ impl<B: Block> Node<B> {
         })
     }
 
-    /// The block, for reading what it has gathered.
-    pub fn block(&self) -> &B {
-        &self.block
+    /// Closes the links and gives the block back, with what it has gathered.
+    pub fn into_block(self) -> B {
+        self.block
     }
 }
 

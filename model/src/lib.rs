@@ -1,1 +1,34 @@
+//! Physics of a hysteretic actuator: no I/O, no messages, no clock.
+//!
+//! Field H → magnetization M ([`Hysteresis`], [`Bank`]) → free strain ([`Magnetostriction`]) → displacement (the rod),
+//! with heat, sensors and the play operator for noisy fields beside them.
+//! SI units throughout; a bare number's unit is in its name. Every step is a pure function of its state and inputs, allocates
+//! nothing, and gives the same bits in debug and release builds and on every processor: only basic operations, `libm`,
+//! fixed order, no fused multiply-add.
 
+pub mod amplifier;
+pub mod anhysteretic;
+mod bank;
+mod bank_step;
+mod curve;
+mod error;
+pub mod heat;
+pub mod hysteresis;
+mod lanes;
+pub mod magnetostriction;
+mod material;
+pub mod play;
+pub mod rod;
+pub mod sensor;
+
+pub use amplifier::{Amplifier, AmplifierConstants, AmplifierOutput};
+pub use anhysteretic::Anhysteretic;
+pub use bank::Bank;
+pub use error::ModelError;
+pub use heat::{CoilLoss, ThermalCircuit, ThermalExpansion, shape_at};
+pub use hysteresis::{Hysteresis, Inversion, MagneticState};
+pub use magnetostriction::Magnetostriction;
+pub use material::Material;
+pub use play::Play;
+pub use rod::{RodConstants, RodElements, RodElementsPropagator, RodState, TwoPole, TwoPolePropagator};
+pub use sensor::{Noise, Sensor};

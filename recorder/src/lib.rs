@@ -1,1 +1,32 @@
+//! Writes every token of a run into one Rerun recording, lays it out for the viewer, and reads it back bit for bit.
+//!
+//! The loop's thread only copies seven tokens into a block ([`Recorder`]); a logger thread turns full blocks into columns.
+//! A recording holds two things: `tokens/*`, every field of every token at full rate as 64-bit numbers (what
+//! [`Recording::tokens`] and replay read), and the plots, loops and events made for people, at a lower rate.
 
+mod axes;
+mod error;
+mod events;
+mod extremes;
+mod flags;
+mod layout;
+mod loops;
+mod pipe;
+mod plots;
+mod read;
+mod recorder;
+mod row;
+mod run;
+mod settings;
+mod streams;
+mod tokens;
+mod viewer;
+mod views;
+mod writer;
+
+pub use error::RecorderError;
+pub use read::{Recording, read_tokens};
+pub use recorder::{Outcome, Recorder, RecorderReport};
+pub use run::{EventName, Level, RunInfo};
+pub use settings::RecorderSettings;
+pub use viewer::view;

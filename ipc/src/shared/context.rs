@@ -68,19 +68,7 @@ impl SharedContext {
     /// # Errors
     /// [`LinkError::Absent`] if a process does not appear within the start limit; [`LinkError::Transport`] if iceoryx2 refuses.
     pub fn open(settings: SharedSettings) -> Result<Self, LinkError> {
-        set_log_level(LogLevel::Error);
-        let mut config = Config::default();
-        config.global.prefix = FileName::new(settings.prefix.as_bytes()).map_err(refused("use the run's prefix"))?;
-        let root = settings.root.to_string_lossy();
-        config
-            .global
-            .set_root_path(&Path::new(root.as_bytes()).map_err(refused(format!("use {root} as its root")))?);
-        let node = NodeBuilder::new()
-            .name(&NodeName::new(&settings.process).map_err(refused("name the process's node"))?)
-            .config(&config)
-            .signal_handling_mode(SignalHandlingMode::Disabled)
-            .create::<ipc::Service>()
-            .map_err(refused(format!("create a node under {root}")))?;
+        let node = create_node(&settings.prefix, &settings.root, &settings.process)?;
         let bell = event(&node, &settings.process)?
             .listener_builder()
             .create()
@@ -179,6 +167,23 @@ impl SharedContext {
     }
 }
 
+fn create_node(prefix: &str, root: &std::path::Path, name: &str) -> Result<Node<ipc::Service>, LinkError> {
+    set_log_level(LogLevel::Error);
+    // A config file that happens to lie in the working directory must not change where a run lives: set both here.
+    let mut config = Config::default();
+    config.global.prefix = FileName::new(prefix.as_bytes()).map_err(refused("use the run's prefix"))?;
+    let root = root.to_string_lossy();
+    config
+        .global
+        .set_root_path(&Path::new(root.as_bytes()).map_err(refused(format!("use {root} as its root")))?);
+    NodeBuilder::new()
+        .name(&NodeName::new(name).map_err(refused("name the process's node"))?)
+        .config(&config)
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<ipc::Service>()
+        .map_err(refused(format!("create a node under {root}")))
+}
+
 fn event(
     node: &Node<ipc::Service>,
     process: &str,
@@ -191,4 +196,32 @@ fn event(
         .max_nodes(32)
         .open_or_create()
         .map_err(refused(format!("open the bell of {process}")))
+}
+
+/// Looks at the processes of a run without taking part: for progress bars.
+pub struct Observer {
+    peers: BTreeMap<String, PeerStatus>,
+    node: Node<ipc::Service>,
+}
+
+impl Observer {
+    /// Joins the run with this prefix and root as an onlooker.
+    ///
+    /// # Errors
+    /// If iceoryx2 refuses.
+    pub fn open(prefix: &str, root: &std::path::Path) -> Result<Self, LinkError> {
+        Ok(Self {
+            peers: BTreeMap::new(),
+            node: create_node(prefix, root, "observer")?,
+        })
+    }
+
+    /// The last finished tick of a process; `None` until it has started.
+    pub fn tick_of(&mut self, process: &str) -> Option<u64> {
+        if !self.peers.contains_key(process) {
+            let status = PeerStatus::open(&self.node, process).ok()??;
+            self.peers.insert(process.into(), status);
+        }
+        self.peers.get(process).map(PeerStatus::tick)
+    }
 }

@@ -9,7 +9,7 @@ mod context;
 mod ports;
 mod status;
 
-pub use context::{SharedContext, SharedSettings, Wait};
+pub use context::{Observer, SharedContext, SharedSettings, Wait};
 pub(crate) use ports::{SharedReceiver, SharedSender};
 
 use crate::LinkError;

@@ -3,6 +3,7 @@
 use super::context::{Peer, SharedContext, Wait};
 use super::refused;
 use crate::{Channel, LinkError, Message, NodeId, stop_requested};
+use iceoryx2::port::listener::ListenerWaitError;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
@@ -170,10 +171,10 @@ impl<M: Message> SharedReceiver<M> {
                         None => self.context.bell.timed_wait(|_| {}, Duration::from_millis(20)),
                     };
                     self.context.status.set_asleep(false);
-                    if let Err(error) = waited
-                        && !stop_requested()
-                    {
-                        return Err(refused("wait for a bell")(error));
+                    match waited {
+                        // Any signal ends the wait, also a harmless one (SIGCONT); a request to stop is looked at below.
+                        Ok(_) | Err(ListenerWaitError::InterruptSignal) => {}
+                        Err(error) => return Err(refused("wait for a bell")(error)),
                     }
                     token
                 }

@@ -1,0 +1,205 @@
+//! The command line.
+
+use crate::scenario::Setting;
+use anhyst_ipc::NodeId;
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Hybrid feedforward/feedback control of actuators with hysteresis.
+#[derive(Debug, Parser)]
+#[command(name = "anhyst", version, about, propagate_version = true)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run a scenario: start its processes, cut, judge, record.
+    Run(RunArguments),
+    /// Validate a scenario without running it.
+    Check(CheckArguments),
+    /// Print the wiring of a scenario's processes as a Mermaid graph.
+    Graph(GraphArguments),
+    /// Run several scenarios and print one table.
+    Compare(CompareArguments),
+    /// Feed a recorded run's tokens to one node and compare its outputs bit by bit.
+    Replay(ReplayArguments),
+    /// Open a run's recording in the Rerun viewer.
+    View(ViewArguments),
+    /// Fit a material to measured loops.
+    Fit(Box<crate::commands::fit::FitArguments>),
+    /// Look at shared memory, leftovers of crashed runs, rights and cores.
+    Doctor(DoctorArguments),
+    /// Print shell completions.
+    Completions {
+        /// For which shell.
+        shell: clap_complete::Shell,
+    },
+    /// Run the simulated plant's process alone.
+    PlantSim(NodeArguments),
+    /// Run the estimator's process alone.
+    Estimator(NodeArguments),
+    /// Run the controller's process alone.
+    Controller(NodeArguments),
+    /// Run the inverse compensator's process alone.
+    Inverse(NodeArguments),
+    /// Run the guard's process alone.
+    Guard(NodeArguments),
+    /// Run the simulated amplifier's process alone.
+    Amplifier(NodeArguments),
+    /// Run the recorder's process alone.
+    Recorder(NodeArguments),
+}
+
+/// A scenario and changes to it.
+#[derive(Debug, Args)]
+pub struct ScenarioArguments {
+    /// Scenario file (RON).
+    pub scenario: PathBuf,
+    /// Change a value: `--set controller.feedback.kp=0.5` (repeatable).
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub settings: Vec<Setting>,
+}
+
+/// `run`
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    /// What to run.
+    #[command(flatten)]
+    pub scenario: ScenarioArguments,
+    /// Folder of the results (default: a new one under runs/).
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Run all nodes in this process, without iceoryx2.
+    #[arg(long)]
+    pub embedded: bool,
+    /// Do not record.
+    #[arg(long)]
+    pub no_recording: bool,
+    /// Also stream to a Rerun viewer: opens this port on 127.0.0.1 (default 9876).
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "9876")]
+    pub live: Option<u16>,
+    /// Every process has a core of its own: wait by polling, not by sleeping.
+    #[arg(long)]
+    pub dedicated_cores: bool,
+    /// Start the processes in the reverse order (the result must not depend on it).
+    #[arg(long, hide = true)]
+    pub reverse_start: bool,
+    /// Print the summary as JSON instead of a table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `check`
+#[derive(Debug, Args)]
+pub struct CheckArguments {
+    /// What to check.
+    #[command(flatten)]
+    pub scenario: ScenarioArguments,
+    /// Print the effective scenario.
+    #[arg(long)]
+    pub print: bool,
+}
+
+/// `graph`
+#[derive(Debug, Args)]
+pub struct GraphArguments {
+    /// Whose wiring.
+    #[command(flatten)]
+    pub scenario: ScenarioArguments,
+}
+
+/// `compare`
+#[derive(Debug, Args)]
+pub struct CompareArguments {
+    /// Scenario files; the last is the one that the others are compared with.
+    #[arg(required = true)]
+    pub scenarios: Vec<PathBuf>,
+    /// Change a value in all of them.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub settings: Vec<Setting>,
+    /// Print JSON instead of a table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `replay`
+#[derive(Debug, Args)]
+pub struct ReplayArguments {
+    /// Folder of the recorded run.
+    pub run: PathBuf,
+    /// Which node; default: every node that the recording can feed.
+    #[arg(long)]
+    pub node: Option<String>,
+    /// Print JSON instead of sentences.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `view`
+#[derive(Debug, Args)]
+pub struct ViewArguments {
+    /// Folder of the run, or a recording.
+    pub run: PathBuf,
+}
+
+/// `doctor`
+#[derive(Debug, Args)]
+pub struct DoctorArguments {
+    /// Remove what crashed runs have left.
+    #[arg(long)]
+    pub clean: bool,
+    /// Print JSON instead of sentences.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A process started by hand or by the launcher.
+#[derive(Debug, Args)]
+pub struct NodeArguments {
+    /// Scenario file; all processes of a run must be given the same.
+    pub scenario: PathBuf,
+    /// Change a value, the same in all processes of a run.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub settings: Vec<Setting>,
+    /// Folder of the results; the same for all processes of a run.
+    #[arg(long, default_value = "runs/by-hand")]
+    pub out: PathBuf,
+    /// Prefix of the run's iceoryx2 resources; the same for all processes of a run.
+    #[arg(long, default_value = "anhyst_hand_")]
+    pub service_prefix: String,
+    /// Directory of iceoryx2's files (default: /tmp/anhyst-UID/hand); the same for all processes of a run.
+    #[arg(long)]
+    pub root: Option<PathBuf>,
+    /// Polls before a waiting process sleeps.
+    #[arg(long, default_value_t = 20)]
+    pub yields: u32,
+    /// How long to wait for the other processes, in seconds.
+    #[arg(long, default_value_t = 60.0)]
+    pub start_limit_s: f64,
+    /// Open a port for a Rerun viewer (recorder only).
+    #[arg(long)]
+    pub live: Option<u16>,
+    /// End when the process that started this one ends.
+    #[arg(long, hide = true)]
+    pub end_with_launcher: bool,
+}
+
+impl Command {
+    /// The node of a process subcommand.
+    pub fn node(&self) -> Option<(NodeId, &NodeArguments)> {
+        Some(match self {
+            Command::PlantSim(arguments) => (NodeId::Plant, arguments),
+            Command::Estimator(arguments) => (NodeId::Estimator, arguments),
+            Command::Controller(arguments) => (NodeId::Controller, arguments),
+            Command::Inverse(arguments) => (NodeId::Inverse, arguments),
+            Command::Guard(arguments) => (NodeId::Guard, arguments),
+            Command::Amplifier(arguments) => (NodeId::Amplifier, arguments),
+            Command::Recorder(arguments) => (NodeId::Recorder, arguments),
+            _ => return None,
+        })
+    }
+}

@@ -1,0 +1,22 @@
+//! `anhyst check`: is this scenario usable?
+
+use super::Ending;
+use crate::assemble::RunError;
+use crate::cli::CheckArguments;
+use crate::scenario::{load, to_ron};
+
+/// Runs the command.
+///
+/// # Errors
+/// The first thing that is wrong with the scenario.
+pub fn run(arguments: &CheckArguments) -> miette::Result<Ending> {
+    let scenario = load(&arguments.scenario.scenario, &arguments.scenario.settings)?;
+    if arguments.print {
+        println!("{}", to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?);
+    } else {
+        let ticks = scenario.ticks();
+        let processes = scenario.placement.processes().len();
+        println!("{}: good; {ticks} ticks of {} µs in {processes} processes", scenario.name, scenario.tick_s * 1e6);
+    }
+    Ok(Ending::Held)
+}

@@ -1,0 +1,92 @@
+//! `anhyst compare A.ron B.ron …`: the same cut under several structures, in one table.
+//!
+//! Each scenario runs embedded and unrecorded; the result does not depend on that. Scenarios run side by side, one a core.
+
+use super::Ending;
+use super::progress_bar;
+use super::run::{embedded, prepare};
+use super::summary::{Summary, plain_table};
+use crate::assemble::RunError;
+use crate::cli::CompareArguments;
+use crate::scenario::{Placement, Scenario, load};
+use crate::signals;
+use comfy_table::CellAlignment;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Runs the command.
+///
+/// # Errors
+/// A bad scenario, or a run that failed.
+pub fn run(arguments: &CompareArguments) -> miette::Result<Ending> {
+    signals::install();
+    let mut scenarios = Vec::new();
+    for path in &arguments.scenarios {
+        let mut scenario = load(path, &arguments.settings)?;
+        scenario.placement = Placement::Embedded;
+        scenario.recording.on = false;
+        scenarios.push(scenario);
+    }
+    let summaries = run_all(&scenarios)?;
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&summaries).map_err(|error| RunError::Setup(error.to_string()))?);
+    } else {
+        print_table(&summaries);
+    }
+    Ok(Ending::Held)
+}
+
+fn run_all(scenarios: &[Scenario]) -> Result<Vec<Summary>, RunError> {
+    let bar = progress_bar(scenarios.iter().map(Scenario::ticks).sum(), "compare");
+    let next = AtomicUsize::new(0);
+    let done: Mutex<Vec<Option<Result<Summary, RunError>>>> = Mutex::new(scenarios.iter().map(|_| None).collect());
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    std::thread::scope(|scope| {
+        for _ in 0..cores.min(scenarios.len()) {
+            scope.spawn(|| {
+                while let Some((i, scenario)) = Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|i| Some((i, scenarios.get(i)?))) {
+                    let mut last = 0;
+                    let result = run_one(scenario, i, &mut |tick| bar.inc(tick - std::mem::replace(&mut last, tick)));
+                    if let Ok(mut done) = done.lock() {
+                        done[i] = Some(result);
+                    }
+                }
+            });
+        }
+    });
+    bar.finish_and_clear();
+    let done = done.into_inner().unwrap_or_default();
+    done.into_iter().flatten().collect()
+}
+
+fn run_one(scenario: &Scenario, i: usize, progress: &mut dyn FnMut(u64)) -> Result<Summary, RunError> {
+    let out = PathBuf::from("runs/compare").join(format!("{}-{}", i + 1, scenario.name));
+    let folder = prepare(scenario, Some(&out))?;
+    let reports = embedded(scenario, &folder, progress)?;
+    let summary = Summary::new(scenario, &reports);
+    summary.write(&folder).map_err(|cause| RunError::Write { path: folder.summary(), cause })?;
+    Ok(summary)
+}
+
+fn print_table(summaries: &[Summary]) {
+    let mut table = plain_table();
+    table.set_header(["scenario", "error rms, nm", "error max, nm", "rms / last", "a error rms, A/m", "field peak, kA/m", "held"]);
+    let reference = summaries.last().map_or(f64::NAN, |summary| summary.verdict.error_rms_m);
+    for summary in summaries {
+        let verdict = &summary.verdict;
+        table.add_row([
+            summary.scenario.clone(),
+            format!("{:.2}", verdict.error_rms_m * 1e9),
+            format!("{:.2}", verdict.error_max_m * 1e9),
+            format!("{:.1}", verdict.error_rms_m / reference),
+            format!("{:.2}", verdict.a_error_rms_a_per_m),
+            format!("{:.2}", verdict.field_peak_a_per_m * 1e-3),
+            if summary.held { "yes".into() } else { "no".into() },
+        ]);
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    println!("{table}");
+}

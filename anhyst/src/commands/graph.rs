@@ -1,0 +1,36 @@
+//! `anhyst graph`: the wiring, drawn from the blocks' types and the scenario's placement.
+
+use super::Ending;
+use crate::assemble;
+use crate::cli::GraphArguments;
+use crate::scenario::{Scenario, load};
+use std::fmt::Write;
+
+/// Runs the command.
+///
+/// # Errors
+/// A bad scenario.
+pub fn run(arguments: &GraphArguments) -> miette::Result<Ending> {
+    let scenario = load(&arguments.scenario.scenario, &arguments.scenario.settings)?;
+    print!("{}", mermaid(&scenario));
+    Ok(Ending::Held)
+}
+
+/// The graph as Mermaid: a box a process, an arrow a link, dashed where a token is one tick late.
+pub fn mermaid(scenario: &Scenario) -> String {
+    let mut text = String::from("flowchart LR\n");
+    for (process, nodes) in scenario.placement.processes() {
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "  subgraph {}[\"process {process}\"]", process.replace('+', "_"));
+        for node in nodes {
+            let _ = writeln!(text, "    {}", node.name().replace('-', "_"));
+        }
+        text.push_str("  end\n");
+    }
+    for wire in assemble::wires() {
+        let arrow = if wire.delay == 0 { "-->" } else { "-.->" };
+        let (from, to) = (wire.channel.producer().name().replace('-', "_"), wire.reader.name().replace('-', "_"));
+        let _ = writeln!(text, "  {from} {arrow}|{}| {to}", wire.channel);
+    }
+    text
+}

@@ -1,0 +1,49 @@
+//! One file per subcommand.
+
+pub mod check;
+pub mod compare;
+pub mod doctor;
+pub mod fit;
+pub mod graph;
+pub mod node;
+#[cfg(feature = "recorder")]
+pub mod replay;
+pub mod run;
+pub mod summary;
+#[cfg(feature = "recorder")]
+pub mod view;
+
+use std::process::ExitCode;
+
+/// How a command ended; the process's exit status.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// What was expected held.
+    Held,
+    /// It ran, but what was expected did not hold.
+    NotHeld,
+    /// A process failed.
+    ProcessFailed,
+}
+
+impl From<Ending> for ExitCode {
+    fn from(ending: Ending) -> Self {
+        ExitCode::from(match ending {
+            Ending::Held => 0,
+            Ending::NotHeld => 1,
+            Ending::ProcessFailed => 3,
+        })
+    }
+}
+
+/// A progress bar over `length` ticks; silent when the output is not a terminal.
+pub fn progress_bar(length: u64, name: &str) -> indicatif::ProgressBar {
+    let bar = indicatif::ProgressBar::new(length);
+    let template = "{prefix} {bar:40} {percent:>3} % {pos}/{len} ticks, {per_sec}, {eta} left";
+    // A template of our own always parses; the default is as good if it ever did not.
+    if let Ok(style) = indicatif::ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar.set_prefix(name.to_owned());
+    bar
+}

@@ -1,0 +1,55 @@
+//! One process of a run: `anhyst controller SCENARIO`, started by the launcher or by hand.
+
+use super::Ending;
+use crate::assemble::RunError;
+use crate::cli::NodeArguments;
+use crate::folder::RunFolder;
+use crate::process::{self, Meeting};
+use crate::scenario::load;
+use crate::{launcher, signals};
+use anhyst_ipc::NodeId;
+use std::time::Duration;
+
+/// Runs the process that `node` belongs to.
+///
+/// # Errors
+/// Bad input, or what prevented the process from starting.
+pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
+    signals::install();
+    if arguments.end_with_launcher {
+        // Best effort: without it a child of a killed launcher ends at its receive limit.
+        let _ = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::TERM));
+    }
+    let mut scenario = load(&arguments.scenario, &arguments.settings)?;
+    if arguments.live.is_some() {
+        scenario.recording.live_port = arguments.live;
+    }
+    let (process, nodes) = scenario
+        .placement
+        .processes()
+        .into_iter()
+        .find(|(_, nodes)| nodes.contains(&node))
+        .ok_or_else(|| RunError::Setup(format!("{node} has no process in this scenario")))?;
+    let folder = RunFolder::open(&arguments.out);
+    folder.make_result_folders().map_err(|cause| RunError::Write { path: folder.path().to_owned(), cause })?;
+    let meeting = Meeting {
+        prefix: arguments.service_prefix.clone(),
+        root: arguments.root.clone().unwrap_or_else(|| launcher::user_root().join("hand")),
+        yields: arguments.yields,
+        start_limit: Duration::from_secs_f64(arguments.start_limit_s.clamp(0.1, 86_400.0)),
+    };
+    let report = process::run(&process, &nodes, &scenario, &folder, Some(&meeting), &mut |_| {})?;
+    let path = folder.report(&process);
+    let text = serde_json::to_string_pretty(&report).map_err(|error| RunError::Setup(error.to_string()))?;
+    std::fs::write(&path, text).map_err(|cause| RunError::Write { path, cause })?;
+    if !arguments.end_with_launcher {
+        println!("{process}: {} ticks in {:.2} s", report.nodes.first().map_or(0, |node| node.ticks), report.loop_s);
+    }
+    match report.error {
+        Some(error) => {
+            eprintln!("{error}");
+            Ok(Ending::ProcessFailed)
+        }
+        None => Ok(Ending::Held),
+    }
+}

@@ -1,0 +1,98 @@
+//! `anhyst run`: a scenario from start to verdict.
+
+use super::summary::Summary;
+use super::{Ending, progress_bar};
+use crate::assemble::RunError;
+use crate::cli::RunArguments;
+use crate::folder::RunFolder;
+use crate::process::{self, ProcessReport};
+use crate::scenario::{Placement, Scenario, load, to_ron};
+use crate::{launcher, signals};
+use anhyst_ipc::NodeId;
+
+/// Polls before a waiting process sleeps, on a machine with fewer cores than processes.
+const YIELDS_SHARED: u32 = 20;
+/// The same with a core for each.
+const YIELDS_DEDICATED: u32 = 1000;
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input; a process that fails is an [`Ending`].
+pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
+    signals::install();
+    let mut scenario = load(&arguments.scenario.scenario, &arguments.scenario.settings)?;
+    if arguments.embedded {
+        scenario.placement = Placement::Embedded;
+    }
+    if arguments.no_recording {
+        scenario.recording.on = false;
+    }
+    if arguments.live.is_some() {
+        scenario.recording.live_port = arguments.live;
+    }
+    let folder = prepare(&scenario, arguments.out.as_deref())?;
+    let yields = if arguments.dedicated_cores { YIELDS_DEDICATED } else { YIELDS_SHARED };
+    let bar = progress_bar(scenario.ticks(), &scenario.name);
+    let outcome = if scenario.placement == Placement::Embedded {
+        embedded(&scenario, &folder, &mut |tick| bar.set_position(tick))
+    } else {
+        launcher::sweep();
+        let options = launcher::Options { yields, reverse_start: arguments.reverse_start };
+        launcher::launch(&scenario, &folder, options, &mut |tick| bar.set_position(tick)).map_err(RunError::from)
+    };
+    bar.finish_and_clear();
+    match outcome {
+        Ok(reports) => finish(&scenario, &folder, &reports, arguments.json),
+        Err(error) => {
+            eprintln!("{error}");
+            eprintln!("what was recorded until then is in {}", folder.path().display());
+            Ok(Ending::ProcessFailed)
+        }
+    }
+}
+
+/// Creates the run's folder with the effective scenario in it.
+///
+/// # Errors
+/// If the folder cannot be written.
+pub fn prepare(scenario: &Scenario, out: Option<&std::path::Path>) -> Result<RunFolder, RunError> {
+    let refuse = |path: std::path::PathBuf| move |cause| RunError::Write { path, cause };
+    let folder = RunFolder::create(out, &scenario.name)
+        .map_err(refuse(out.map_or_else(|| "runs".into(), std::path::Path::to_path_buf)))?;
+    let text = to_ron(scenario).map_err(|error| RunError::Setup(error.to_string()))?;
+    std::fs::write(folder.scenario(), text).map_err(refuse(folder.scenario()))?;
+    Ok(folder)
+}
+
+/// Runs all nodes in this process.
+///
+/// # Errors
+/// What went wrong in the loop.
+pub fn embedded(scenario: &Scenario, folder: &RunFolder, progress: &mut dyn FnMut(u64)) -> Result<Vec<ProcessReport>, RunError> {
+    let report = process::run("embedded", &NodeId::LOOP_ORDER, scenario, folder, None, progress)?;
+    match report.error {
+        Some(error) => Err(RunError::Setup(error)),
+        None => Ok(vec![report]),
+    }
+}
+
+fn finish(scenario: &Scenario, folder: &RunFolder, reports: &[ProcessReport], json: bool) -> miette::Result<Ending> {
+    let summary = Summary::new(scenario, reports);
+    summary.write(folder).map_err(|cause| RunError::Write { path: folder.summary(), cause })?;
+    if json {
+        println!("{}", serde_json::to_string_pretty(&summary).map_err(|error| RunError::Setup(error.to_string()))?);
+    } else {
+        println!("{}", summary.table());
+        if summary.held {
+            println!("\nheld: every error after {} s is within ±{} µm", scenario.expect.settling_s, scenario.expect.tolerance_m * 1e6);
+        } else {
+            println!("\nNOT held: {}", summary.failures.join("; "));
+        }
+        println!("results: {}", folder.path().display());
+        if scenario.recording.on {
+            println!("look at it: anhyst view {}", folder.path().display());
+        }
+    }
+    Ok(if summary.held { Ending::Held } else { Ending::NotHeld })
+}

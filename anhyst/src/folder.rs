@@ -1,0 +1,103 @@
+//! The folder of a run: what lies where.
+
+use std::path::{Path, PathBuf};
+
+/// Paths within a run's folder.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RunFolder(PathBuf);
+
+impl RunFolder {
+    /// Creates the folder; `wanted` or a new one under `runs/`.
+    ///
+    /// # Errors
+    /// If the folder cannot be created or `wanted` holds an earlier run.
+    pub fn create(wanted: Option<&Path>, name: &str) -> std::io::Result<Self> {
+        let path = match wanted {
+            Some(path) => path.to_owned(),
+            None => Self::unused(name),
+        };
+        let folder = Self(path);
+        folder.make_result_folders()?;
+        // An earlier run's results in the same folder would be taken for this one's.
+        for stale in [folder.summary(), folder.recording(), folder.digest()] {
+            match std::fs::remove_file(stale) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error),
+                _ => {}
+            }
+        }
+        for results in ["processes", "digests"] {
+            for entry in std::fs::read_dir(folder.0.join(results))? {
+                std::fs::remove_file(entry?.path())?;
+            }
+        }
+        Ok(folder)
+    }
+
+    /// `runs/NAME-UTC`, with a counter if two runs start in one second.
+    fn unused(name: &str) -> PathBuf {
+        let time = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S").to_string();
+        let candidates = (1..).map(|n| if n == 1 { format!("{name}-{time}") } else { format!("{name}-{time}-{n}") });
+        // Creating is the test: of two runs that start at once only one gets a name.
+        let mut paths = candidates.map(|candidate| Path::new("runs").join(candidate));
+        paths.find(|path| create_new(path)).unwrap_or_else(|| Path::new("runs").join(name))
+    }
+
+    /// Makes the folders within it that processes write to.
+    ///
+    /// # Errors
+    /// If they cannot be created.
+    pub fn make_result_folders(&self) -> std::io::Result<()> {
+        std::fs::create_dir_all(self.0.join("processes"))?;
+        std::fs::create_dir_all(self.0.join("digests"))
+    }
+
+    /// A folder that exists already.
+    pub fn open(path: &Path) -> Self {
+        Self(path.to_owned())
+    }
+
+    /// The folder itself.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// The effective scenario.
+    pub fn scenario(&self) -> PathBuf {
+        self.0.join("scenario.ron")
+    }
+
+    /// The machine-readable summary.
+    pub fn summary(&self) -> PathBuf {
+        self.0.join("summary.json")
+    }
+
+    /// The Rerun recording.
+    pub fn recording(&self) -> PathBuf {
+        self.0.join("recording.rrd")
+    }
+
+    /// The token digest, one line a node and one for the run.
+    pub fn digest(&self) -> PathBuf {
+        self.0.join("digest.txt")
+    }
+
+    /// A process's report.
+    pub fn report(&self, process: &str) -> PathBuf {
+        self.0.join("processes").join(format!("{process}.json"))
+    }
+
+    /// What a process wrote to its standard error.
+    pub fn log(&self, process: &str) -> PathBuf {
+        self.0.join("processes").join(format!("{process}.log"))
+    }
+
+    /// A node's digest after every tick.
+    pub fn trail(&self, node: &str) -> PathBuf {
+        self.0.join("digests").join(format!("{node}.u64"))
+    }
+}
+
+fn create_new(path: &Path) -> bool {
+    path.parent().is_some_and(|parent| std::fs::create_dir_all(parent).is_ok())
+        && !matches!(std::fs::create_dir(path), Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists)
+}

@@ -1,0 +1,113 @@
+//! Judges a cut while it runs: error is the reference minus the true displacement, after the settling time.
+
+use crate::scenario::Expect;
+use anhyst_ipc::{Demand, Estimate, SafeField, Truth};
+use serde::{Deserialize, Serialize};
+
+/// Running sums over the tokens of a run.
+#[derive(Debug, Clone)]
+pub struct Judge {
+    expect: Expect,
+    tick_s: f64,
+    samples: u64,
+    sum_of_squares_m2: f64,
+    shape_error_sum_of_squares: f64,
+    verdict: Verdict,
+}
+
+/// What came of it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// Root mean square error.
+    pub error_rms_m: f64,
+    /// Largest error.
+    pub error_max_m: f64,
+    /// When the largest error occurred.
+    pub error_max_at_s: f64,
+    /// When the tolerance was first exceeded, if it was.
+    pub first_exceeded_at_s: Option<f64>,
+    /// Estimated minus true shape parameter at the end.
+    pub a_final_error_a_per_m: f64,
+    /// Root mean square error of the estimated shape parameter.
+    pub a_error_rms_a_per_m: f64,
+    /// Estimated shape parameter at the end.
+    pub a_estimated_a_per_m: f64,
+    /// True shape parameter at the end.
+    pub a_true_a_per_m: f64,
+    /// Largest field that was asked of the amplifier.
+    pub field_peak_a_per_m: f64,
+    /// Largest true temperature.
+    pub temperature_peak_k: f64,
+    /// Ticks in which the guard limited the field or took it away.
+    pub guarded_ticks: u64,
+    /// Number of the first event that the guard raised, 0 for none.
+    pub first_event: u64,
+    /// The tick of that event.
+    pub first_event_tick: u64,
+}
+
+impl Judge {
+    /// A judge of what the scenario expects.
+    pub fn new(expect: Expect, tick_s: f64) -> Self {
+        Self { expect, tick_s, samples: 0, sum_of_squares_m2: 0.0, shape_error_sum_of_squares: 0.0, verdict: Verdict::default() }
+    }
+
+    /// Looks at one tick.
+    pub fn observe(&mut self, tick: u64, truth: &Truth, estimate: &Estimate, demand: &Demand, field: &SafeField) {
+        let time_s = tick as f64 * self.tick_s;
+        let verdict = &mut self.verdict;
+        verdict.field_peak_a_per_m = verdict.field_peak_a_per_m.max(field.field_a_per_m.abs());
+        verdict.temperature_peak_k = verdict.temperature_peak_k.max(truth.temperature_k);
+        verdict.guarded_ticks += u64::from(field.status != 0);
+        if field.event != 0 && verdict.first_event == 0 {
+            (verdict.first_event, verdict.first_event_tick) = (field.event, tick);
+        }
+        verdict.a_estimated_a_per_m = estimate.shape_a_per_m;
+        verdict.a_true_a_per_m = truth.shape_a_per_m;
+        verdict.a_final_error_a_per_m = estimate.shape_a_per_m - truth.shape_a_per_m;
+        if time_s < self.expect.settling_s {
+            return;
+        }
+        let error_m = demand.reference_m - truth.displacement_m;
+        self.samples += 1;
+        self.sum_of_squares_m2 += error_m * error_m;
+        self.shape_error_sum_of_squares += verdict.a_final_error_a_per_m * verdict.a_final_error_a_per_m;
+        // `>=` would hide a NaN: what is not smaller is the new largest.
+        if !(error_m.abs() < verdict.error_max_m) {
+            (verdict.error_max_m, verdict.error_max_at_s) = (error_m.abs(), time_s);
+        }
+        if !(error_m.abs() <= self.expect.tolerance_m) && verdict.first_exceeded_at_s.is_none() {
+            verdict.first_exceeded_at_s = Some(time_s);
+        }
+    }
+
+    /// The verdict so far.
+    pub fn verdict(&self) -> Verdict {
+        let mean = |sum: f64| (sum / self.samples.max(1) as f64).sqrt();
+        Verdict {
+            error_rms_m: mean(self.sum_of_squares_m2),
+            a_error_rms_a_per_m: mean(self.shape_error_sum_of_squares),
+            ..self.verdict.clone()
+        }
+    }
+}
+
+impl Verdict {
+    /// What did not hold, as sentences; empty if all did.
+    pub fn failures(&self, expect: &Expect) -> Vec<String> {
+        let mut failures = Vec::new();
+        let um = |m: f64| m * 1e6;
+        if !(self.error_max_m <= expect.tolerance_m) {
+            let (max, at, limit) = (um(self.error_max_m), self.error_max_at_s, um(expect.tolerance_m));
+            failures.push(format!("largest error {max:.4} µm at {at:.4} s exceeds the tolerance of {limit} µm"));
+        }
+        if let Some(limit) = expect.error_rms_m.filter(|limit| !(self.error_rms_m <= *limit)) {
+            failures.push(format!("error rms {:.5} µm exceeds {} µm", um(self.error_rms_m), um(limit)));
+        }
+        let final_error = self.a_final_error_a_per_m.abs();
+        if let Some(limit) = expect.a_final_error_a_per_m.filter(|limit| !(final_error <= *limit)) {
+            failures.push(format!("final error of a {final_error:.2} A/m exceeds {limit} A/m"));
+        }
+        failures
+    }
+}

@@ -1,0 +1,308 @@
+//! Starts the processes of a run, watches them, ends what it started, and leaves no shared memory behind.
+
+use crate::folder::RunFolder;
+use crate::process::ProcessReport;
+use crate::scenario::Scenario;
+use anhyst_ipc::{Observer, stop_requested};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+/// How often the children are looked at: well within the two seconds in which a death must be reported.
+const WATCH_PERIOD: Duration = Duration::from_millis(10);
+/// What a child that was asked to end gets before it is killed: time for the recorder to write its last block.
+const GRACE: Duration = Duration::from_millis(1200);
+
+/// A run's iceoryx2 resources: a prefix and a directory that no other run has.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Resources {
+    /// Prefix of the run's files in /dev/shm.
+    pub prefix: String,
+    /// Directory of the run's sockets and service files.
+    pub root: PathBuf,
+}
+
+/// Every prefix begins with this, so that leftovers of crashed runs can be told from other people's files.
+pub const PREFIX: &str = "anhyst_";
+
+/// The directory that holds the runs' roots: one a user, because iceoryx2's own default belongs to its first user.
+pub fn user_root() -> PathBuf {
+    // A socket path has 108 bytes, of which iceoryx2 needs about 60: TMPDIR may be too long, /tmp is not.
+    PathBuf::from("/tmp").join(format!("anhyst-{}", rustix::process::getuid().as_raw()))
+}
+
+impl Resources {
+    /// New resources, named after this process and the moment.
+    pub fn new() -> Self {
+        let id = format!("{}_{:x}", std::process::id(), anhyst_ipc::monotonic_ns());
+        Self { prefix: format!("{PREFIX}{id}_"), root: user_root().join(id) }
+    }
+
+    /// Removes everything that bears the prefix. Only when no process of the run lives.
+    ///
+    /// # Errors
+    /// If a file cannot be removed.
+    pub fn remove(&self) -> std::io::Result<()> {
+        for entry in std::fs::read_dir("/dev/shm")? {
+            let entry = entry?;
+            if entry.file_name().to_string_lossy().starts_with(&self.prefix) {
+                ignore_missing(std::fs::remove_file(entry.path()))?;
+            }
+        }
+        ignore_missing(std::fs::remove_dir_all(&self.root))
+    }
+}
+
+fn ignore_missing(result: std::io::Result<()>) -> std::io::Result<()> {
+    match result {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        other => other,
+    }
+}
+
+/// Why a run of processes did not reach its end.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LaunchError {
+    /// A process could not be started.
+    #[error("{process} could not be started: {cause}")]
+    Spawn {
+        /// Which.
+        process: String,
+        /// What the system says.
+        cause: String,
+    },
+    /// A process died.
+    #[error("{process} {how} at tick {tick} of {ticks}{detail}")]
+    Died {
+        /// Which.
+        process: String,
+        /// Exit status in words.
+        how: String,
+        /// How far the plant had come.
+        tick: u64,
+        /// How far it should have come.
+        ticks: u64,
+        /// What the process said last, with a colon before it, or nothing.
+        detail: String,
+    },
+    /// The user asked to stop.
+    #[error("stopped on request at tick {tick} of {ticks}")]
+    Interrupted {
+        /// How far the plant had come.
+        tick: u64,
+        /// How far it should have come.
+        ticks: u64,
+    },
+    /// A process ended well but left no report.
+    #[error("{process} left no readable report: {cause}")]
+    NoReport {
+        /// Which.
+        process: String,
+        /// Why.
+        cause: String,
+    },
+    /// The run's files in shared memory could not be removed.
+    #[error("the run's shared memory could not be removed: {cause}")]
+    Cleanup {
+        /// What the system says.
+        cause: String,
+    },
+}
+
+/// How processes are started.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Polls before a waiting process sleeps.
+    pub yields: u32,
+    /// Last process first: the result must not depend on it.
+    pub reverse_start: bool,
+}
+
+struct Running {
+    name: String,
+    child: Child,
+    ended: Option<ExitStatus>,
+}
+
+/// Runs a scenario's processes to the end; `progress` hears the plant's ticks.
+///
+/// # Errors
+/// The first process that failed, by name. All processes have ended and the shared memory is clean in either case.
+pub fn launch(
+    scenario: &Scenario,
+    folder: &RunFolder,
+    options: Options,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Vec<ProcessReport>, LaunchError> {
+    let resources = Resources::new();
+    let mut children = Vec::new();
+    let outcome = start(scenario, folder, options, &resources, &mut children)
+        .and_then(|()| watch(scenario, folder, &resources, &mut children, progress));
+    end(&mut children);
+    resources.remove().map_err(|error| LaunchError::Cleanup { cause: error.to_string() })?;
+    outcome?;
+    children.iter().map(|running| read_report(folder, &running.name)).collect()
+}
+
+fn start(
+    scenario: &Scenario,
+    folder: &RunFolder,
+    options: Options,
+    resources: &Resources,
+    children: &mut Vec<Running>,
+) -> Result<(), LaunchError> {
+    let mut processes = scenario.placement.processes();
+    if options.reverse_start {
+        processes.reverse();
+    }
+    for (name, nodes) in processes {
+        let refused = |cause: std::io::Error| LaunchError::Spawn { process: name.clone(), cause: cause.to_string() };
+        let program = std::env::current_exe().map_err(refused)?;
+        let log = std::fs::File::create(folder.log(&name)).map_err(refused)?;
+        let first = nodes.first().map_or("", |node| node.name());
+        let child = Command::new(program)
+            .arg(first)
+            .arg(folder.scenario())
+            .arg("--out")
+            .arg(folder.path())
+            .args(["--service-prefix", &resources.prefix, "--yields", &options.yields.to_string(), "--end-with-launcher"])
+            .arg("--root")
+            .arg(&resources.root)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(log)
+            .spawn()
+            .map_err(refused)?;
+        children.push(Running { name, child, ended: None });
+    }
+    Ok(())
+}
+
+fn watch(
+    scenario: &Scenario,
+    folder: &RunFolder,
+    resources: &Resources,
+    children: &mut [Running],
+    progress: &mut dyn FnMut(u64),
+) -> Result<(), LaunchError> {
+    let ticks = scenario.ticks();
+    let plant = children.iter().map(|running| running.name.clone()).find(|name| name.contains("plant-sim"));
+    // Without an observer there is only no progress; the run itself does not need it.
+    let mut observer = Observer::open(&resources.prefix, &resources.root).ok();
+    let mut tick = 0;
+    loop {
+        if let (Some(observer), Some(plant)) = (&mut observer, &plant) {
+            tick = observer.tick_of(plant).unwrap_or(tick);
+            progress(tick);
+        }
+        if stop_requested() {
+            return Err(LaunchError::Interrupted { tick, ticks });
+        }
+        for running in children.iter_mut().filter(|running| running.ended.is_none()) {
+            running.ended = running.child.try_wait().ok().flatten();
+        }
+        if let Some(culprit) = culprit(children) {
+            let how = describe(culprit.ended);
+            let detail = last_words(folder, &culprit.name);
+            return Err(LaunchError::Died { process: culprit.name.clone(), how, tick, ticks, detail });
+        }
+        if children.iter().all(|running| running.ended.is_some()) {
+            return Ok(());
+        }
+        std::thread::sleep(WATCH_PERIOD);
+    }
+}
+
+/// Of the processes that failed, the one to blame: a process that a signal ended comes before one that complains about it.
+fn culprit(children: &[Running]) -> Option<&Running> {
+    let failed = || children.iter().filter(|running| running.ended.is_some_and(|status| !status.success()));
+    failed().find(|running| running.ended.is_some_and(|status| status.code().is_none())).or_else(|| failed().next())
+}
+
+fn describe(status: Option<ExitStatus>) -> String {
+    use std::os::unix::process::ExitStatusExt;
+    match status.map(|status| (status.code(), status.signal())) {
+        Some((Some(code), _)) => format!("ended with exit status {code}"),
+        Some((None, Some(signal))) => format!("was killed by signal {signal}"),
+        _ => "ended".into(),
+    }
+}
+
+fn last_words(folder: &RunFolder, process: &str) -> String {
+    let log = std::fs::read_to_string(folder.log(process)).unwrap_or_default();
+    log.lines().map(str::trim).rfind(|line| !line.is_empty()).map(|line| format!(": {line}")).unwrap_or_default()
+}
+
+/// Asks every child that still runs to end, then kills what has not.
+fn end(children: &mut [Running]) {
+    for running in children.iter_mut().filter(|running| running.ended.is_none()) {
+        if let Some(pid) = rustix::process::Pid::from_raw(running.child.id() as i32) {
+            // A child that has just ended by itself cannot be signalled; that is what was wanted.
+            let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
+        }
+    }
+    let start = Instant::now();
+    for running in children.iter_mut() {
+        while running.ended.is_none() && start.elapsed() < GRACE {
+            running.ended = running.child.try_wait().ok().flatten();
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        if running.ended.is_none() {
+            let _ = running.child.kill();
+            running.ended = running.child.wait().ok();
+        }
+    }
+}
+
+fn read_report(folder: &RunFolder, process: &str) -> Result<ProcessReport, LaunchError> {
+    let refused = |cause: String| LaunchError::NoReport { process: process.into(), cause };
+    let text = std::fs::read_to_string(folder.report(process)).map_err(|error| refused(error.to_string()))?;
+    serde_json::from_str(&text).map_err(|error| refused(error.to_string()))
+}
+
+/// Removes what crashed runs have left. What cannot be removed (another user's) stays: it harms no other run.
+pub fn sweep() {
+    for leftover in leftovers().unwrap_or_default() {
+        let _ = leftover.remove();
+    }
+}
+
+/// Resources of launchers that no longer live: prefix and root of each.
+///
+/// # Errors
+/// If /dev/shm or the user's root cannot be listed.
+pub fn leftovers() -> std::io::Result<Vec<Resources>> {
+    let mut ids: Vec<String> = Vec::new();
+    let mut note = |id: &str| {
+        if !launcher_lives(id) && !ids.iter().any(|known| known == id) {
+            ids.push(id.into());
+        }
+    };
+    for name in names(Path::new("/dev/shm"))? {
+        if let Some(rest) = name.strip_prefix(PREFIX) {
+            note(&rest.split('_').take(2).collect::<Vec<_>>().join("_"));
+        }
+    }
+    for name in names(&user_root())? {
+        note(&name);
+    }
+    Ok(ids.into_iter().map(|id| Resources { prefix: format!("{PREFIX}{id}_"), root: user_root().join(id) }).collect())
+}
+
+fn names(folder: &Path) -> std::io::Result<Vec<String>> {
+    match std::fs::read_dir(folder) {
+        Ok(entries) => entries.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect(),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),
+        Err(error) => Err(error),
+    }
+}
+
+/// An id begins with the launcher's process number. A number that was given to another program counts as dead.
+fn launcher_lives(id: &str) -> bool {
+    let pid = id.split('_').next().unwrap_or_default();
+    if pid.is_empty() || !pid.bytes().all(|byte| byte.is_ascii_digit()) {
+        // Not an id of ours (a prefix that a user chose): never touched.
+        return true;
+    }
+    std::fs::read_to_string(format!("/proc/{pid}/comm")).is_ok_and(|command| command.starts_with("anhyst"))
+}

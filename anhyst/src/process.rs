@@ -1,0 +1,188 @@
+//! One process of a run: its nodes, opened, run to the end, and what they report.
+
+use crate::assemble::{self, RunError};
+use crate::folder::RunFolder;
+use crate::judge::Verdict;
+use crate::scenario::{Clock, Scenario};
+use crate::scribe::Scribe;
+use anhyst_ipc::{Connections, LinkError, Node, NodeId, NodeReport, SharedContext, SharedSettings, Stage, Wait, stop_requested};
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+/// Where the other processes of the run are found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Meeting {
+    /// Prefix of the run's iceoryx2 resources.
+    pub prefix: String,
+    /// Directory of iceoryx2's files.
+    pub root: PathBuf,
+    /// Polls before a waiting process sleeps.
+    pub yields: u32,
+    /// How long to wait for the others to appear.
+    pub start_limit: Duration,
+}
+
+/// What a process reports.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ProcessReport {
+    /// Its name.
+    pub process: String,
+    /// Its nodes.
+    pub nodes: Vec<NodeReport>,
+    /// The judge's verdict, from the process that has the recorder.
+    pub verdict: Option<Verdict>,
+    /// Rows that the recording holds.
+    pub recorded_rows: u64,
+    /// Rows that the recording lost.
+    pub dropped_rows: u64,
+    /// From tick 0 to the last.
+    pub loop_s: f64,
+    /// Why it ended early.
+    pub error: Option<String>,
+    /// True if it ended because it was asked to.
+    pub stopped: bool,
+}
+
+/// The reader must never be this far behind: its buffer is twice as deep.
+const CREDIT_TICKS: u64 = 4096;
+/// How often a process says where it is and looks whether it should stop.
+const HOUSEKEEPING_TICKS: u64 = 64;
+
+struct Loop {
+    stages: Vec<Box<dyn Stage>>,
+    scribe: Option<Node<Scribe>>,
+    shared: Option<Rc<SharedContext>>,
+    recorder_process: Option<String>,
+    receive_limit: Duration,
+}
+
+/// Runs the `nodes` of `scenario` in this process; `meeting` is none if all nodes are here. `progress` hears finished ticks.
+///
+/// # Errors
+/// Only what prevents a report; what goes wrong in the loop is in the report.
+pub fn run(
+    process: &str,
+    nodes: &[NodeId],
+    scenario: &Scenario,
+    folder: &RunFolder,
+    meeting: Option<&Meeting>,
+    progress: &mut dyn FnMut(u64),
+) -> Result<ProcessReport, RunError> {
+    let mut looping = open(process, nodes, scenario, folder, meeting)?;
+    let start = Instant::now();
+    let outcome = looping.run(scenario.ticks(), progress);
+    let loop_s = start.elapsed().as_secs_f64();
+    looping.report(process, folder, loop_s, outcome.err())
+}
+
+fn open(
+    process: &str,
+    nodes: &[NodeId],
+    scenario: &Scenario,
+    folder: &RunFolder,
+    meeting: Option<&Meeting>,
+) -> Result<Loop, RunError> {
+    let Clock::Lockstep { receive_limit_s } = scenario.clock;
+    let receive_limit = Duration::from_secs_f64(receive_limit_s);
+    let processes = scenario.placement.processes();
+    let recorder_process = processes.iter().find(|(_, nodes)| nodes.contains(&NodeId::Recorder)).map(|(name, _)| name.clone());
+    let shared = meeting
+        .map(|meeting| {
+            let recorder_alone = nodes == [NodeId::Recorder];
+            SharedContext::open(SharedSettings {
+                prefix: meeting.prefix.clone(),
+                root: meeting.root.clone(),
+                process: process.into(),
+                processes,
+                wait: if recorder_alone {
+                    Wait::Poll { period: Duration::from_millis(1) }
+                } else {
+                    Wait::Bell { yields: meeting.yields }
+                },
+                receive_limit,
+                start_limit: meeting.start_limit,
+            })
+        })
+        .transpose()?
+        .map(Rc::new);
+    let mut connections = Connections::new(nodes.iter().copied(), assemble::wires(), shared.clone());
+    let mut stages = Vec::new();
+    let mut scribe = None;
+    for node in nodes {
+        if *node == NodeId::Recorder {
+            let block = assemble::scribe(scenario, folder)?;
+            scribe = Some(Node::open(block, &mut connections, scenario.ticks(), None)?);
+        } else {
+            stages.push(assemble::stage(*node, scenario, &mut connections)?);
+        }
+    }
+    connections.meet(&mut || stages.iter_mut().try_for_each(|stage| stage.connect()))?;
+    let elsewhere = |name: &String| name != process;
+    Ok(Loop { stages, scribe, shared, recorder_process: recorder_process.filter(elsewhere), receive_limit })
+}
+
+impl Loop {
+    fn run(&mut self, ticks: u64, progress: &mut dyn FnMut(u64)) -> Result<(), LinkError> {
+        let leads = self.stages.first().is_some_and(|stage| stage.node() == NodeId::Plant);
+        for tick in 0..ticks {
+            for stage in &mut self.stages {
+                stage.tick(tick)?;
+            }
+            if let Some(scribe) = &mut self.scribe {
+                scribe.tick(tick)?;
+            }
+            let done = tick + 1;
+            if done % HOUSEKEEPING_TICKS == 0 || done == ticks {
+                self.housekeeping(done, leads)?;
+                progress(done);
+            }
+        }
+        Ok(())
+    }
+
+    /// Says where we are; the leading process also waits for a recorder that has fallen behind.
+    fn housekeeping(&self, done: u64, leads: bool) -> Result<(), LinkError> {
+        if stop_requested() {
+            return Err(LinkError::Stopped { tick: done });
+        }
+        let Some(shared) = &self.shared else { return Ok(()) };
+        shared.set_tick(done);
+        let Some(recorder) = self.recorder_process.as_deref().filter(|_| leads) else { return Ok(()) };
+        let start = Instant::now();
+        while shared.tick_of(recorder).is_some_and(|recorded| recorded + CREDIT_TICKS < done) {
+            if stop_requested() {
+                return Err(LinkError::Stopped { tick: done });
+            }
+            if start.elapsed() > self.receive_limit {
+                let waited_s = start.elapsed().as_secs_f64();
+                return Err(LinkError::Absent { process: recorder.into(), phase: 2, waited_s });
+            }
+            std::thread::sleep(Duration::from_micros(200));
+        }
+        Ok(())
+    }
+
+    fn report(self, process: &str, folder: &RunFolder, loop_s: f64, error: Option<LinkError>) -> Result<ProcessReport, RunError> {
+        let mut report = ProcessReport {
+            process: process.into(),
+            nodes: self.stages.iter().map(|stage| stage.report()).collect(),
+            loop_s,
+            stopped: matches!(error, Some(LinkError::Stopped { .. })),
+            error: error.map(|error| error.to_string()),
+            ..ProcessReport::default()
+        };
+        for stage in &self.stages {
+            let path = folder.trail(stage.node().name());
+            std::fs::write(&path, stage.trail().to_bytes()).map_err(|cause| RunError::Write { path, cause })?;
+        }
+        if let Some(scribe) = self.scribe {
+            report.nodes.push(scribe.report());
+            let mut scribe = scribe.into_block();
+            report.verdict = Some(scribe.verdict());
+            assemble::finish_recording(&mut scribe, &mut report)?;
+        }
+        Ok(report)
+    }
+}

@@ -1,0 +1,24 @@
+//! A scenario that is another one with some values changed:
+//! `(based_on: "milling.ron", name: "fixed", set: { "estimator.law": "Fixed(a_per_m: 6800.0)" })`.
+
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// The text of a derived scenario.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Derived {
+    /// The scenario that is changed, relative to this file.
+    pub based_on: PathBuf,
+    /// The new name.
+    pub name: String,
+    /// Paths and their new values, as after `--set`.
+    #[serde(default)]
+    pub set: BTreeMap<String, String>,
+}
+
+/// True if the text is that of a derived scenario.
+pub fn is_derived(text: &str) -> bool {
+    super::source::read(text).is_some_and(|place| place.has_field("based_on"))
+}

@@ -1,0 +1,116 @@
+//! From a file to a checked scenario.
+
+use super::derive::{Derived, is_derived};
+use super::{MaterialSource, Scenario, ScenarioError, source};
+use anhyst_ipc::Invalid;
+use anhyst_model::Material;
+use ron::extensions::Extensions;
+use ron::ser::PrettyConfig;
+use serde::de::DeserializeOwned;
+use std::path::{Path, PathBuf};
+
+/// One `--set path=value`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Setting {
+    /// Field names joined by dots.
+    pub path: String,
+    /// The value as RON.
+    pub value: String,
+}
+
+impl std::str::FromStr for Setting {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (path, value) = text.split_once('=').ok_or_else(|| format!("{text} has no '='; write path=value"))?;
+        Ok(Self { path: path.trim().into(), value: value.trim().into() })
+    }
+}
+
+/// RON as we read it: `Some` may be left out, and a variant may hold its struct's fields directly.
+fn options() -> ron::Options {
+    ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME | Extensions::UNWRAP_VARIANT_NEWTYPES)
+}
+
+/// Any of our structs as a RON text that [`load`] reads.
+///
+/// # Errors
+/// If the value has no RON form (a number that is not finite has one, so ours always do).
+pub fn to_ron<T: serde::Serialize>(value: &T) -> Result<String, ron::Error> {
+    options().to_string_pretty(value, PrettyConfig::new().depth_limit(8))
+}
+
+/// Reads, edits and checks a scenario. Relative files in it are relative to it.
+///
+/// # Errors
+/// The first thing that is wrong, with file, line and column.
+pub fn load(path: &Path, settings: &[Setting]) -> Result<Scenario, ScenarioError> {
+    let (path, text) = resolve(path, settings, 0)?;
+    let mut scenario: Scenario = parse(&path, &text)?;
+    let folder = path.parent().unwrap_or(Path::new("."));
+    if let MaterialSource::File(file) = &scenario.material {
+        scenario.material = MaterialSource::Inline(load_material(&folder.join(file), &path, &text)?);
+    }
+    scenario.anchor(folder);
+    scenario.validate().map_err(|invalid| refuse(&path, &text, &invalid))?;
+    Ok(scenario)
+}
+
+/// The scenario's final text, with what it is based on and `--set` worked in, and the file that its lines belong to.
+fn resolve(path: &Path, settings: &[Setting], depth: usize) -> Result<(PathBuf, String), ScenarioError> {
+    let text = read(path)?;
+    if !is_derived(&text) {
+        return Ok((path.to_owned(), edit(&text, settings)?));
+    }
+    let derived: Derived = parse(path, &text)?;
+    if depth > 8 {
+        let bytes = place_of(&text, "based_on");
+        return Err(ScenarioError::at(path, &text, bytes, "is based on itself, more than 8 files deep".into()));
+    }
+    let mut all = vec![Setting { path: "name".into(), value: format!("\"{}\"", derived.name) }];
+    all.extend(derived.set.into_iter().map(|(path, value)| Setting { path, value }));
+    all.extend_from_slice(settings);
+    resolve(&path.parent().unwrap_or(Path::new(".")).join(derived.based_on), &all, depth + 1)
+}
+
+fn read(path: &Path) -> Result<String, ScenarioError> {
+    std::fs::read_to_string(path).map_err(|cause| ScenarioError::Unreadable { path: path.to_owned(), cause })
+}
+
+fn edit(text: &str, settings: &[Setting]) -> Result<String, ScenarioError> {
+    let mut text = text.to_owned();
+    for Setting { path, value } in settings {
+        let refuse = |sentence| ScenarioError::Setting { setting: format!("{path}={value}"), sentence };
+        let place = source::read(&text).ok_or_else(|| refuse("the scenario is not readable RON".into()))?;
+        text = place.set(&text, path, value).map_err(refuse)?;
+    }
+    Ok(text)
+}
+
+fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, ScenarioError> {
+    options().from_str(text).map_err(|error| {
+        let start = byte_of(text, error.span.start.line, error.span.start.col);
+        ScenarioError::at(path, text, start..start + 1, error.code.to_string())
+    })
+}
+
+fn load_material(file: &Path, scenario: &Path, text: &str) -> Result<Material, ScenarioError> {
+    if !file.is_file() {
+        let sentence = format!("the material file {} does not exist", file.display());
+        return Err(ScenarioError::at(scenario, text, place_of(text, "material"), sentence));
+    }
+    parse(file, &read(file)?)
+}
+
+fn refuse(path: &Path, text: &str, invalid: &Invalid) -> ScenarioError {
+    ScenarioError::at(path, text, place_of(text, &invalid.path), invalid.to_string())
+}
+
+fn place_of(text: &str, path: &str) -> std::ops::Range<usize> {
+    source::read(text).map_or(0..0, |place| place.nearest(path).value.clone())
+}
+
+fn byte_of(text: &str, line: usize, column: usize) -> usize {
+    let start: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
+    text[start..].char_indices().nth(column.saturating_sub(1)).map_or(text.len(), |(byte, _)| start + byte)
+}

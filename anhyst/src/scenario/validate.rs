@@ -1,0 +1,135 @@
+//! Checks a scenario as a whole: each setting, and what only shows when settings meet.
+
+use super::{Clock, Placement, Scenario};
+use anhyst_controller::{Controller, TrajectorySettings};
+use anhyst_estimator::LawSettings;
+use anhyst_ipc::{Invalid, NodeId};
+use anhyst_model::{Hysteresis, MagneticState, ModelError, RodElements, TwoPole};
+use std::path::Path;
+
+/// The longest run that a lockstep digest trail is kept for: 8 bytes a tick and node.
+const MOST_TICKS: f64 = 1e9;
+/// More elements than this change nothing and cost a step quadratically.
+const MOST_ELEMENTS: usize = 64;
+
+fn physical(path: &'static str) -> impl Fn(ModelError) -> Invalid {
+    move |error| Invalid::new(path, error.to_string())
+}
+
+impl Scenario {
+    /// Checks everything.
+    ///
+    /// # Errors
+    /// The first setting that cannot be used, with its path, value, limit and reason.
+    pub fn validate(&self) -> Result<(), Invalid> {
+        self.validate_run()?;
+        let material = self.material()?;
+        material.hysteresis.validate().map_err(physical("material.hysteresis"))?;
+        material.magnetostriction.validate().map_err(physical("material.magnetostriction"))?;
+        self.rod.constants.validate().map_err(physical("rod.constants"))?;
+        if !(1..=MOST_ELEMENTS).contains(&self.rod.elements) {
+            let sentence = format!("{} elements are outside [1, {MOST_ELEMENTS}]", self.rod.elements);
+            return Err(Invalid::new("rod.elements", sentence));
+        }
+        anhyst_plant_sim::validate_amplifier(&self.amplifier).map_err(|invalid| invalid.within("amplifier"))?;
+        self.plant.validate().map_err(|invalid| invalid.within("plant"))?;
+        self.estimator.validate().map_err(|invalid| invalid.within("estimator"))?;
+        self.validate_shapes(&material.hysteresis)?;
+        self.inverse.validate().map_err(|invalid| invalid.within("inverse"))?;
+        Invalid::unless_between(
+            "inverse.field_limit_a_per_m",
+            self.inverse.field_limit_a_per_m,
+            0.0,
+            self.guard.field_limit_a_per_m,
+            "A/m",
+        )?;
+        self.guard.validate(self.tick_s).map_err(|invalid| invalid.within("guard"))?;
+        self.controller.validate(self.tick_s, self.duration_s).map_err(|invalid| invalid.within("controller"))?;
+        self.validate_reach(&material.hysteresis)
+    }
+
+    fn validate_run(&self) -> Result<(), Invalid> {
+        let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
+        if self.name.is_empty() || self.name.len() > 60 || !self.name.chars().all(plain) {
+            let sentence = format!("\"{}\" must be 1 to 60 letters, digits, '-' or '_': it names a folder", self.name);
+            return Err(Invalid::new("name", sentence));
+        }
+        Invalid::unless_between("tick_s", self.tick_s, 1e-6, 1.0, "s")?;
+        Invalid::unless_positive("duration_s", self.duration_s, "s")?;
+        let ticks = self.duration_s / self.tick_s;
+        if !(1.0..=MOST_TICKS).contains(&ticks.round()) {
+            let sentence = format!("{} s are {ticks:.3e} ticks, outside [1, {MOST_TICKS:e}]", self.duration_s);
+            return Err(Invalid::new("duration_s", sentence));
+        }
+        let Clock::Lockstep { receive_limit_s } = self.clock;
+        Invalid::unless_between("clock.receive_limit_s", receive_limit_s, 0.01, 3600.0, "s")?;
+        if let Placement::Groups(groups) = &self.placement {
+            let named: Vec<&NodeId> = groups.iter().flatten().collect();
+            if let Some(twice) = named.iter().enumerate().find(|(i, node)| named[..*i].contains(node)).map(|(_, node)| node) {
+                return Err(Invalid::new("placement", format!("{twice} is in two groups; a node has one process")));
+            }
+        }
+        Invalid::unless_positive("expect.tolerance_m", self.expect.tolerance_m, "m")?;
+        let last_s = self.duration_s - self.tick_s;
+        Invalid::unless_between("expect.settling_s", self.expect.settling_s, 0.0, last_s, "s")?;
+        Invalid::unless_between("recording.block_ticks", self.recording.block_ticks as f64, 16.0, 65536.0, "ticks")?;
+        Invalid::unless_positive("recording.plot_rate_hz", self.recording.plot_rate_hz, "Hz")
+    }
+
+    /// Every shape parameter that may occur must give a valid material, not only the nominal one.
+    fn validate_shapes(&self, nominal: &Hysteresis) -> Result<(), Invalid> {
+        let check = |path: &'static str, shape| nominal.with_shape(shape).validate().map_err(physical(path));
+        match &self.estimator.law {
+            LawSettings::FixedShape { shape_a_per_m } => check("estimator.law.shape_a_per_m", *shape_a_per_m),
+            LawSettings::Folded(folded) => {
+                check("estimator.law.range_a_per_m", folded.range_a_per_m.0)?;
+                check("estimator.law.range_a_per_m", folded.range_a_per_m.1)
+            }
+        }
+    }
+
+    /// The profile must be reachable: its magnetization within the strain law and its field within the limit.
+    fn validate_reach(&self, hysteresis: &Hysteresis) -> Result<(), Invalid> {
+        let inside = |invalid: Invalid| invalid.within("controller");
+        let controller = self.controller().map_err(inside)?;
+        controller.validate_reach(self.duration_s).map_err(inside)?;
+        let peak = controller.peak_magnetization(self.duration_s);
+        let limit = self.guard.field_limit_a_per_m;
+        let reached = hysteresis.advance_to_magnetization(MagneticState::default(), peak.magnetization_a_per_m, limit);
+        if reached.limited {
+            return Err(Invalid::new(
+                "controller.trajectory",
+                format!(
+                    "the profile asks for a magnetization of {:.0} A/m at {:.4} s, but the field limit of {limit} A/m reaches only {:.0} A/m",
+                    peak.magnetization_a_per_m, peak.time_s, reached.state.magnetization_a_per_m
+                ),
+            ));
+        }
+        Ok(())
+    }
+
+    /// The controller's block.
+    ///
+    /// # Errors
+    /// A refused setting, relative to the controller's settings.
+    pub fn controller(&self) -> Result<Controller, Invalid> {
+        // Loading has made paths absolute: the folder does not matter any more.
+        Controller::new(&self.controller, self.two_pole()?, self.material()?, self.tick_s, Path::new("."))
+    }
+
+    /// The rod's two poles for a drive by free strain, computed from its elements.
+    ///
+    /// # Errors
+    /// If the rod's constants cannot be used.
+    pub fn two_pole(&self) -> Result<TwoPole, Invalid> {
+        let elements = RodElements::assemble(&self.rod.constants, self.rod.elements).map_err(physical("rod.constants"))?;
+        Ok(elements.two_pole(1.0))
+    }
+
+    /// Makes the scenario independent of where it lies: paths in it become absolute.
+    pub fn anchor(&mut self, folder: &Path) {
+        if let TrajectorySettings::Table { file, .. } = &mut self.controller.trajectory {
+            *file = std::path::absolute(folder.join(&*file)).unwrap_or_else(|_| folder.join(&*file));
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! The recorder's node: judges every tick and, if the scenario wants it, hands every token to the recording.
+
+use crate::judge::{Judge, Verdict};
+use anhyst_ipc::{Block, CoilField, Demand, Estimate, FieldCommand, Measurement, NodeId, Now, SafeField, Truth};
+
+#[cfg(feature = "recorder")]
+use anhyst_recorder::Recorder;
+
+/// Judge and recorder as one block, so that both hear the same tokens.
+pub struct Scribe {
+    judge: Judge,
+    #[cfg(feature = "recorder")]
+    recorder: Option<Recorder>,
+}
+
+/// Every token of a tick.
+pub type Everything = (
+    Now<Measurement>,
+    Now<Truth>,
+    Now<Estimate>,
+    Now<Demand>,
+    Now<FieldCommand>,
+    Now<SafeField>,
+    Now<CoilField>,
+);
+
+impl Scribe {
+    /// A scribe that only judges.
+    pub fn new(judge: Judge) -> Self {
+        Self {
+            judge,
+            #[cfg(feature = "recorder")]
+            recorder: None,
+        }
+    }
+
+    /// A scribe that also records.
+    #[cfg(feature = "recorder")]
+    pub fn with_recorder(self, recorder: Recorder) -> Self {
+        Self { recorder: Some(recorder), ..self }
+    }
+
+    /// The verdict so far.
+    pub fn verdict(&self) -> Verdict {
+        self.judge.verdict()
+    }
+
+    /// Takes the recorder out, to finish the recording.
+    #[cfg(feature = "recorder")]
+    pub fn take_recorder(&mut self) -> Option<Recorder> {
+        self.recorder.take()
+    }
+}
+
+impl Block for Scribe {
+    const NODE: NodeId = NodeId::Recorder;
+    type Inputs = Everything;
+    type Outputs = ();
+
+    fn step(&mut self, tick: u64, inputs: Everything) {
+        let (_, Now(truth), Now(estimate), Now(demand), _, Now(field), _) = &inputs;
+        self.judge.observe(tick, truth, estimate, demand, field);
+        #[cfg(feature = "recorder")]
+        if let Some(recorder) = &mut self.recorder {
+            recorder.step(tick, inputs);
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! M_k = λ⁻¹((p_ff(t_{k+2}) + u_pid + u_cancel)/G): feedforward, PID and cancellation, added where the plant is linear.
+//!
+//! Transfer function: the rod's inverse from the reference; K(z) of `pid.rs` from the error; both behind the strain law.
+//! Ports: in measured displacement at t_k (m) and what became of the demand before; out the magnetization (A/m) for t_{k+2},
+//! with its parts, its rate (A/(m s)), the error (m) and the state of the integrator (m).
+
+use crate::anti_windup::Applied;
+use crate::pid::is_measured;
+use crate::{Cancellation, ControllerSettings, Feedforward, LoopShape, Pid, StrainLaw, Trajectory};
+use anhyst_ipc::Invalid;
+use anhyst_model::{Material, TwoPole};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// What the controller hears of one tick and of the one before, freed from its messages.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Heard {
+    pub displacement_m: f64,
+    /// The guard is on its way to, or at, the safe field.
+    pub open: bool,
+    /// Field asked for minus field permitted, where the guard limited it.
+    pub field_cut_a_per_m: Option<f64>,
+    /// Magnetization that the inverse expected to reach, where the demand needed more field than its limit.
+    pub reached_a_per_m: Option<f64>,
+}
+
+/// What one tick gives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Decision {
+    pub magnetization_a_per_m: f64,
+    pub magnetization_rate_a_per_m_s: f64,
+    pub feedforward_a_per_m: f64,
+    pub reference_m: f64,
+    pub error_m: f64,
+    pub integral_m: f64,
+    pub integration_stopped: bool,
+    pub starting: bool,
+}
+
+/// The largest magnetization of a run's feedforward.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Peak {
+    /// Signed magnetization of largest magnitude.
+    pub magnetization_a_per_m: f64,
+    /// When.
+    pub time_s: f64,
+}
+
+/// The controller: what it was told, and the memories of PID and cancellation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Controller {
+    trajectory: Trajectory,
+    /// `None`: the feedback works alone.
+    feedforward: Option<Feedforward>,
+    law: StrainLaw,
+    pid: Option<Pid>,
+    cancellation: Option<Cancellation>,
+    tick_s: f64,
+    /// The demand before: p asked for and p after the strain law's ends.
+    wanted_m: f64,
+    clipped_m: f64,
+    /// The last error that could be had.
+    error_m: f64,
+}
+
+impl Controller {
+    /// `rod.gain` is per free strain. Tables of trajectories are looked for in `base_dir`.
+    ///
+    /// # Errors
+    /// If a setting is refused, the loop would be unstable, or a table cannot be read.
+    pub fn new(
+        settings: &ControllerSettings,
+        rod: TwoPole,
+        material: &Material,
+        tick_s: f64,
+        base_dir: &Path,
+    ) -> Result<Self, Invalid> {
+        settings.validate_parts(tick_s)?;
+        rod.validate().map_err(|error| Invalid::new("", error.to_string()).within("rod"))?;
+        material.validate().map_err(|error| Invalid::new("", error.to_string()).within("material"))?;
+        let trajectory = Trajectory::load(&settings.trajectory, settings.start_s, tick_s, base_dir)
+            .map_err(|refusal| refusal.within("trajectory"))?;
+        let shape = LoopShape::new(&rod, settings.feedback.as_ref(), tick_s);
+        shape.validate()?;
+        let law = StrainLaw::new(&rod, material);
+        Ok(Self {
+            trajectory,
+            feedforward: settings.feedforward.then(|| Feedforward::new(&rod, tick_s, settings.hold_correction)),
+            law,
+            pid: settings.feedback.as_ref().map(|pid| Pid::new(pid, tick_s)),
+            cancellation: settings.cancellation.as_ref().map(|known| Cancellation::new(known, &shape, tick_s)),
+            tick_s,
+            wanted_m: 0.0,
+            clipped_m: 0.0,
+            error_m: 0.0,
+        })
+    }
+
+    /// The trajectory, start included.
+    pub fn trajectory(&self) -> &Trajectory {
+        &self.trajectory
+    }
+
+    /// Largest magnetization of the trajectory, sampled at every tick of the run. Displacements beyond the strain law count
+    /// as its ends.
+    pub fn peak_magnetization(&self, duration_s: f64) -> Peak {
+        self.ticks(duration_s).fold(Peak { magnetization_a_per_m: 0.0, time_s: 0.0 }, |peak, time_s| {
+            let magnetization_a_per_m = self.law.magnetization_a_per_m(self.needed_m(time_s));
+            if magnetization_a_per_m.abs() > peak.magnetization_a_per_m.abs() {
+                Peak { magnetization_a_per_m, time_s }
+            } else {
+                peak
+            }
+        })
+    }
+
+    /// Refuses a trajectory that asks for more than the saturated rod can give, or for what no magnetization gives.
+    ///
+    /// # Errors
+    /// With the first displacement out of range, the range, and the time.
+    pub fn validate_reach(&self, duration_s: f64) -> Result<(), Invalid> {
+        let (lowest_m, highest_m) = self.law.range_m();
+        let out_of_range = |time_s: &f64| !(lowest_m..=highest_m).contains(&self.needed_m(*time_s));
+        let Some(time_s) = self.ticks(duration_s).find(out_of_range) else { return Ok(()) };
+        let sentence = format!(
+            "at {time_s} s the rod needs a quasi-static displacement of {:e} m, but magnetizations up to saturation, {} A/m, \
+             give only [{lowest_m:e}, {highest_m:e}] m",
+            self.needed_m(time_s),
+            self.law.saturation_a_per_m()
+        );
+        Err(Invalid::new("trajectory", sentence))
+    }
+
+    /// p of the trajectory: with feedforward the rod's inverse, without it what the feedback has to reach at least.
+    fn needed_m(&self, time_s: f64) -> f64 {
+        let motion = self.trajectory.at(time_s);
+        self.feedforward.map_or(motion.position_m, |forward| forward.displacement_m(&motion))
+    }
+
+    fn ticks(&self, duration_s: f64) -> impl Iterator<Item = f64> + '_ {
+        let last = (duration_s / self.tick_s).ceil() as u64;
+        (0..=last).map(|tick| tick as f64 * self.tick_s)
+    }
+
+    /// Advances to tick `tick`.
+    pub(crate) fn decide(&mut self, tick: u64, heard: &Heard) -> Decision {
+        let (now_s, then_s) = (tick as f64 * self.tick_s, (tick as f64 + 2.0) * self.tick_s);
+        let (now, then) = (self.trajectory.at(now_s), self.trajectory.at(then_s));
+        let applied = self.applied(heard);
+        let (forward_m, rate_m_per_s) = self
+            .feedforward
+            .map_or((0.0, 0.0), |forward| (forward.displacement_m(&then), forward.rate_m_per_s(&then)));
+        let feedback = self.pid.as_mut().map(|pid| pid.step(now.position_m, heard.displacement_m, applied));
+        let measured = is_measured(heard.displacement_m);
+        if measured {
+            self.error_m = now.position_m - heard.displacement_m;
+        }
+        let error_m = self.error_m;
+        let adapt = measured && !applied.limited();
+        let cancelling_m =
+            self.cancellation.as_mut().map_or(0.0, |cancellation| cancellation.step(tick, error_m, adapt));
+        self.wanted_m = forward_m + feedback.map_or(0.0, |feedback| feedback.feedback_m) + cancelling_m;
+        self.clipped_m = self.law.clipped_m(self.wanted_m);
+        let feedforward_a_per_m = self.law.magnetization_a_per_m(forward_m);
+        Decision {
+            magnetization_a_per_m: self.law.magnetization_a_per_m(self.wanted_m),
+            magnetization_rate_a_per_m_s: rate_m_per_s * self.law.slope_a_per_m2(feedforward_a_per_m),
+            feedforward_a_per_m,
+            reference_m: now.position_m,
+            error_m,
+            integral_m: feedback.map_or(0.0, |feedback| feedback.integral_m),
+            integration_stopped: feedback.is_some_and(|feedback| feedback.integration_stopped),
+            starting: self.trajectory.starting(now_s) || feedback.is_some_and(|feedback| feedback.easing),
+        }
+    }
+
+    /// What became of the demand before: the guard knows a side, the inverse and the strain law know an amount.
+    fn applied(&self, heard: &Heard) -> Applied {
+        if heard.open {
+            return Applied::Open;
+        }
+        if let Some(side) = heard.field_cut_a_per_m.filter(|cut| cut.is_finite() && *cut != 0.0) {
+            return Applied::Cut { side: side * self.law.slope_a_per_m2(self.law.saturation_a_per_m()) };
+        }
+        let reached_m = heard
+            .reached_a_per_m
+            .filter(|reached| reached.is_finite())
+            .map_or(self.clipped_m, |reached| self.law.clipped_m(self.law.displacement_m(reached)));
+        if reached_m == self.wanted_m { Applied::Fully } else { Applied::Short { excess_m: self.wanted_m - reached_m } }
+    }
+}

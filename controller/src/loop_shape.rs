@@ -1,0 +1,166 @@
+//! L(z) = K(z)·P(z)·z⁻²: the loop that the PID closes, hysteresis taken as inverted.
+//!
+//! K the PID's transfer function (see `pid.rs`), P = ĉ/(ĉ − ω² + jk̂ω)·(sin(ωT/2)/(ωT/2))² the rod behind the first-order hold, two
+//! ticks of delay; z = e^{jωT}. Assumption: above half the sampling rate the rod passes nothing that folds back.
+//!
+//! Stability (Nyquist): F(z) = (1 − z⁻¹)(1 + L), without the factor if there is no integrator, has no pole outside the unit
+//! circle, so the loop is stable exactly if F does not turn around 0 on the half circle 0 < ωT < π, F being real at both ends.
+
+use crate::PidSettings;
+use anhyst_ipc::Invalid;
+use anhyst_model::TwoPole;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{PI, TAU};
+
+/// Points on the half circle.
+const POINTS: u32 = 8192;
+
+/// A complex number, with what is needed here.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Complex {
+    pub re: f64,
+    pub im: f64,
+}
+
+impl Complex {
+    pub fn real(re: f64) -> Self {
+        Self { re, im: 0.0 }
+    }
+
+    pub fn unit(angle: f64) -> Self {
+        let (im, re) = libm::sincos(angle);
+        Self { re, im }
+    }
+
+    pub fn plus(self, other: Self) -> Self {
+        Self { re: self.re + other.re, im: self.im + other.im }
+    }
+
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { re: self.re * factor, im: self.im * factor }
+    }
+
+    pub fn times(self, other: Self) -> Self {
+        Self { re: self.re * other.re - self.im * other.im, im: self.re * other.im + self.im * other.re }
+    }
+
+    pub fn over(self, other: Self) -> Self {
+        let square = other.re * other.re + other.im * other.im;
+        self.times(Self { re: other.re / square, im: -other.im / square })
+    }
+
+    pub fn magnitude(self) -> f64 {
+        libm::hypot(self.re, self.im)
+    }
+}
+
+/// Rod, PID (if any) and tick: the linear loop.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LoopShape {
+    damping_per_s: f64,
+    stiffness_per_s2: f64,
+    pid: Option<PidSettings>,
+    tick_s: f64,
+}
+
+impl LoopShape {
+    /// The loop of this rod and PID.
+    pub fn new(rod: &TwoPole, pid: Option<&PidSettings>, tick_s: f64) -> Self {
+        Self {
+            damping_per_s: rod.damping_per_s,
+            stiffness_per_s2: rod.stiffness_per_s2,
+            pid: pid.cloned(),
+            tick_s,
+        }
+    }
+
+    /// P/(1 + L): displacement per demand added behind the PID.
+    pub(crate) fn demand_to_displacement(&self, frequency_hz: f64) -> Complex {
+        let omega = TAU * frequency_hz;
+        self.rod(omega).over(Complex::real(1.0).plus(self.open(omega)))
+    }
+
+    fn rod(&self, omega: f64) -> Complex {
+        let half = 0.5 * omega * self.tick_s;
+        let sinc = if half > 0.0 { libm::sin(half) / half } else { 1.0 };
+        let denominator =
+            Complex { re: self.stiffness_per_s2 - omega * omega, im: self.damping_per_s * omega };
+        Complex::real(self.stiffness_per_s2 * sinc * sinc).over(denominator)
+    }
+
+    fn controller(&self, omega: f64) -> Complex {
+        let Some(pid) = &self.pid else { return Complex::real(0.0) };
+        let back = Complex::unit(-omega * self.tick_s);
+        let difference = Complex::real(1.0).plus(back.scaled(-1.0));
+        let mut sum = Complex::real(pid.kp);
+        if pid.ki_per_s > 0.0 {
+            sum = sum.plus(Complex::real(pid.ki_per_s * self.tick_s).over(difference));
+        }
+        if pid.kd_s > 0.0 {
+            let filter = libm::exp(-self.tick_s / pid.derivative_filter_s);
+            let smooth = Complex::real(1.0 - filter).over(Complex::real(1.0).plus(back.scaled(-filter)));
+            sum = sum.plus(difference.times(smooth).scaled(pid.kd_s / self.tick_s));
+        }
+        sum
+    }
+
+    fn open(&self, omega: f64) -> Complex {
+        let delay = Complex::unit(-2.0 * omega * self.tick_s);
+        self.controller(omega).times(self.rod(omega)).times(delay)
+    }
+
+    /// 1 + L on the half circle, without its ends.
+    fn return_differences(&self) -> impl Iterator<Item = (f64, Complex)> + '_ {
+        (1..POINTS).map(|index| {
+            let omega = PI / self.tick_s * f64::from(index) / f64::from(POINTS);
+            (omega, Complex::real(1.0).plus(self.open(omega)))
+        })
+    }
+
+    /// Distance of L from −1, no unit: 1 without feedback, 0 at the edge of stability; 0.5 is a usual design value.
+    pub fn modulus_margin(&self) -> f64 {
+        self.return_differences().fold(1.0, |least: f64, (_, value)| least.min(value.magnitude()))
+    }
+
+    /// True if the linear loop is stable.
+    pub fn is_stable(&self) -> bool {
+        let integrates = self.pid.as_ref().is_some_and(|pid| pid.ki_per_s > 0.0);
+        let (mut turned, mut before) = (0.0, Complex::real(1.0));
+        for (omega, value) in self.return_differences() {
+            let factor = if integrates {
+                Complex::real(1.0).plus(Complex::unit(-omega * self.tick_s).scaled(-1.0))
+            } else {
+                Complex::real(1.0)
+            };
+            let point = value.times(factor);
+            let step = point.over(before);
+            turned += libm::atan2(step.im, step.re);
+            before = point;
+        }
+        // From a positive real number to a real one: a stable loop ends where it began, an unstable one π or more away.
+        turned.abs() < 0.5 * PI
+    }
+
+    /// Refuses gains that make the linear loop unstable.
+    ///
+    /// # Errors
+    /// If so, with the gains.
+    pub fn validate(&self) -> Result<(), Invalid> {
+        if self.is_stable() {
+            return Ok(());
+        }
+        let Some(pid) = &self.pid else { return Ok(()) };
+        Err(Invalid::new(
+            "feedback",
+            format!(
+                "kp = {} m/m, ki_per_s = {} 1/s and kd_s = {} s together are unstable with this rod ({:.0} Hz) and two ticks of {} s of delay, \
+                 even with the hysteresis inverted exactly: lower them",
+                pid.kp,
+                pid.ki_per_s,
+                pid.kd_s,
+                libm::sqrt(self.stiffness_per_s2) / TAU,
+                self.tick_s
+            ),
+        ))
+    }
+}

@@ -1,0 +1,49 @@
+//! The controller in the loop: the only file here that knows messages.
+
+use crate::Controller;
+use crate::controller::Heard;
+use anhyst_ipc::{Block, Demand, FieldCommand, Measurement, NodeId, Now, Previous, SafeField};
+
+/// Bits of `SafeField::status`.
+const GUARD_LIMITS: u64 = 1 | 2;
+const GUARD_ACTS: u64 = 4 | 8;
+/// Bit of `FieldCommand::status`.
+const INVERSE_LIMITS: u64 = 1;
+/// Bits of `Demand::status`.
+const INTEGRATION_STOPPED: u64 = 1;
+const STARTING: u64 = 2;
+
+impl Block for Controller {
+    const NODE: NodeId = NodeId::Controller;
+    type Inputs = (Now<Measurement>, Previous<SafeField>, Previous<FieldCommand>);
+    type Outputs = (Demand,);
+
+    fn step(
+        &mut self,
+        tick: u64,
+        (Now(measurement), Previous(safe), Previous(command)): Self::Inputs,
+    ) -> Self::Outputs {
+        let set = |status: u64, bits: u64| status & bits != 0;
+        let decision = self.decide(
+            tick,
+            &Heard {
+                displacement_m: measurement.displacement_m,
+                open: set(safe.status, GUARD_ACTS),
+                field_cut_a_per_m: set(safe.status, GUARD_LIMITS).then_some(command.field_a_per_m - safe.field_a_per_m),
+                reached_a_per_m: set(command.status, INVERSE_LIMITS).then_some(command.reached_magnetization_a_per_m),
+            },
+        );
+        (Demand {
+            magnetization_a_per_m: decision.magnetization_a_per_m,
+            magnetization_rate_a_per_m_s: decision.magnetization_rate_a_per_m_s,
+            feedforward_a_per_m: decision.feedforward_a_per_m,
+            feedback_a_per_m: decision.magnetization_a_per_m - decision.feedforward_a_per_m,
+            reference_m: decision.reference_m,
+            error_m: decision.error_m,
+            integral_m: decision.integral_m,
+            status: u64::from(decision.integration_stopped) * INTEGRATION_STOPPED
+                + u64::from(decision.starting) * STARTING,
+            ..Demand::default()
+        },)
+    }
+}

@@ -1,0 +1,60 @@
+//! r(t) = mean + Σ A·sin(2πf·t + φ);  rⁿ(t) = Σ A(2πf)ⁿ·sin(2πf·t + φ + nπ/2).
+//!
+//! A in m, f in Hz, φ in rad. Every derivative is continuous.
+
+use super::jet::Jet;
+use anhyst_ipc::Invalid;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// A mean and a sum of sines.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Harmonics {
+    mean_m: f64,
+    /// Amplitude (m), angular frequency (rad/s), phase (rad).
+    terms: Vec<(f64, f64, f64)>,
+}
+
+impl Harmonics {
+    /// Terms of amplitude in m, frequency in Hz, phase in rad.
+    pub fn new(mean_m: f64, terms: &[(f64, f64, f64)]) -> Self {
+        let terms = terms.iter().map(|&(amplitude_m, frequency_hz, phase)| (amplitude_m, TAU * frequency_hz, phase));
+        Self { mean_m, terms: terms.collect() }
+    }
+
+    pub fn at(&self, time_s: f64) -> Jet {
+        self.terms.iter().fold(Jet::constant(self.mean_m), |sum, &(amplitude_m, omega, phase)| {
+            let (sine, cosine) = libm::sincos(omega * time_s + phase);
+            let omega2 = omega * omega;
+            let unit = [sine, omega * cosine, -omega2 * sine, -omega2 * omega * cosine, omega2 * omega2 * sine];
+            sum.plus(Jet(unit).scaled(amplitude_m))
+        })
+    }
+}
+
+/// Refuses what is not finite and what cannot be sampled.
+pub(crate) fn validate(mean_m: f64, terms: &[(f64, f64, f64)], tick_s: f64) -> Result<(), Invalid> {
+    if !mean_m.is_finite() {
+        return Err(Invalid::new("mean_m", format!("{mean_m} m must be finite")));
+    }
+    for (index, &(amplitude_m, frequency_hz, phase)) in terms.iter().enumerate() {
+        let path = format!("terms.{index}");
+        if !amplitude_m.is_finite() || !phase.is_finite() {
+            return Err(Invalid::new(path, format!("amplitude {amplitude_m} m and phase {phase} rad must be finite")));
+        }
+        unless_sampled(&path, frequency_hz, tick_s)?;
+    }
+    Ok(())
+}
+
+/// Refuses a frequency that fewer than four ticks a period cannot carry: the hold's correction is a series in (ωT)².
+pub(crate) fn unless_sampled(path: &str, frequency_hz: f64, tick_s: f64) -> Result<(), Invalid> {
+    let highest = 0.25 / tick_s;
+    if frequency_hz.is_finite() && frequency_hz > 0.0 && frequency_hz <= highest {
+        return Ok(());
+    }
+    let sentence = format!(
+        "frequency {frequency_hz} Hz must be above 0 Hz and at most {highest} Hz: a tick of {tick_s} s must fit four times into a period"
+    );
+    Err(Invalid::new(path, sentence))
+}

@@ -1,0 +1,44 @@
+//! A function's value and its first four time derivatives, as one number: (f·g)ⁿ = Σ C(n, i)·fⁱ·gⁿ⁻ⁱ (Leibniz).
+
+/// Value and derivatives of order 1 to 4, each per second more.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Jet(pub [f64; 5]);
+
+const BINOMIAL: [[f64; 5]; 5] = [
+    [1.0, 0.0, 0.0, 0.0, 0.0],
+    [1.0, 1.0, 0.0, 0.0, 0.0],
+    [1.0, 2.0, 1.0, 0.0, 0.0],
+    [1.0, 3.0, 3.0, 1.0, 0.0],
+    [1.0, 4.0, 6.0, 4.0, 1.0],
+];
+
+impl Jet {
+    pub fn constant(value: f64) -> Self {
+        Self([value, 0.0, 0.0, 0.0, 0.0])
+    }
+
+    /// From derivatives with respect to s, where t = `scale_s`·s.
+    pub fn from_scaled(derivatives: [f64; 5], scale_s: f64) -> Self {
+        let mut jet = derivatives;
+        let mut power = 1.0;
+        for derivative in &mut jet {
+            *derivative /= power;
+            power *= scale_s;
+        }
+        Self(jet)
+    }
+
+    pub fn scaled(self, factor: f64) -> Self {
+        Self(self.0.map(|value| value * factor))
+    }
+
+    pub fn plus(self, other: Self) -> Self {
+        Self(std::array::from_fn(|n| self.0[n] + other.0[n]))
+    }
+
+    pub fn times(self, other: Self) -> Self {
+        Self(std::array::from_fn(|n| {
+            (0..=n).map(|i| BINOMIAL[n][i] * self.0[i] * other.0[n - i]).sum()
+        }))
+    }
+}

@@ -1,0 +1,153 @@
+//! r(t) and its first four derivatives, in closed form at any time.
+//!
+//! Four, because the rod's inverse takes two and the correction for the first-order hold two more. One file per kind; all of
+//! them are pure functions of time, so a tick can be evaluated alone, in any order, and twice.
+
+mod blend;
+mod harmonics;
+mod jet;
+mod profile;
+mod ramps;
+mod spline;
+mod table;
+
+use anhyst_ipc::Invalid;
+use blend::Blend;
+use harmonics::Harmonics;
+use jet::Jet;
+use ramps::SmoothRamps;
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+use table::Table;
+
+pub(crate) use blend::blend;
+
+/// Position and its time derivatives.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Motion {
+    /// r.
+    pub position_m: f64,
+    /// dr/dt.
+    pub velocity_m_per_s: f64,
+    /// d²r/dt².
+    pub acceleration_m_per_s2: f64,
+    /// d³r/dt³.
+    pub jerk_m_per_s3: f64,
+    /// d⁴r/dt⁴.
+    pub snap_m_per_s4: f64,
+}
+
+/// What the tip is to do.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum TrajectorySettings {
+    /// Stay at 0.
+    Rest,
+    /// mean + Σ amplitude·sin(2π·frequency·t + phase).
+    Harmonics {
+        /// Mean position.
+        #[serde(default)]
+        mean_m: f64,
+        /// Amplitude in m, frequency in Hz, phase in rad.
+        terms: Vec<(f64, f64, f64)>,
+    },
+    /// Cross-section of a non-circular workpiece that turns in front of the tool: mean + Σ amplitude·sin(lobe·θ + phase).
+    Profile {
+        /// Speed of the workpiece.
+        spindle_rpm: f64,
+        /// Mean position.
+        #[serde(default)]
+        mean_m: f64,
+        /// Lobes per revolution, amplitude in m, phase in rad.
+        lobes: Vec<(u32, f64, f64)>,
+    },
+    /// From point to point, standing still in each; four continuous derivatives.
+    SmoothRamps {
+        /// Time in s (rising), position in m.
+        points: Vec<(f64, f64)>,
+    },
+    /// A CSV file with columns `time_s` (rising) and `position_m`, joined by a quintic spline.
+    Table {
+        /// Path, relative to the scenario's folder.
+        file: PathBuf,
+        /// Start again at the end: the last row is the first one, a period later. Otherwise stand still there.
+        #[serde(default)]
+        repeat: bool,
+    },
+}
+
+impl TrajectorySettings {
+    /// Refuses numbers that make no trajectory. Files are looked at by [`Trajectory::load`].
+    ///
+    /// # Errors
+    /// The first refusal; its path is relative to this enum.
+    pub fn validate(&self, tick_s: f64) -> Result<(), Invalid> {
+        match self {
+            Self::Rest | Self::Table { .. } => Ok(()),
+            Self::Harmonics { mean_m, terms } => harmonics::validate(*mean_m, terms, tick_s),
+            Self::Profile { spindle_rpm, mean_m, lobes } => {
+                profile::validate(*spindle_rpm, *mean_m, lobes, tick_s)
+            }
+            Self::SmoothRamps { points } => ramps::validate(points, tick_s),
+        }
+    }
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+enum Kind {
+    Rest,
+    Harmonics(Harmonics),
+    SmoothRamps(SmoothRamps),
+    Table(Table),
+}
+
+/// A trajectory, ready to be evaluated: S(t/start)·r(t), with S the smooth blend from 0 to 1.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Trajectory {
+    kind: Kind,
+    start_s: f64,
+}
+
+impl Trajectory {
+    /// Builds the trajectory; reads the table's file, which is the only I/O and happens here. `start_s` is the length of the
+    /// smooth start from rest at 0 (0: none); files are looked for in `base_dir`.
+    ///
+    /// # Errors
+    /// If the numbers make no trajectory or the file cannot be read; the sentence names file, row and column.
+    pub fn load(
+        settings: &TrajectorySettings,
+        start_s: f64,
+        tick_s: f64,
+        base_dir: &Path,
+    ) -> Result<Self, Invalid> {
+        settings.validate(tick_s)?;
+        let kind = match settings {
+            TrajectorySettings::Rest => Kind::Rest,
+            TrajectorySettings::Harmonics { mean_m, terms } => Kind::Harmonics(Harmonics::new(*mean_m, terms)),
+            TrajectorySettings::Profile { spindle_rpm, mean_m, lobes } => {
+                Kind::Harmonics(profile::harmonics(*spindle_rpm, *mean_m, lobes))
+            }
+            TrajectorySettings::SmoothRamps { points } => Kind::SmoothRamps(SmoothRamps::new(points)),
+            TrajectorySettings::Table { file, repeat } => Kind::Table(Table::load(&base_dir.join(file), *repeat)?),
+        };
+        Ok(Self { kind, start_s })
+    }
+
+    /// Position and derivatives at a time.
+    pub fn at(&self, time_s: f64) -> Motion {
+        let jet = match &self.kind {
+            Kind::Rest => Jet::default(),
+            Kind::Harmonics(harmonics) => harmonics.at(time_s),
+            Kind::SmoothRamps(ramps) => ramps.at(time_s),
+            Kind::Table(table) => table.at(time_s),
+        };
+        let Jet([position_m, velocity_m_per_s, acceleration_m_per_s2, jerk_m_per_s3, snap_m_per_s4]) =
+            if self.starting(time_s) { jet.times(Blend { from_s: 0.0, length_s: self.start_s }.at(time_s)) } else { jet };
+        Motion { position_m, velocity_m_per_s, acceleration_m_per_s2, jerk_m_per_s3, snap_m_per_s4 }
+    }
+
+    /// True while the smooth start lasts.
+    pub fn starting(&self, time_s: f64) -> bool {
+        self.start_s > 0.0 && time_s < self.start_s
+    }
+}

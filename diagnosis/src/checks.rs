@@ -1,0 +1,147 @@
+//! Is a table what it says it is? Refusals before any fit: magnitudes no material has, constant or too short
+//! columns, time that runs back, a field that is no sweep, a magnetization that falls while the field rises.
+
+use crate::columns::Quantity;
+use crate::data::{MeasuredLoop, SERIES, Sample, Table};
+use crate::error::{DiagnosisError, Place};
+use crate::sweep;
+
+/// Fewer samples than this cannot carry five parameters and an offset.
+pub(crate) const LEAST_ROWS: usize = 20;
+
+/// Quantity, largest believable magnitude, unit, reason.
+const LIMITS: &[(Quantity, f64, &str, &str)] = &[
+    (
+        Quantity::Field,
+        1e7,
+        "A/m",
+        "that is 12.6 T in vacuum, beyond any coil for such a loop",
+    ),
+    (
+        Quantity::FluxDensity,
+        3.0,
+        "T",
+        "iron-cobalt, the strongest material, saturates at 2.45 T",
+    ),
+    (
+        Quantity::Magnetization,
+        2.5e6,
+        "A/m",
+        "iron-cobalt, the strongest material, saturates at 1.95e6 A/m",
+    ),
+    (
+        Quantity::Strain,
+        0.02,
+        "(m/m)",
+        "the largest magnetostriction known is 0.0025, and brittle rods break at 0.01",
+    ),
+];
+
+/// Refuses a value beyond what any material or coil reaches: its unit is then another one.
+pub(crate) fn magnitude(quantity: Quantity, value: f64, place: impl FnOnce() -> Place) -> Result<(), DiagnosisError> {
+    let Some((.., limit, unit, reason)) = LIMITS.iter().find(|(of, ..)| *of == quantity) else {
+        return Ok(());
+    };
+    if value.abs() <= *limit {
+        return Ok(());
+    }
+    let (quantity_key, quantity) = (quantity.key(), quantity.name());
+    Err(DiagnosisError::UnitSuspected {
+        place: place(),
+        quantity,
+        quantity_key,
+        value,
+        limit: *limit,
+        unit,
+        reason,
+    })
+}
+
+/// Checks of one loop while rows and lines are still at hand.
+pub(crate) fn samples(table: &Table, samples: &[Sample]) -> Result<(), DiagnosisError> {
+    let loop_id = samples.first().map(|sample| sample.loop_id.clone()).unwrap_or_default();
+    if samples.len() < LEAST_ROWS {
+        let (file, rows) = (table.file_name(), samples.len());
+        return Err(DiagnosisError::TooFewRows {
+            file,
+            loop_id,
+            rows,
+            least: LEAST_ROWS,
+        });
+    }
+    for (index, series) in SERIES.into_iter().enumerate() {
+        let Some(value) = samples[0].values[index] else {
+            continue;
+        };
+        if samples.iter().all(|sample| sample.values[index] == Some(value)) {
+            let (file, column) = (table.file_name(), table.header(series));
+            return Err(DiagnosisError::Constant {
+                file,
+                loop_id,
+                column,
+                value,
+                rows: samples.len(),
+            });
+        }
+        // Columns were checked as they were read; the magnetization made from flux density was not.
+        for sample in samples {
+            let place = || table.place(sample.row, sample.line, series);
+            magnitude(series, sample.values[index].unwrap_or_default(), place)?;
+        }
+    }
+    for pair in samples.windows(2) {
+        if let (Some(previous), Some(value)) = (pair[0].values[0], pair[1].values[0])
+            && value <= previous
+        {
+            let place = table.place(pair[1].row, pair[1].line, Quantity::Time);
+            return Err(DiagnosisError::TimeRunsBack { place, value, previous });
+        }
+    }
+    Ok(())
+}
+
+/// Checks of one loop as a whole.
+pub(crate) fn sweep(table: &Table, measured: &MeasuredLoop) -> Result<(), DiagnosisError> {
+    let (file, loop_id) = (table.file_name(), measured.id.clone());
+    let rows = measured.field_a_per_m.len();
+    let field_column = table.header(Quantity::Field);
+    let reversals = sweep::turning_points(&measured.field_a_per_m, sweep::DEFAULT_THRESHOLD).len();
+    // Even a coarse loop has ten samples between reversals; unsorted rows turn round at every second one.
+    let limit = rows / 4;
+    if reversals > limit {
+        return Err(DiagnosisError::NotASweep {
+            file,
+            loop_id,
+            column: field_column,
+            reversals,
+            rows,
+            limit,
+        });
+    }
+    let Some(magnetization) = &measured.magnetization_a_per_m else {
+        return Ok(());
+    };
+    let correlation = correlation(&measured.field_a_per_m, magnetization);
+    if correlation < 0.0 {
+        let response_column = table.header(Quantity::Magnetization);
+        return Err(DiagnosisError::MagnetizationFalls {
+            file,
+            loop_id,
+            field_column,
+            response_column,
+            correlation,
+        });
+    }
+    Ok(())
+}
+
+fn correlation(first: &[f64], second: &[f64]) -> f64 {
+    let count = first.len() as f64;
+    let mean = |series: &[f64]| series.iter().sum::<f64>() / count;
+    let (first_mean, second_mean) = (mean(first), mean(second));
+    let product = |a: &[f64], a_mean: f64, b: &[f64], b_mean: f64| -> f64 {
+        a.iter().zip(b).map(|(a, b)| (a - a_mean) * (b - b_mean)).sum()
+    };
+    product(first, first_mean, second, second_mean)
+        / (product(first, first_mean, first, first_mean) * product(second, second_mean, second, second_mean)).sqrt()
+}

@@ -1,0 +1,111 @@
+//! Field → bank of models over Θ → free strains → rods → law: what is known at t_k from the measurement at t_k.
+//!
+//! Every member follows the same field with its own shape parameter, so f(u, θ), a functional of the whole history of the
+//! input, is at hand for every θ of the grid at every instant. The magnetization handed on is interpolated in the bank at
+//! the corrected estimate.
+//! Source: the paper's section 3, made exact for any input by the bank (SCIENCE section 5).
+
+use crate::coil_field::{CoilFieldModel, FieldKnowledge};
+use crate::law::{AnyLaw, Correction, Law, Prediction};
+use crate::rods::Rods;
+use crate::{EstimatorError, EstimatorSettings, FixedShape, Folded, Grid, LawSettings};
+use anhyst_model::{AmplifierConstants, Bank, Magnetostriction, Material, TwoPole};
+use serde::{Deserialize, Serialize};
+
+/// What the estimator knows at t_k.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Estimation {
+    /// Field in the coil at t_k and t_k+1.
+    pub field: FieldKnowledge,
+    /// Magnetization at t_k at the estimate, A/m.
+    pub magnetization_a_per_m: f64,
+    /// What the law found.
+    pub correction: Correction,
+}
+
+/// The estimator: everything it remembers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Estimator {
+    field: CoilFieldModel,
+    grid: Grid,
+    bank: Bank,
+    saturation_a_per_m: f64,
+    magnetostriction: Magnetostriction,
+    strains: Vec<f64>,
+    rods: Rods,
+    law: AnyLaw,
+}
+
+impl Estimator {
+    /// A demagnetised material in a rod at rest, for ticks of `tick_s`. The material's own `a` is not used: the bank's
+    /// members have those of the range. The gain of `two_pole_per_strain` is per unit of free strain
+    /// ([`anhyst_model::RodElements::two_pole`] with a strain per magnetization of 1).
+    ///
+    /// # Errors
+    /// A setting or a constant that cannot be used.
+    pub fn new(
+        settings: &EstimatorSettings,
+        material: &Material,
+        two_pole_per_strain: TwoPole,
+        amplifier: AmplifierConstants,
+        tick_s: f64,
+    ) -> Result<Self, EstimatorError> {
+        settings.validate()?;
+        material.validate()?;
+        let (grid, law) = match settings.law {
+            LawSettings::FixedShape { shape_a_per_m } => (
+                Grid::new(shape_a_per_m, shape_a_per_m, 1),
+                AnyLaw::FixedShape(FixedShape::new(shape_a_per_m)),
+            ),
+            LawSettings::Folded(folded) => {
+                let (lower, upper) = folded.range_a_per_m;
+                (
+                    Grid::new(lower, upper, folded.members),
+                    AnyLaw::Folded(Folded::new(&folded, tick_s)),
+                )
+            }
+        };
+        let members = grid.shapes_a_per_m().len();
+        let bank = Bank::new(material.hysteresis, grid.shapes_a_per_m())?;
+        Ok(Self {
+            field: CoilFieldModel::new(settings.field, amplifier, tick_s)?,
+            grid,
+            bank,
+            saturation_a_per_m: material.hysteresis.saturation_magnetization_a_per_m,
+            magnetostriction: material.magnetostriction,
+            strains: vec![0.0; members],
+            rods: Rods::new(two_pole_per_strain, tick_s, members)?,
+            law,
+        })
+    }
+
+    /// Advances to t_k with the safe field of the tick before and the measurements of this one.
+    pub fn step(
+        &mut self,
+        tick: u64,
+        last_safe_field_a_per_m: f64,
+        measured_field_a_per_m: f64,
+        measured_displacement_m: f64,
+    ) -> Estimation {
+        let field = self.field.follow(tick, last_safe_field_a_per_m, measured_field_a_per_m);
+        self.bank.advance(field.now_a_per_m);
+        for (strain, &magnetization) in self.strains.iter_mut().zip(self.bank.magnetizations()) {
+            *strain = self.magnetostriction.strain(magnetization, self.saturation_a_per_m);
+        }
+        // At tick 0 the rod is at rest where it stands; there is no interval before it.
+        if tick > 0 {
+            self.rods.advance(&self.strains);
+        }
+        let prediction = Prediction {
+            grid: &self.grid,
+            strains: &self.strains,
+            displacements_m: self.rods.displacements_m(),
+        };
+        let correction = self.law.correct(prediction, measured_displacement_m);
+        Estimation {
+            field,
+            magnetization_a_per_m: self.grid.cubic(self.bank.magnetizations(), correction.shape_a_per_m),
+            correction,
+        }
+    }
+}

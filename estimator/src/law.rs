@@ -1,0 +1,71 @@
+//! What an estimation law is: predictions of the bank and one measurement in, a corrected shape parameter out.
+//!
+//! A law sees every member's strain and displacement at t_k and the measured displacement at t_k; it owns its state and
+//! its estimate. One file per law; the scenario chooses by name ([`crate::LawSettings`]).
+
+use crate::{FixedShape, Folded, Grid};
+use serde::{Deserialize, Serialize};
+
+/// The bank at t_k, member by member in the order of the grid.
+#[derive(Debug, Clone, Copy)]
+pub struct Prediction<'a> {
+    /// The members' shape parameters.
+    pub grid: &'a Grid,
+    /// Their free strains, without unit.
+    pub strains: &'a [f64],
+    /// Their tip displacements after the known rod, m.
+    pub displacements_m: &'a [f64],
+}
+
+/// What one step of a law found.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Correction {
+    /// New estimate of a, A/m.
+    pub shape_a_per_m: f64,
+    /// Predicted minus (filtered) measured output, m.
+    pub output_error_m: f64,
+    /// Output predicted at the estimate before the correction, f(θ̂), m.
+    pub predicted_output_m: f64,
+    /// Convex cover of f there, m.
+    pub lower_cover_m: f64,
+    /// Concave cover of f there, m.
+    pub upper_cover_m: f64,
+    /// Slope of the cover that was used, φ*, m per A/m.
+    pub slope_m_per_a_per_m: f64,
+    /// Standard deviation of the estimate, A/m; 0 where the law gives none.
+    pub standard_deviation_a_per_m: f64,
+    /// The output error is outside the dead zone: the estimate is being corrected.
+    pub adapting: bool,
+    /// The estimate stands at an edge of Θ.
+    pub at_edge: bool,
+    /// Nothing could be learnt: no usable measurement, or an input that tells the members of the bank apart by less
+    /// than the dead zone.
+    pub held: bool,
+    /// The scenario fixes the estimate.
+    pub fixed: bool,
+}
+
+/// An estimation law.
+pub trait Law {
+    /// Corrects the estimate with the measurement of this tick. Finite predictions give finite answers, whatever the
+    /// measurement.
+    fn correct(&mut self, prediction: Prediction<'_>, measured_displacement_m: f64) -> Correction;
+}
+
+/// The laws that a scenario can choose, with their states.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum AnyLaw {
+    /// No adaptation.
+    FixedShape(FixedShape),
+    /// Min-max law on outputs folded through the rod.
+    Folded(Folded),
+}
+
+impl Law for AnyLaw {
+    fn correct(&mut self, prediction: Prediction<'_>, measured_displacement_m: f64) -> Correction {
+        match self {
+            AnyLaw::FixedShape(law) => law.correct(prediction, measured_displacement_m),
+            AnyLaw::Folded(law) => law.correct(prediction, measured_displacement_m),
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! The estimator in the loop: which tokens it reads and what it says.
+
+use crate::{Estimation, Estimator};
+use anhyst_ipc::{Block, Estimate, Measurement, NodeId, Now, Previous, SafeField};
+
+const ADAPTING: u64 = 1;
+const AT_EDGE: u64 = 2;
+const HELD: u64 = 4;
+const FIXED: u64 = 8;
+
+impl Block for Estimator {
+    const NODE: NodeId = NodeId::Estimator;
+    type Inputs = (Now<Measurement>, Previous<SafeField>);
+    type Outputs = (Estimate,);
+
+    fn step(&mut self, tick: u64, (Now(measured), Previous(safe)): Self::Inputs) -> Self::Outputs {
+        let estimation = Estimator::step(
+            self,
+            tick,
+            safe.field_a_per_m,
+            measured.coil_field_a_per_m,
+            measured.displacement_m,
+        );
+        (estimate(&estimation),)
+    }
+}
+
+fn estimate(estimation: &Estimation) -> Estimate {
+    let correction = &estimation.correction;
+    let bits = [
+        (correction.adapting, ADAPTING),
+        (correction.at_edge, AT_EDGE),
+        (correction.held, HELD),
+        (correction.fixed, FIXED),
+    ];
+    Estimate {
+        shape_a_per_m: correction.shape_a_per_m,
+        field_a_per_m: estimation.field.now_a_per_m,
+        magnetization_a_per_m: estimation.magnetization_a_per_m,
+        next_field_a_per_m: estimation.field.next_a_per_m,
+        output_error_m: correction.output_error_m,
+        predicted_output_m: correction.predicted_output_m,
+        lower_cover_m: correction.lower_cover_m,
+        upper_cover_m: correction.upper_cover_m,
+        slope_m_per_a_per_m: correction.slope_m_per_a_per_m,
+        standard_deviation_a_per_m: correction.standard_deviation_a_per_m,
+        status: bits.iter().filter(|(set, _)| *set).map(|(_, bit)| bit).sum(),
+        ..Estimate::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{EstimatorSettings, LawSettings};
+    use anhyst_ipc::{Channel, wiring};
+    use anhyst_model::{AmplifierConstants, Material, TwoPole};
+
+    // Guards the arrows of the loop: the safe field is the one of the tick before, the only way to break the circle.
+    #[test]
+    fn reads_this_measurement_and_the_last_safe_field() {
+        let arrows: Vec<_> = wiring::<Estimator>()
+            .iter()
+            .map(|wire| (wire.channel, wire.delay))
+            .collect();
+        assert_eq!(arrows, [(Channel::Measurement, 0), (Channel::SafeField, 1)]);
+    }
+
+    // Guards the message: tick 0 is a demagnetised rod, a fixed estimate says so, and a silent sensor is told.
+    #[test]
+    fn tick_zero_and_status_bits() {
+        let two_pole = TwoPole {
+            gain: 6.965e6,
+            damping_per_s: 7.8899e3,
+            stiffness_per_s2: 6.4251e7,
+            force_gain_per_kg: 0.0,
+        };
+        let make = |law| {
+            let settings = EstimatorSettings {
+                law,
+                ..EstimatorSettings::default()
+            };
+            Estimator::new(
+                &settings,
+                &Material::terfenol_d(),
+                two_pole,
+                AmplifierConstants::default(),
+                5e-5,
+            )
+            .unwrap()
+        };
+        let mut fixed = make(LawSettings::FixedShape { shape_a_per_m: 7012.0 });
+        let silent = Measurement {
+            displacement_m: f64::NAN,
+            ..Measurement::default()
+        };
+        let (first,) = Block::step(
+            &mut fixed,
+            0,
+            (Now(Measurement::default()), Previous(SafeField::default())),
+        );
+        assert_eq!(
+            (first.shape_a_per_m, first.field_a_per_m, first.status),
+            (7012.0, 0.0, FIXED)
+        );
+        let (second,) = Block::step(&mut fixed, 1, (Now(silent), Previous(SafeField::default())));
+        assert_eq!((second.status, second.output_error_m), (FIXED | HELD, 0.0));
+        let mut folded = make(LawSettings::default());
+        let (first,) = Block::step(&mut folded, 0, (Now(silent), Previous(SafeField::default())));
+        assert_eq!((first.shape_a_per_m, first.status), (6800.0, HELD));
+    }
+}

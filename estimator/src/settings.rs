@@ -1,0 +1,251 @@
+//! What a scenario says about the estimator: where the field comes from, which law corrects, how fast and how carefully.
+
+use anhyst_ipc::Invalid;
+use serde::{Deserialize, Serialize};
+
+/// Largest bank: a member costs about 20 ns a tick, and beyond some hundred members interpolation is not the error any more.
+const MOST_MEMBERS: usize = 512;
+
+/// Settings of the estimator.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct EstimatorSettings {
+    /// What drives the models.
+    pub field: FieldSource,
+    /// How `a` is corrected.
+    pub law: LawSettings,
+}
+
+/// Best knowledge of the coil field. A noisy field must never drive a rate-independent model directly: every sign change
+/// of its noise is a reversal to the model, and 1 A/m rms of it costs 300 nm.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum FieldSource {
+    /// The commanded field through the model of the amplifier.
+    #[default]
+    Commanded,
+    /// The measured field through a play (dead band).
+    Measured {
+        /// Half-width of the play; about three standard deviations of the field sensor.
+        play_a_per_m: f64,
+    },
+}
+
+/// Which law, with its settings.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum LawSettings {
+    /// No adaptation: `a` is what the scenario says.
+    FixedShape {
+        /// Shape parameter a.
+        shape_a_per_m: f64,
+    },
+    /// The min-max law on outputs folded through the rod.
+    Folded(FoldedSettings),
+}
+
+impl Default for LawSettings {
+    fn default() -> Self {
+        Self::Folded(FoldedSettings::default())
+    }
+}
+
+/// Settings of the folded law.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct FoldedSettings {
+    /// Θ: the estimate stays within these shape parameters.
+    pub range_a_per_m: (f64, f64),
+    /// Where the estimate starts.
+    pub start_a_per_m: f64,
+    /// Models in the bank, evenly spread over the range.
+    pub members: usize,
+    /// κ: both filters' corner, 1/s.
+    pub filter_per_s: f64,
+    /// ε: output errors up to this change nothing.
+    pub dead_zone_m: f64,
+    /// Covers are built over the members this near to the estimate; none: over the whole range. The law's guarantee needs
+    /// the true shape inside the window, its accuracy on a periodic motion needs a small one.
+    pub window_a_per_m: Option<f64>,
+    /// How fast the estimate follows where the output is as sensitive as said below.
+    pub adaptation_rate_per_s: f64,
+    /// Typical change of the displacement with the shape parameter, m per A/m.
+    pub sensitivity_m_per_a_per_m: f64,
+}
+
+impl Default for FoldedSettings {
+    /// Tuned in the loop on 40 µm at 50 Hz and 12 µm at 150 Hz, 20 kHz ticks, 10 nm rms sensor noise, `a` drifting by
+    /// 200 A/m per second. The dead zone is 1.4 times the noise that the filter lets through (σ √(κ dt/2) = 2.2 nm) and
+    /// leaves ε/φ*, below 1 A/m, undetermined. The sensitivity is the rms of dY/da of that motion. Faster adaptation lags
+    /// less and lets more noise into the estimate.
+    fn default() -> Self {
+        Self {
+            range_a_per_m: (6300.0, 7300.0),
+            start_a_per_m: 6800.0,
+            members: 33,
+            filter_per_s: 2000.0,
+            dead_zone_m: 3e-9,
+            window_a_per_m: Some(100.0),
+            adaptation_rate_per_s: 500.0,
+            sensitivity_m_per_a_per_m: 4e-9,
+        }
+    }
+}
+
+impl FoldedSettings {
+    /// γ = rate / sensitivity², (A/m)²/(m² s).
+    pub fn gain(&self) -> f64 {
+        self.adaptation_rate_per_s / (self.sensitivity_m_per_a_per_m * self.sensitivity_m_per_a_per_m)
+    }
+
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// The first setting that cannot be used.
+    pub fn validate(&self) -> Result<(), Invalid> {
+        let (lower, upper) = self.range_a_per_m;
+        Invalid::unless_positive("range_a_per_m", lower, "A/m")?;
+        Invalid::unless_positive("range_a_per_m", upper, "A/m")?;
+        if lower >= upper {
+            return Err(Invalid::new(
+                "range_a_per_m",
+                format!("the lower edge {lower} A/m must be below the upper edge {upper} A/m"),
+            ));
+        }
+        let start = self.start_a_per_m;
+        if !(lower..=upper).contains(&start) {
+            return Err(Invalid::new(
+                "start_a_per_m",
+                format!("{start} A/m is outside the range [{lower}, {upper}] A/m, which the estimate may not leave"),
+            ));
+        }
+        if !(2..=MOST_MEMBERS).contains(&self.members) {
+            return Err(Invalid::new(
+                "members",
+                format!(
+                    "{} models cannot span a range; 2 to {MOST_MEMBERS} are possible",
+                    self.members
+                ),
+            ));
+        }
+        Invalid::unless_positive("filter_per_s", self.filter_per_s, "1/s")?;
+        Invalid::unless_positive("dead_zone_m", self.dead_zone_m, "m")?;
+        if let Some(window) = self.window_a_per_m {
+            Invalid::unless_positive("window_a_per_m", window, "A/m")?;
+        }
+        Invalid::unless_positive("adaptation_rate_per_s", self.adaptation_rate_per_s, "1/s")?;
+        Invalid::unless_positive("sensitivity_m_per_a_per_m", self.sensitivity_m_per_a_per_m, "m per A/m")?;
+        if !self.gain().is_finite() {
+            let sensitivity = self.sensitivity_m_per_a_per_m;
+            return Err(Invalid::new(
+                "sensitivity_m_per_a_per_m",
+                format!("{sensitivity} m per A/m is too small: rate/sensitivity^2 is not a finite number"),
+            ));
+        }
+        Ok(())
+    }
+}
+
+impl LawSettings {
+    fn validate(&self) -> Result<(), Invalid> {
+        match self {
+            LawSettings::FixedShape { shape_a_per_m } => {
+                Invalid::unless_positive("shape_a_per_m", *shape_a_per_m, "A/m")
+            }
+            LawSettings::Folded(folded) => folded.validate(),
+        }
+    }
+}
+
+impl EstimatorSettings {
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// The first setting that cannot be used.
+    pub fn validate(&self) -> Result<(), Invalid> {
+        if let FieldSource::Measured { play_a_per_m } = self.field
+            && !(play_a_per_m.is_finite() && play_a_per_m >= 0.0)
+        {
+            return Err(Invalid::new(
+                "field.play_a_per_m",
+                format!("{play_a_per_m} A/m must be finite and not below 0 A/m"),
+            ));
+        }
+        self.law.validate().map_err(|invalid| invalid.within("law"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refusal(folded: FoldedSettings) -> String {
+        let settings = EstimatorSettings {
+            law: LawSettings::Folded(folded),
+            ..EstimatorSettings::default()
+        };
+        settings.validate().unwrap_err().to_string()
+    }
+
+    // Guards the sentences: a user must see the value and the limit it broke.
+    #[test]
+    fn refusals_say_value_and_limit() {
+        let base = FoldedSettings::default();
+        assert_eq!(EstimatorSettings::default().validate(), Ok(()));
+        let start = refusal(FoldedSettings {
+            start_a_per_m: 6200.0,
+            ..base
+        });
+        assert!(
+            start.starts_with("law.start_a_per_m: 6200 A/m is outside the range [6300, 7300]"),
+            "{start}"
+        );
+        let range = refusal(FoldedSettings {
+            range_a_per_m: (7300.0, 6300.0),
+            ..base
+        });
+        assert!(
+            range.contains("7300 A/m must be below the upper edge 6300 A/m"),
+            "{range}"
+        );
+        assert!(refusal(FoldedSettings { members: 1, ..base }).contains("2 to 512"));
+        assert!(
+            refusal(FoldedSettings {
+                dead_zone_m: 0.0,
+                ..base
+            })
+            .contains("law.dead_zone_m: 0 m")
+        );
+        assert!(
+            refusal(FoldedSettings {
+                filter_per_s: f64::NAN,
+                ..base
+            })
+            .contains("NaN")
+        );
+        assert!(
+            refusal(FoldedSettings {
+                sensitivity_m_per_a_per_m: 1e-200,
+                ..base
+            })
+            .contains("too small")
+        );
+        let play = EstimatorSettings {
+            field: FieldSource::Measured { play_a_per_m: -1.0 },
+            ..Default::default()
+        };
+        assert!(
+            play.validate()
+                .unwrap_err()
+                .to_string()
+                .contains("field.play_a_per_m: -1 A/m")
+        );
+    }
+
+    // Guards against misspelt settings that would silently keep their defaults.
+    #[test]
+    fn unknown_fields_are_refused() {
+        assert!(serde_json::from_str::<EstimatorSettings>(r#"{"law":{"Folded":{"dead_zone":1}}}"#).is_err());
+        assert!(serde_json::from_str::<EstimatorSettings>(r#"{"laws":1}"#).is_err());
+    }
+}

@@ -1,0 +1,224 @@
+//! Guards the estimator as a whole against a plant made of the same physics: bank, rod, timing and law together.
+//! The loop is open: a field is commanded, the plant moves, the estimator hears displacement and command.
+
+use anhyst_estimator::{Estimation, Estimator, EstimatorSettings, FieldSource, FoldedSettings, LawSettings};
+use anhyst_model::{
+    Amplifier, AmplifierConstants, MagneticState, Material, Noise, RodState, TwoPole, TwoPolePropagator,
+};
+
+const TICK_S: f64 = 5e-5;
+
+/// The paper's rod, with its gain per unit of free strain.
+fn rod(material: &Material) -> TwoPole {
+    TwoPole {
+        gain: 1.3724e-2 / material.strain_per_magnetization(),
+        damping_per_s: 7.8899e3,
+        stiffness_per_s2: 6.4251e7,
+        force_gain_per_kg: 0.0,
+    }
+}
+
+struct Rig {
+    material: Material,
+    amplifier: Amplifier,
+    magnetic: MagneticState,
+    acceleration: f64,
+    rod: RodState,
+    propagator: TwoPolePropagator,
+    noise: Noise,
+}
+
+impl Rig {
+    fn new(amplifier: AmplifierConstants) -> Self {
+        let material = Material::terfenol_d();
+        Rig {
+            amplifier: Amplifier::new(amplifier, TICK_S).unwrap(),
+            magnetic: MagneticState::default(),
+            acceleration: 0.0,
+            rod: RodState::default(),
+            propagator: TwoPolePropagator::new(rod(&material), TICK_S).unwrap(),
+            noise: Noise::new(1, 0),
+            material,
+        }
+    }
+
+    /// One tick of the interval that ends at t_k, with the field that ends it.
+    fn advance(&mut self, shape_a_per_m: f64, field_a_per_m: f64) {
+        let hysteresis = self.material.hysteresis.with_shape(shape_a_per_m);
+        self.magnetic = hysteresis.advance(self.magnetic, field_a_per_m);
+        let saturation = hysteresis.saturation_magnetization_a_per_m;
+        let strain = self
+            .material
+            .magnetostriction
+            .strain(self.magnetic.magnetization_a_per_m, saturation);
+        let reached = rod(&self.material).gain * strain;
+        self.rod = self.propagator.advance(self.rod, self.acceleration, reached);
+        self.acceleration = reached;
+    }
+}
+
+/// Field of ±40 µm at 50 Hz and 30 % at 150 Hz, roughly.
+fn command(tick: u64) -> f64 {
+    let angle = 2.0 * std::f64::consts::PI * 50.0 * TICK_S * tick as f64;
+    9000.0 * (angle.sin() + 0.3 * (3.0 * angle).sin())
+}
+
+/// Runs `seconds` with a(t) and noise; `seen` gets the time, the truth and what the estimator says.
+fn run(
+    settings: &EstimatorSettings,
+    seconds: f64,
+    shape_a_per_m: impl Fn(f64) -> f64,
+    noise_m: f64,
+    mut seen: impl FnMut(f64, f64, MagneticState, &Estimation),
+) {
+    let amplifier = AmplifierConstants {
+        bandwidth_hz: Some(2000.0),
+        ..AmplifierConstants::default()
+    };
+    let mut rig = Rig::new(amplifier);
+    let mut estimator = Estimator::new(settings, &rig.material, rod(&rig.material), amplifier, TICK_S).unwrap();
+    let (mut last_command, mut field) = (0.0, 0.0);
+    for tick in 0..(seconds / TICK_S) as u64 {
+        let time_s = tick as f64 * TICK_S;
+        let shape = shape_a_per_m(time_s);
+        if tick > 0 {
+            rig.advance(shape, field);
+        }
+        let measured = rig.rod.displacement_m + noise_m * rig.noise.normal();
+        let found = estimator.step(tick, last_command, field, measured);
+        seen(time_s, shape, rig.magnetic, &found);
+        last_command = command(tick);
+        field = rig.amplifier.step(last_command).field_a_per_m;
+        assert_eq!(found.field.next_a_per_m, field);
+    }
+}
+
+fn folded(start_a_per_m: f64) -> EstimatorSettings {
+    let law = LawSettings::Folded(FoldedSettings {
+        start_a_per_m,
+        ..FoldedSettings::default()
+    });
+    EstimatorSettings {
+        law,
+        ..EstimatorSettings::default()
+    }
+}
+
+// Guards convergence with the default settings, dead zone included, from both sides and from the middle.
+#[test]
+fn converges_to_the_true_shape_from_anywhere() {
+    for start in [6400.0, 6800.0, 7250.0] {
+        let mut last = f64::NAN;
+        run(
+            &folded(start),
+            2.0,
+            |_| 7012.0,
+            0.0,
+            |_, _, _, found| last = found.correction.shape_a_per_m,
+        );
+        assert!((last - 7012.0).abs() < 1.0, "from {start} A/m to {last} A/m");
+    }
+}
+
+// Guards the lag while the material warms up: 200 A/m per second with 10 nm of noise.
+#[test]
+fn follows_a_drifting_shape() {
+    let mut worst = 0.0_f64;
+    let drifting = |time_s: f64| 6400.0 + 200.0 * time_s;
+    run(&folded(6800.0), 3.0, drifting, 10e-9, |time_s, truth, _, found| {
+        if time_s > 0.5 {
+            worst = worst.max((found.correction.shape_a_per_m - truth).abs());
+        }
+    });
+    assert!(worst < 5.0, "lags by {worst} A/m");
+}
+
+// Guards what the inverse starts from: field exact, magnetization as good as the bank's spacing allows.
+#[test]
+fn the_state_handed_on_is_the_plants() {
+    let mut worst = 0.0_f64;
+    // 7012 is no member of the grid, so this is the interpolation, not a lookup; a start at the truth leaves it alone.
+    run(
+        &folded(7012.0),
+        0.5,
+        |_| 7012.0,
+        0.0,
+        |_, _, magnetic, found| {
+            assert_eq!(found.field.now_a_per_m, magnetic.field_a_per_m);
+            worst = worst.max((found.magnetization_a_per_m - magnetic.magnetization_a_per_m).abs());
+        },
+    );
+    assert!(worst < 0.5, "magnetization off by {worst} A/m");
+}
+
+// Guards the fixed law: one model, the same bits as the plant's where the shape is the true one.
+#[test]
+fn a_fixed_shape_is_one_exact_model() {
+    let law = LawSettings::FixedShape { shape_a_per_m: 7012.0 };
+    let settings = EstimatorSettings {
+        law,
+        ..EstimatorSettings::default()
+    };
+    run(
+        &settings,
+        0.2,
+        |_| 7012.0,
+        0.0,
+        |_, _, magnetic, found| {
+            assert!((found.magnetization_a_per_m - magnetic.magnetization_a_per_m).abs() < 1e-3);
+            assert!(found.correction.output_error_m.abs() < 1e-12);
+        },
+    );
+}
+
+// Guards the play: a noisy measured field may cost accuracy, but must not ratchet the estimate away.
+#[test]
+fn a_noisy_measured_field_goes_through_the_play() {
+    let settings = EstimatorSettings {
+        field: FieldSource::Measured { play_a_per_m: 3.0 },
+        ..folded(6800.0)
+    };
+    let material = Material::terfenol_d();
+    let mut rig = Rig::new(AmplifierConstants::default());
+    let mut estimator = Estimator::new(
+        &settings,
+        &material,
+        rod(&material),
+        AmplifierConstants::default(),
+        TICK_S,
+    )
+    .unwrap();
+    let (mut field, mut last) = (0.0, f64::NAN);
+    for tick in 0..20_000 {
+        if tick > 0 {
+            rig.advance(7012.0, field);
+        }
+        let measured_field = field + rig.noise.normal();
+        last = estimator
+            .step(tick, 0.0, measured_field, rig.rod.displacement_m)
+            .correction
+            .shape_a_per_m;
+        field = rig.amplifier.step(command(tick)).field_a_per_m;
+    }
+    assert!((last - 7012.0).abs() < 20.0, "{last} A/m");
+}
+
+// Guards snapshots: stored, loaded and continued, the estimator gives the same bits.
+#[test]
+fn a_snapshot_continues_with_the_same_bits() {
+    let material = Material::terfenol_d();
+    let amplifier = AmplifierConstants {
+        bandwidth_hz: Some(2000.0),
+        ..AmplifierConstants::default()
+    };
+    let mut original = Estimator::new(&folded(6800.0), &material, rod(&material), amplifier, TICK_S).unwrap();
+    let displacement = |tick: u64| 4e-9 * command(tick);
+    for tick in 0..700 {
+        original.step(tick, command(tick), 0.0, displacement(tick));
+    }
+    let mut copy: Estimator = serde_json::from_str(&serde_json::to_string(&original).unwrap()).unwrap();
+    for tick in 700..1500 {
+        let expected = original.step(tick, command(tick), 0.0, displacement(tick));
+        assert_eq!(copy.step(tick, command(tick), 0.0, displacement(tick)), expected);
+    }
+}

@@ -1,0 +1,105 @@
+//! What the guard is told: limits, the safe field, and what counts as a fault.
+
+use anhyst_ipc::Invalid;
+use serde::{Deserialize, Serialize};
+
+/// Settings of the guard.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GuardSettings {
+    /// Largest magnitude of the field that may leave the guard.
+    pub field_limit_a_per_m: f64,
+    /// Largest magnitude of the field's rate, or none.
+    #[serde(default)]
+    pub slew_limit_a_per_m_s: Option<f64>,
+    /// The field at which nothing can happen.
+    #[serde(default)]
+    pub safe_field_a_per_m: f64,
+    /// Time of the longest ramp to the safe field, the one that starts at the far limit; it sets the slew of every ramp.
+    #[serde(default = "default_ramp_time_s")]
+    pub ramp_time_s: f64,
+    /// How many ticks a token's own tick may differ from the tick it is read in. In lockstep they never differ.
+    #[serde(default = "default_max_age_ticks")]
+    pub max_age_ticks: u64,
+    /// Largest believable change of the displacement in one tick, or no such check.
+    #[serde(default)]
+    pub jump_limit_m: Option<f64>,
+    /// When a displacement that does not change counts as stuck, or no such check.
+    #[serde(default)]
+    pub stuck: Option<StuckSettings>,
+}
+
+/// A displacement is stuck if it repeats itself bit for bit while the field moves; at rest repeating is no fault.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StuckSettings {
+    /// So many repetitions in a row, and more, are suspicious.
+    pub ticks: u64,
+    /// The field must have moved this far from where it was when the displacement last changed.
+    pub field_change_a_per_m: f64,
+}
+
+fn default_ramp_time_s() -> f64 {
+    0.02
+}
+
+fn default_max_age_ticks() -> u64 {
+    3
+}
+
+impl GuardSettings {
+    /// Slew of every ramp, to the safe field and back: the far limit is reached from the safe field in `ramp_time_s`.
+    pub fn ramp_slew_a_per_m_s(&self) -> f64 {
+        (self.field_limit_a_per_m + self.safe_field_a_per_m.abs()) / self.ramp_time_s
+    }
+
+    /// Ticks after which the safe field is reached at the latest, the tick of the fault being the first.
+    pub fn most_ramp_ticks(&self, tick_s: f64) -> u64 {
+        // One more than the quotient, because the steps' rounding may leave a last step of a few ulp.
+        (self.ramp_time_s / tick_s).ceil() as u64 + 1
+    }
+
+    /// Refuses settings that contradict themselves, each other or the tick.
+    ///
+    /// # Errors
+    /// The first refusal, with value and limit.
+    pub fn validate(&self, tick_s: f64) -> Result<(), Invalid> {
+        Invalid::unless_positive("field_limit_a_per_m", self.field_limit_a_per_m, "A/m")?;
+        let limit = self.field_limit_a_per_m;
+        // A limit near the largest number would let differences of two permitted fields overflow.
+        Invalid::unless_between("field_limit_a_per_m", limit, 0.0, 1e9, "A/m")?;
+        Invalid::unless_between("safe_field_a_per_m", self.safe_field_a_per_m, -limit, limit, "A/m")?;
+        Invalid::unless_positive("ramp_time_s", self.ramp_time_s, "s")?;
+        if self.ramp_time_s < tick_s {
+            return Err(Invalid::new(
+                "ramp_time_s",
+                format!("{} s is shorter than one tick of {tick_s} s: that is a jump, not a ramp", self.ramp_time_s),
+            ));
+        }
+        if let Some(slew) = self.slew_limit_a_per_m_s {
+            Invalid::unless_positive("slew_limit_a_per_m_s", slew, "A/(m s)")?;
+            let ramp = self.ramp_slew_a_per_m_s();
+            if ramp > slew {
+                let shortest = (limit + self.safe_field_a_per_m.abs()) / slew;
+                return Err(Invalid::new(
+                    "ramp_time_s",
+                    format!(
+                        "{} s needs a slew of {ramp} A/(m s), above slew_limit_a_per_m_s = {slew} A/(m s): \
+                         the ramp to the safe field must take at least {shortest} s",
+                        self.ramp_time_s
+                    ),
+                ));
+            }
+        }
+        if let Some(jump) = self.jump_limit_m {
+            Invalid::unless_positive("jump_limit_m", jump, "m")?;
+        }
+        if let Some(stuck) = &self.stuck {
+            if stuck.ticks == 0 {
+                return Err(Invalid::new("stuck.ticks", "0 ticks would call every measurement stuck; give at least 1"));
+            }
+            Invalid::unless_positive("stuck.field_change_a_per_m", stuck.field_change_a_per_m, "A/m")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,78 @@
+//! Guards the one promise that holds whatever happens: the field is finite, inside the limit, and its step inside the slew.
+//! Every field of every token is made of random bits, so NaN, infinities, subnormals and huge numbers all occur.
+
+use anhyst_guard::{Guard, GuardSettings, State, StuckSettings};
+use anhyst_ipc::{Block, FieldCommand, Measurement, Message, Now};
+use proptest::prelude::*;
+
+const TICK_S: f64 = 5e-5;
+
+/// Half of the words are any bits at all, half are ordinary numbers, so that the guard does not stay at the safe field.
+fn word() -> impl Strategy<Value = u64> {
+    prop_oneof![
+        any::<u64>(),
+        (-1e5..1e5f64).prop_map(f64::to_bits),
+        (-1e5..1e5f64).prop_map(f64::to_bits),
+        Just(f64::NAN.to_bits()),
+        Just(f64::INFINITY.to_bits()),
+        Just(f64::MAX.to_bits()),
+    ]
+}
+
+/// Ordinary commands with a rare word of any kind; displacement in nanometres.
+fn tokens() -> impl Strategy<Value = (Vec<u64>, Vec<u64>, u64, u64, bool)> {
+    let ordinary = prop::collection::vec((-3e4..3e4f64).prop_map(f64::to_bits), 16);
+    let wild = prop::collection::vec(word(), 16);
+    let words = prop_oneof![8 => ordinary, 1 => wild].boxed();
+    let age = prop_oneof![20 => Just(0), 1 => any::<u64>()].boxed();
+    (words.clone(), words, age.clone(), age, any::<bool>())
+}
+
+fn settings() -> impl Strategy<Value = GuardSettings> {
+    (1.0..1e5f64, 0.0..1.0f64, 1e-4..0.05f64, any::<bool>(), any::<bool>()).prop_map(
+        |(limit, safe_part, ramp_time_s, slews, watches)| GuardSettings {
+            field_limit_a_per_m: limit,
+            slew_limit_a_per_m_s: slews.then_some(2.5 * limit / ramp_time_s),
+            safe_field_a_per_m: limit * (2.0 * safe_part - 1.0),
+            ramp_time_s,
+            max_age_ticks: 3,
+            jump_limit_m: watches.then_some(1.0),
+            stuck: watches.then_some(StuckSettings { ticks: 2, field_change_a_per_m: limit / 10.0 }),
+        },
+    )
+}
+
+proptest! {
+    // 3 000 runs of 40 ticks: 120 000 ticks with a fresh set of words each.
+    #![proptest_config(ProptestConfig { cases: 3000, ..ProptestConfig::default() })]
+
+    #[test]
+    fn field_is_finite_and_within_limits(settings in settings(), run in prop::collection::vec(tokens(), 40)) {
+        let mut guard = Guard::new(&settings, TICK_S).unwrap();
+        let limit = settings.field_limit_a_per_m;
+        let ramp = settings.ramp_slew_a_per_m_s();
+        let mut before = 0.0;
+        for (tick, (command, measurement, command_age, measurement_age, rearm)) in run.iter().enumerate() {
+            let tick = tick as u64;
+            let state = guard.state();
+            if *rearm {
+                let _ = guard.rearm();
+            }
+            let command = FieldCommand::from_words(tick.wrapping_sub(*command_age), &command[..FieldCommand::FIELDS.len()]);
+            let measurement = Measurement::from_words(tick.wrapping_sub(*measurement_age), &measurement[..Measurement::FIELDS.len()]);
+            let (safe,) = guard.step(tick, (Now(command), Now(measurement)));
+            let field = safe.field_a_per_m;
+            prop_assert!(field.is_finite(), "{field} A/m");
+            prop_assert!(field.abs() <= limit, "{field} A/m is beyond {limit} A/m");
+            let slew = if state == State::Normal && guard.state() == State::Normal {
+                settings.slew_limit_a_per_m_s.unwrap_or(f64::INFINITY)
+            } else {
+                ramp
+            };
+            let step: f64 = field - before;
+            // One rounding of the field is all that is granted.
+            prop_assert!(step.abs() <= slew * TICK_S + limit * f64::EPSILON, "a step of {step} A/m in {state:?}");
+            before = field;
+        }
+    }
+}

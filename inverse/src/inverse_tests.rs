@@ -1,0 +1,177 @@
+//! Guards the inverse alone: the demand is met where it can be, the limit holds, and no input breaks the output.
+
+use super::*;
+use proptest::prelude::*;
+
+const LIMIT: f64 = 30_000.0;
+
+fn inverse(structure: Structure) -> Inverse {
+    let settings = InverseSettings {
+        structure,
+        field_limit_a_per_m: LIMIT,
+        compensate_amplifier: true,
+    };
+    let amplifier = AmplifierConstants {
+        bandwidth_hz: Some(2000.0),
+        ..AmplifierConstants::default()
+    };
+    Inverse::new(&settings, Hysteresis::terfenol_d(), &amplifier).unwrap()
+}
+
+/// ±40 µm at 50 Hz plus 30 % at 150 Hz as a magnetization, at 20 kHz.
+fn demand(k: u64) -> Wanted {
+    let (t, w) = (5e-5 * k as f64, 2.0 * std::f64::consts::PI * 50.0);
+    let ((s1, c1), (s3, c3)) = ((w * t).sin_cos(), (3.0 * w * t).sin_cos());
+    Wanted {
+        magnetization_a_per_m: 1.87e5 * (s1 + 0.3 * s3),
+        magnetization_rate_a_per_m_s: 1.87e5 * w * (c1 + 0.9 * c3),
+    }
+}
+
+// Guards timing and inversion together: with an exact model and an ideal amplifier the magnetization at t_k+2 is the demand
+// of tick k. The plant here is the model itself, one tick of computing delay included.
+#[test]
+fn the_demand_is_met_two_ticks_later() {
+    let settings = InverseSettings {
+        field_limit_a_per_m: LIMIT,
+        ..InverseSettings::default()
+    };
+    let model = Hysteresis::terfenol_d();
+    let mut inverse = Inverse::new(&settings, model, &AmplifierConstants::default()).unwrap();
+    let (mut state, mut on_its_way) = (MagneticState::default(), 0.0);
+    let mut due = [0.0; 2];
+    for k in 0..2000 {
+        let error = (state.magnetization_a_per_m - due[0]).abs();
+        assert!(k < 2 || error <= 1e-6 * 1.87e5, "tick {k}: {error} A/m");
+        let known = Known {
+            shape_a_per_m: model.shape_a_per_m,
+            state,
+            next_field_a_per_m: on_its_way,
+        };
+        let wanted = demand(k + 2);
+        let command = inverse.step(wanted, known);
+        assert!(!command.limited);
+        due = [due[1], wanted.magnetization_a_per_m];
+        state = model.advance(state, on_its_way);
+        on_its_way = command.field_a_per_m;
+    }
+}
+
+// Guards the limit: a demand beyond saturation is clamped and reported, and the lead adds nothing to it.
+#[test]
+fn an_impossible_demand_is_clamped_and_reported() {
+    for structure in [Structure::FromEstimate, Structure::OwnMemory, Structure::Gain] {
+        let mut inverse = inverse(structure);
+        let wanted = Wanted {
+            magnetization_a_per_m: -2e6,
+            magnetization_rate_a_per_m_s: -1e9,
+        };
+        let known = Known {
+            shape_a_per_m: 7012.0,
+            ..Known::default()
+        };
+        let command = inverse.step(wanted, known);
+        assert!(command.limited, "{structure:?}");
+        assert_eq!(
+            (command.field_a_per_m, command.coil_field_a_per_m),
+            (-LIMIT, -LIMIT),
+            "{structure:?}"
+        );
+    }
+}
+
+// Guards a broken estimator or controller: their last good tick's command stays.
+#[test]
+fn unusable_inputs_keep_the_last_command() {
+    let mut inverse = inverse(Structure::FromEstimate);
+    let known = Known {
+        shape_a_per_m: 7012.0,
+        ..Known::default()
+    };
+    let good = inverse.step(
+        Wanted {
+            magnetization_a_per_m: 5e4,
+            magnetization_rate_a_per_m_s: 1e6,
+        },
+        known,
+    );
+    assert!(good.field_a_per_m > 0.0);
+    let wanted = Wanted {
+        magnetization_a_per_m: f64::NAN,
+        ..Wanted::default()
+    };
+    assert_eq!(inverse.step(wanted, known), good);
+    for broken in [
+        Known {
+            shape_a_per_m: f64::NAN,
+            ..known
+        },
+        Known {
+            shape_a_per_m: 0.0,
+            ..known
+        },
+        Known {
+            next_field_a_per_m: f64::INFINITY,
+            ..known
+        },
+        Known {
+            state: MagneticState {
+                magnetization_a_per_m: f64::NAN,
+                ..known.state
+            },
+            ..known
+        },
+    ] {
+        assert_eq!(inverse.step(Wanted::default(), broken), good);
+    }
+}
+
+// Guards settings: the sentence has the value.
+#[test]
+fn refusals_say_the_value() {
+    let settings = InverseSettings {
+        field_limit_a_per_m: -3.0,
+        ..InverseSettings::default()
+    };
+    assert!(
+        settings
+            .validate()
+            .unwrap_err()
+            .to_string()
+            .contains("field_limit_a_per_m: -3 A/m")
+    );
+    assert!(serde_json::from_str::<InverseSettings>(r#"{"limit":1}"#).is_err());
+}
+
+fn any_bits() -> impl Strategy<Value = f64> {
+    // Random bit patterns are mostly huge or tiny; mix in numbers of the size that the loop has, and neighbours of the limits.
+    prop_oneof![
+        any::<u64>().prop_map(f64::from_bits),
+        -1e6..1e6_f64,
+        Just(f64::NAN),
+        Just(7012.0),
+        Just(0.0)
+    ]
+}
+
+proptest! {
+    #[test]
+    fn any_bit_pattern_gives_a_finite_field_within_the_limit(
+        words in prop::collection::vec(prop::array::uniform6(any_bits()), 1..6),
+        structure in prop_oneof![Just(Structure::FromEstimate), Just(Structure::OwnMemory), Just(Structure::Gain)],
+    ) {
+        let mut inverse = inverse(structure);
+        for [shape, field, magnetization, next, demand, rate] in words {
+            let known = Known {
+                shape_a_per_m: shape,
+                state: MagneticState { field_a_per_m: field, magnetization_a_per_m: magnetization },
+                next_field_a_per_m: next,
+            };
+            let wanted = Wanted { magnetization_a_per_m: demand, magnetization_rate_a_per_m_s: rate };
+            let command = inverse.step(wanted, known);
+            prop_assert!(command.field_a_per_m.abs() <= LIMIT && command.coil_field_a_per_m.abs() <= LIMIT);
+            prop_assert!(command.reached_magnetization_a_per_m.is_finite());
+            prop_assert!(command.start_magnetization_a_per_m.is_finite());
+        }
+    }
+}

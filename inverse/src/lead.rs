@@ -1,0 +1,83 @@
+//! u = H + τ dH/dt,  dH/dt = (dM/dt)/(dM/dH): the command whose first-order lag gives H.
+//!
+//! H field wanted in the coil (A/m), τ lag of the amplifier (s), dM/dt rate of the demand (A/(m s)), dM/dH slope of the
+//! hysteresis at the end of the inversion (no unit).
+//! Two others were measured in the loop (2 kHz amplifier, 20 kHz ticks, ±40 µm at 50 Hz and 30 % at 150 Hz, 10 nm noise;
+//! tracking error rms / max, and the rms of the command's second difference, which is what the coil's driver must take):
+//! this one 4.6 nm / 14 nm, 12 A/m; dH/dt from consecutive fields 3.9 / 19 nm, 16 A/m; the exact inverse of one tick of the
+//! lag with its first-order hold, u⁺ = (H⁺ − E H − (g − E) u)/(1 − g), 3.7 / 13 nm, 47 A/m (at 500 Hz 376 A/m against 31).
+//! That inverse has its own pole at −(g − E)/(1 − g), −0.82 at 2 kHz and towards −1 for longer lags: it rings from tick to
+//! tick for a nanometre, and would drive a real amplifier into its slew limit.
+
+use serde::{Deserialize, Serialize};
+
+/// The largest lead as a part of the field limit: where the curve is flat dH/dt has no bound, and the lead must not take
+/// the whole range of the amplifier.
+const LARGEST_LEAD: f64 = 0.25;
+
+/// Compensation of a first-order lag.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Lead {
+    lag_s: f64,
+    largest_a_per_m: f64,
+}
+
+impl Lead {
+    /// For a lag of `lag_s` (0: no lead) and commands within `field_limit_a_per_m`.
+    pub fn new(lag_s: f64, field_limit_a_per_m: f64) -> Self {
+        Self {
+            lag_s,
+            largest_a_per_m: LARGEST_LEAD * field_limit_a_per_m,
+        }
+    }
+
+    /// τ dH/dt in A/m: finite and bounded whatever the slope.
+    pub fn field_a_per_m(&self, magnetization_rate_a_per_m_s: f64, slope: f64) -> f64 {
+        let lead = self.lag_s * magnetization_rate_a_per_m_s / slope;
+        if lead.is_nan() {
+            0.0
+        } else {
+            lead.clamp(-self.largest_a_per_m, self.largest_a_per_m)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anhyst_model::{Amplifier, AmplifierConstants};
+
+    // Guards the purpose: a ramp behind a 2 kHz amplifier is followed without lag once it has settled.
+    #[test]
+    fn a_ramp_is_followed_without_lag() {
+        let constants = AmplifierConstants {
+            bandwidth_hz: Some(2000.0),
+            ..AmplifierConstants::default()
+        };
+        let mut amplifier = Amplifier::new(constants, 5e-5).unwrap();
+        let lead = Lead::new(constants.lag_s(), 50_000.0);
+        let (slope, magnetization_rate) = (25.0, 2.5e7);
+        let rate = magnetization_rate / slope;
+        let mut field = 0.0;
+        for k in 0..200 {
+            let wanted = rate * 5e-5 * f64::from(k);
+            field = amplifier
+                .step(wanted + lead.field_a_per_m(magnetization_rate, slope))
+                .field_a_per_m;
+        }
+        // The command of tick 199 is for t_201; the field returned is that of t_200, commanded in tick 198.
+        assert!((field - rate * 5e-5 * 198.0).abs() < 1e-6);
+    }
+
+    // Guards against flat curves and broken numbers.
+    #[test]
+    fn the_lead_is_bounded() {
+        let lead = Lead::new(8e-5, 1000.0);
+        for slope in [0.0, -0.0, 1e-300, f64::NAN, f64::INFINITY, -1.0] {
+            for rate in [0.0, 1e300, -1e300, f64::NAN, f64::INFINITY] {
+                assert!(lead.field_a_per_m(rate, slope).abs() <= 250.0);
+            }
+        }
+        assert_eq!(Lead::new(0.0, 1000.0).field_a_per_m(1e8, 20.0), 0.0);
+    }
+}

@@ -1,0 +1,51 @@
+//! What a scenario says about the inverse: its structure, its limit, and whether it leads the amplifier's lag.
+
+use anhyst_ipc::Invalid;
+use serde::{Deserialize, Serialize};
+
+/// Settings of the inverse.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct InverseSettings {
+    /// Where the inversion starts from.
+    pub structure: Structure,
+    /// No command goes beyond this field, either way.
+    pub field_limit_a_per_m: f64,
+    /// Command u = H + τ dH/dt, so that the amplifier's first-order lag τ is made up for.
+    pub compensate_amplifier: bool,
+}
+
+/// Where the inversion starts from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Structure {
+    /// From the estimator's state at t_k, carried to t_k+1 with the field that is already on its way.
+    #[default]
+    FromEstimate,
+    /// From its own last answer: pure feedforward, with the estimate's `a` but blind to where the material really is.
+    /// For comparison: nothing that changes the field after it (limits, slew, a fallback of the guard) reaches its memory.
+    OwnMemory,
+    /// H = M/χ with χ = χ₀/(1 − αχ₀), the susceptibility of the material's anhysteretic curve at M = 0 (χ₀ = Ms/3a for
+    /// Langevin, Ms/a for Ising): no hysteresis at all. For comparison, and for a PID alone.
+    Gain,
+}
+
+impl Default for InverseSettings {
+    fn default() -> Self {
+        Self {
+            structure: Structure::default(),
+            field_limit_a_per_m: 50_000.0,
+            compensate_amplifier: true,
+        }
+    }
+}
+
+impl InverseSettings {
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// The first setting that cannot be used.
+    pub fn validate(&self) -> Result<(), Invalid> {
+        Invalid::unless_positive("field_limit_a_per_m", self.field_limit_a_per_m, "A/m")
+    }
+}

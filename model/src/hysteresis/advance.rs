@@ -1,0 +1,197 @@
+//! M from the present state to a field, with the switch of δ̂ placed exactly.
+//!
+//! While δ̂ = 0 the irreversible part is frozen and M solves M = (1 − c)·Mirr + c·Man(H + αM).
+//! The switch is where Man = Mirr = M:  H* = a·curve⁻¹(Mirr/Ms) − α·Mirr,  M* = Mirr.
+//! So a reversal costs no integration until H*, and no step of the integration straddles the kink;
+//! δ̂ cannot switch again before the next reversal. From (3) and (5) of the paper.
+
+use super::stepping::Coefficients;
+use super::{Hysteresis, MagneticState};
+use crate::Anhysteretic;
+use crate::curve::{Curve, IsingEverywhere, LangevinByRange};
+
+/// More substeps than this are not taken in one call; the rest of the way, far in saturation, follows Man.
+pub(crate) const MOST_SUBSTEPS: u32 = 100_000;
+
+/// Length of the stride (A/m) that starts where dM/dH is `slope`.
+///
+/// With positive coupling the effective field runs ahead of the field, dHe/dH = 1 + α·dM/dH, and near a steep flank
+/// the fixed rule is too long (1e-5 Ms on the Ising reference curve with αMs/a = 1.09); this keeps the step in He.
+#[inline(always)]
+pub(crate) fn stride(longest: f64, coupling: f64, slope: f64) -> f64 {
+    if coupling <= 0.0 {
+        return longest;
+    }
+    let ahead = (1.0 + coupling * slope) * (1.0 / 1.5);
+    if ahead > 1e3 {
+        longest * 1e-3
+    } else if ahead > 1.0 {
+        longest / ahead
+    } else {
+        longest
+    }
+}
+
+/// The frozen part of a phase with δ̂ = 0.
+#[derive(Clone, Copy)]
+pub(super) struct Bending {
+    pub irreversible: f64,
+    pub switch_field: f64,
+}
+
+impl Hysteresis {
+    /// The state after the field has moved monotonically to `field_to_a_per_m`.
+    ///
+    /// Fourth order with substeps of at most [`Hysteresis::longest_substep_a_per_m`]: error of the order
+    /// 1e-9 Ms over a loop. The result is continuous in the end field. A field that is not finite gives a
+    /// magnetization that is not a number: nothing is guessed.
+    pub fn advance(&self, state: MagneticState, field_to_a_per_m: f64) -> MagneticState {
+        match self.anhysteretic {
+            Anhysteretic::Langevin => self.advance_on::<LangevinByRange>(state, field_to_a_per_m),
+            Anhysteretic::Ising => self.advance_on::<IsingEverywhere>(state, field_to_a_per_m),
+        }
+    }
+
+    /// dM/dH at a state for a rising or a falling field: the derived form of (7), no unit.
+    pub fn slope(&self, state: MagneticState, rising: bool) -> f64 {
+        match self.anhysteretic {
+            Anhysteretic::Langevin => self.slope_on::<LangevinByRange>(state, rising),
+            Anhysteretic::Ising => self.slope_on::<IsingEverywhere>(state, rising),
+        }
+    }
+
+    #[inline]
+    fn slope_on<C: Curve<f64>>(&self, state: MagneticState, rising: bool) -> f64 {
+        let direction = if rising { 1.0 } else { -1.0 };
+        let coefficients = Coefficients::of(self, direction);
+        let (field, magnetization) = (state.field_a_per_m, state.magnetization_a_per_m);
+        let fraction = coefficients.curve::<C>(field, magnetization);
+        if coefficients.lag(&fraction, magnetization) * direction < 0.0 {
+            let q_squared = fraction.denominator * fraction.denominator;
+            let bending = coefficients.reversible_gain * fraction.derivative;
+            bending / (q_squared - coefficients.coupling * bending)
+        } else {
+            coefficients.slope_from(&fraction, magnetization)
+        }
+    }
+
+    fn advance_on<C: Curve<f64>>(&self, state: MagneticState, field_to: f64) -> MagneticState {
+        let change = field_to - state.field_a_per_m;
+        if change == 0.0 {
+            return state;
+        }
+        if !change.is_finite() {
+            return MagneticState {
+                field_a_per_m: field_to,
+                magnetization_a_per_m: f64::NAN,
+            };
+        }
+        let direction = if change > 0.0 { 1.0 } else { -1.0 };
+        let coefficients = Coefficients::of(self, direction);
+        let (mut field, mut magnetization) = (state.field_a_per_m, state.magnetization_a_per_m);
+        let mut fraction = coefficients.curve::<C>(field, magnetization);
+        if coefficients.lag(&fraction, magnetization) * direction < 0.0 {
+            let bending = self.frozen(state);
+            if (bending.switch_field - field_to) * direction >= 0.0 {
+                let magnetization = self.bend::<C>(&coefficients, &bending, state, field_to);
+                return MagneticState {
+                    field_a_per_m: field_to,
+                    magnetization_a_per_m: magnetization,
+                };
+            }
+            (field, magnetization) = bending.switch_from(field, magnetization, direction);
+            fraction = coefficients.curve::<C>(field, magnetization);
+        }
+        let mut first = coefficients.slope_from(&fraction, magnetization);
+        let longest = self.longest_substep_a_per_m();
+        // Full strides and then the rest, not equal parts: the result stays continuous in the end field.
+        for _ in 0..MOST_SUBSTEPS {
+            let stride = stride(longest, self.coupling, first);
+            let rest = field_to - field;
+            if rest.abs() > stride {
+                let step = direction * stride;
+                magnetization = coefficients.step_from::<C>(field, magnetization, step, first);
+                field += step;
+                first = coefficients.slope::<C>(field, magnetization);
+            } else {
+                magnetization = coefficients.step_from::<C>(field, magnetization, rest, first);
+                return MagneticState {
+                    field_a_per_m: field_to,
+                    magnetization_a_per_m: magnetization,
+                };
+            }
+        }
+        let saturated = MagneticState {
+            field_a_per_m: field_to,
+            magnetization_a_per_m: magnetization,
+        };
+        MagneticState {
+            magnetization_a_per_m: self.anhysteretic_at(saturated),
+            ..saturated
+        }
+    }
+
+    /// The frozen part of a state in which δ̂ = 0.
+    pub(super) fn frozen(&self, state: MagneticState) -> Bending {
+        let irreversible = self.irreversible(state);
+        let relative = irreversible / self.saturation_magnetization_a_per_m;
+        let switch_field = self.shape_a_per_m * self.anhysteretic.inverse(relative) - self.coupling * irreversible;
+        Bending {
+            irreversible,
+            switch_field,
+        }
+    }
+
+    /// Solves M = (1 − c)·Mirr + c·Man(H + αM) by Newton inside its bracket ±c·Ms.
+    fn bend<C: Curve<f64>>(
+        &self,
+        coefficients: &Coefficients<f64>,
+        bending: &Bending,
+        state: MagneticState,
+        field: f64,
+    ) -> f64 {
+        let c = self.reversibility;
+        let frozen = (1.0 - c) * bending.irreversible;
+        let spread = c * self.saturation_magnetization_a_per_m;
+        let (mut low, mut high) = (frozen - spread, frozen + spread);
+        let tolerance = 1e-16 * self.saturation_magnetization_a_per_m;
+        let mut magnetization = state.magnetization_a_per_m;
+        for _ in 0..60 {
+            let fraction = coefficients.curve::<C>(field, magnetization);
+            let q = fraction.denominator;
+            let man = self.saturation_magnetization_a_per_m * (fraction.x * fraction.numerator) / q;
+            let excess = magnetization - frozen - c * man;
+            if excess > 0.0 {
+                high = magnetization;
+            } else {
+                low = magnetization;
+            }
+            let steepness = 1.0 - coefficients.coupling * coefficients.reversible_gain * fraction.derivative / (q * q);
+            let next = magnetization - excess / steepness;
+            let next = if next >= low && next <= high {
+                next
+            } else {
+                0.5 * (low + high)
+            };
+            let moved = (next - magnetization).abs();
+            magnetization = next;
+            // Newton converges quadratically: once it moves by 1e-9 Ms the next move is below rounding.
+            if moved <= tolerance || (moved <= 1e-9 * spread && steepness > 0.5) {
+                break;
+            }
+        }
+        magnetization
+    }
+}
+
+impl Bending {
+    /// Where integration starts: at the switch, or here if rounding puts the switch behind us.
+    #[inline(always)]
+    pub(super) fn switch_from(&self, field: f64, magnetization: f64, direction: f64) -> (f64, f64) {
+        if (self.switch_field - field) * direction > 0.0 {
+            (self.switch_field, self.irreversible)
+        } else {
+            (field, magnetization)
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Is the slope finite and positive in every state that can be reached?
+//!
+//! Two things can break it, both by a large positive α:
+//! 1. α·Ms/3a ≥ 1: the anhysteretic curve folds back. That is the fold itself for Langevin; an Ising curve folds at a third
+//!    of it, which strong pinning can still carry (a reference curve does), so between the two the second point decides;
+//! 2. α·(Man − Mirr) ≥ k: the denominator of (3) vanishes. The largest Man − Mirr that can be reached on a rising field
+//!    is that of the major loop from negative saturation, because solutions of the first-order equation do not cross.
+//!    Along it, in the effective field, dMirr/dHe = z(1 − cα·Man′)/(k − αcz), z = Man − Mirr, from (3) and (5).
+
+use super::Hysteresis;
+use crate::error::{ModelError, require, require_positive};
+
+impl Hysteresis {
+    /// Refuses parameters out of range, and sets whose slope dM/dH would not stay finite and positive.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        require_positive(self.saturation_magnetization_a_per_m, "saturation magnetization", "A/m")?;
+        require_positive(self.shape_a_per_m, "shape a", "A/m")?;
+        require_positive(self.pinning_a_per_m, "pinning k", "A/m")?;
+        require(true, "coupling alpha", self.coupling, "", "finite")?;
+        let c = self.reversibility;
+        require(
+            (0.0..1.0).contains(&c),
+            "reversibility c",
+            c,
+            "",
+            "at least 0 and below 1",
+        )?;
+        let susceptibility = self.initial_susceptibility();
+        require_positive(susceptibility, "initial susceptibility", "")?;
+        let product = self.coupling * self.saturation_magnetization_a_per_m / (3.0 * self.shape_a_per_m);
+        // Wall bending alone must not fold either, or phase δ̂ = 0 has no unique magnetization.
+        let product = product.max(self.coupling * c * susceptibility);
+        if product >= 1.0 {
+            return Err(ModelError::AnhystereticFolds {
+                coupling: self.coupling,
+                saturation_magnetization_a_per_m: self.saturation_magnetization_a_per_m,
+                shape_a_per_m: self.shape_a_per_m,
+                product,
+            });
+        }
+        self.validate_pinning()
+    }
+
+    fn validate_pinning(&self) -> Result<(), ModelError> {
+        // Man − Mirr can never exceed 2 Ms, so most materials need no integration.
+        let worst = 2.0 * self.coupling * self.saturation_magnetization_a_per_m;
+        if worst < self.pinning_a_per_m {
+            return Ok(());
+        }
+        let distance_a_per_m = self.largest_distance_on_major_loop();
+        let product_a_per_m = self.coupling * distance_a_per_m;
+        if product_a_per_m < self.pinning_a_per_m {
+            return Ok(());
+        }
+        Err(ModelError::PinningOvercome {
+            coupling: self.coupling,
+            pinning_a_per_m: self.pinning_a_per_m,
+            distance_a_per_m,
+            product_a_per_m,
+        })
+    }
+
+    /// Largest Man − Mirr (A/m) on the rising branch from far negative saturation, or 2 Ms where it runs away.
+    fn largest_distance_on_major_loop(&self) -> f64 {
+        let saturation = self.saturation_magnetization_a_per_m;
+        let (shape, pinning) = (self.shape_a_per_m, self.pinning_a_per_m);
+        let slope = |effective: f64, irreversible: f64| {
+            let (value, derivative) = self.anhysteretic.value_and_derivative(effective / shape);
+            let distance = saturation * value - irreversible;
+            let bending = self.reversibility * self.coupling * saturation * derivative / shape;
+            distance * (1.0 - bending) / (pinning - self.coupling * self.reversibility * distance)
+        };
+        let (mut effective, mut irreversible) = (-100.0 * shape, -saturation);
+        let mut largest = 0.0_f64;
+        while effective < 100.0 * shape {
+            // Fine where the curve bends, coarser in saturation, never beyond the relaxation length.
+            let bend = 0.02 * (shape + effective.abs());
+            let step = if bend < 0.2 * pinning { bend } else { 0.2 * pinning };
+            let half = 0.5 * step;
+            let first = slope(effective, irreversible);
+            let second = slope(effective + half, irreversible + half * first);
+            let third = slope(effective + half, irreversible + half * second);
+            let fourth = slope(effective + step, irreversible + step * third);
+            irreversible += step / 6.0 * (first + 2.0 * (second + third) + fourth);
+            effective += step;
+            let distance = saturation * self.anhysteretic.value(effective / shape) - irreversible;
+            if !distance.is_finite() || distance > 2.0 * saturation {
+                return 2.0 * saturation;
+            }
+            largest = if distance > largest { distance } else { largest };
+        }
+        largest
+    }
+}

@@ -1,0 +1,158 @@
+//! λ(M): free strain from magnetization.  With γ = 3λs/(2Ms²):
+//!
+//! `Quadratic` λ = γM² (the paper's (8)); `Biased` λ = γ[(M + bMs)² − (bMs)²] = γ(M² + 2b·Ms·M) about a bias b·Ms;
+//! `Linearised` λ = 2γ·b·Ms·M, its tangent at the bias; `Polynomial` λ = γ₁M² + γ₂M⁴ for fits of measured curves.
+//! λs saturation magnetostriction (no unit), M and Ms in A/m, b bias as a fraction of Ms (0.5 unless told).
+//! Assumptions: uniform, constant stress, no hysteresis between M and λ.
+//! (9) prints M² + 2Ms·M for b = 1/2; expanding the square gives M² + Ms·M, and only that agrees with the paper's own gain w.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{ModelError, require, require_positive};
+
+/// Law of the free strain.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Magnetostriction {
+    /// λ = 3λs·b·M/Ms; with b = 1/2, (3λs/2Ms)·M.
+    Linearised {
+        saturation_magnetostriction: f64,
+        #[serde(default = "half")]
+        bias_fraction: f64,
+    },
+    /// λ = (3λs/2Ms²)·M².
+    Quadratic { saturation_magnetostriction: f64 },
+    /// λ = (3λs/2Ms²)(M² + 2b·Ms·M).
+    Biased {
+        saturation_magnetostriction: f64,
+        #[serde(default = "half")]
+        bias_fraction: f64,
+    },
+    /// λ = γ₁M² + γ₂M⁴.
+    Polynomial {
+        gamma1_m2_per_a2: f64,
+        #[serde(default)]
+        gamma2_m4_per_a4: f64,
+    },
+}
+
+fn half() -> f64 {
+    0.5
+}
+
+impl Magnetostriction {
+    /// Coefficients of λ = linear·M + square·M² + fourth·M⁴.
+    #[inline]
+    fn coefficients(&self, saturation: f64) -> (f64, f64, f64) {
+        let gamma = |saturation_magnetostriction: f64| 1.5 * saturation_magnetostriction / (saturation * saturation);
+        match *self {
+            Magnetostriction::Linearised {
+                saturation_magnetostriction,
+                bias_fraction,
+            } => (
+                2.0 * gamma(saturation_magnetostriction) * bias_fraction * saturation,
+                0.0,
+                0.0,
+            ),
+            Magnetostriction::Quadratic {
+                saturation_magnetostriction,
+            } => (0.0, gamma(saturation_magnetostriction), 0.0),
+            Magnetostriction::Biased {
+                saturation_magnetostriction,
+                bias_fraction,
+            } => {
+                let gamma = gamma(saturation_magnetostriction);
+                (2.0 * gamma * bias_fraction * saturation, gamma, 0.0)
+            }
+            Magnetostriction::Polynomial {
+                gamma1_m2_per_a2,
+                gamma2_m4_per_a4,
+            } => (0.0, gamma1_m2_per_a2, gamma2_m4_per_a4),
+        }
+    }
+
+    /// Free strain (no unit) at a magnetization (A/m); `saturation_magnetization_a_per_m` is Ms.
+    #[inline]
+    pub fn strain(&self, magnetization_a_per_m: f64, saturation_magnetization_a_per_m: f64) -> f64 {
+        let (linear, square, fourth) = self.coefficients(saturation_magnetization_a_per_m);
+        let m = magnetization_a_per_m;
+        m * (linear + m * (square + m * m * fourth))
+    }
+
+    /// dλ/dM in m/A.
+    #[inline]
+    pub fn slope(&self, magnetization_a_per_m: f64, saturation_magnetization_a_per_m: f64) -> f64 {
+        let (linear, square, fourth) = self.coefficients(saturation_magnetization_a_per_m);
+        let m = magnetization_a_per_m;
+        linear + m * (2.0 * square + 4.0 * m * m * fourth)
+    }
+
+    /// The magnetization (A/m) that gives `strain`, on the rising branch: M ≥ 0 for the even laws, M ≥ −b·Ms for `Biased`.
+    ///
+    /// `None` where no magnetization gives it: for a positive λs, strains below 0 (even laws) or below −(3λs/2)b² (`Biased`).
+    /// An answer beyond ±Ms is returned as it is: how far the material can go is the hysteresis model's question.
+    pub fn inverse(&self, strain: f64, saturation_magnetization_a_per_m: f64) -> Option<f64> {
+        let (linear, square, fourth) = self.coefficients(saturation_magnetization_a_per_m);
+        let magnetization = if linear != 0.0 {
+            // Form without cancellation of the root of square·M² + linear·M = strain on the rising branch.
+            let root = libm::sqrt(linear * linear + 4.0 * square * strain);
+            2.0 * strain / (linear + linear.signum() * root)
+        } else if fourth != 0.0 {
+            let root = libm::sqrt(square * square + 4.0 * fourth * strain);
+            libm::sqrt(2.0 * strain / (square + square.signum() * root))
+        } else {
+            libm::sqrt(strain / square)
+        };
+        magnetization.is_finite().then_some(magnetization)
+    }
+
+    /// Refuses numbers that are not finite, a bias outside (0, 1], and a law without strain.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        match *self {
+            Magnetostriction::Linearised {
+                saturation_magnetostriction,
+                bias_fraction,
+            }
+            | Magnetostriction::Biased {
+                saturation_magnetostriction,
+                bias_fraction,
+            } => {
+                validate_saturation(saturation_magnetostriction)?;
+                require_positive(bias_fraction, "magnetic bias as a fraction of saturation", "")?;
+                require(
+                    bias_fraction <= 1.0,
+                    "magnetic bias as a fraction of saturation",
+                    bias_fraction,
+                    "",
+                    "above 0 and at most 1",
+                )
+            }
+            Magnetostriction::Quadratic {
+                saturation_magnetostriction,
+            } => validate_saturation(saturation_magnetostriction),
+            Magnetostriction::Polynomial {
+                gamma1_m2_per_a2,
+                gamma2_m4_per_a4,
+            } => {
+                require(
+                    gamma1_m2_per_a2 != 0.0,
+                    "strain coefficient gamma1",
+                    gamma1_m2_per_a2,
+                    "m^2/A^2",
+                    "finite and not 0",
+                )?;
+                require(true, "strain coefficient gamma2", gamma2_m4_per_a4, "m^4/A^4", "finite")
+            }
+        }
+    }
+}
+
+fn validate_saturation(saturation_magnetostriction: f64) -> Result<(), ModelError> {
+    require(
+        saturation_magnetostriction != 0.0 && saturation_magnetostriction.abs() < 0.1,
+        "saturation magnetostriction",
+        saturation_magnetostriction,
+        "",
+        "not 0 and below 0.1 in magnitude (it is a strain, 1e-3 for Terfenol-D)",
+    )
+}

@@ -1,0 +1,106 @@
+//! Guards the bank: member for member it is the single model, it stores and restores, and its order is the grid's.
+
+mod common;
+
+use anhyst_model::{Anhysteretic, Bank, Hysteresis, MagneticState};
+use proptest::prelude::*;
+
+fn grid(low: f64, high: f64, members: usize) -> Vec<f64> {
+    (0..members)
+        .map(|member| low + (high - low) * member as f64 / (members as f64 - 1.0).max(1.0))
+        .collect()
+}
+
+/// Worst |M_bank − M_single| over members and steps, in Ms.
+fn worst_difference(base: Hysteresis, shapes: &[f64], fields: impl Iterator<Item = f64>) -> f64 {
+    let mut bank = Bank::new(base, shapes).expect("valid bank");
+    let mut singles = vec![MagneticState::default(); shapes.len()];
+    let mut worst: f64 = 0.0;
+    for field in fields {
+        bank.advance(field);
+        for ((single, &shape), &magnetization) in singles.iter_mut().zip(shapes).zip(bank.magnetizations()) {
+            *single = base.with_shape(shape).advance(*single, field);
+            worst = worst.max((single.magnetization_a_per_m - magnetization).abs());
+        }
+    }
+    worst / base.saturation_magnetization_a_per_m
+}
+
+/// Milling-like drive at 20 kHz: 50 Hz with 30 % at 150 Hz, then decaying.
+fn drive(scale: f64) -> impl Iterator<Item = f64> {
+    (1..6000).map(move |step| {
+        let phase = f64::from(step) * 2.0 * std::f64::consts::PI * 50.0 / 20e3;
+        scale * (1.0 - f64::from(step) / 8000.0) * (phase.sin() + 0.3 * (3.0 * phase).sin())
+    })
+}
+
+#[test]
+fn bank_is_its_members_along_a_drive() {
+    let shapes = grid(6300.0, 7300.0, 33);
+    let difference = worst_difference(Hysteresis::terfenol_d(), &shapes, drive(15e3));
+    println!("bank of 33 against single models along a drive: {difference:.1e} Ms");
+    assert!(difference < 1e-8, "{difference:.1e} Ms");
+}
+
+#[test]
+fn every_reference_material_and_range() {
+    for anhysteretic in [Anhysteretic::Langevin, Anhysteretic::Ising] {
+        for name in common::MATERIALS {
+            let base = common::material(anhysteretic, name);
+            for amplitude in [0.3, 2.0, 30.0] {
+                let shapes = grid(base.shape_a_per_m, 1.1 * base.shape_a_per_m, 5);
+                let fields = drive(amplitude * base.shape_a_per_m).step_by(7);
+                let difference = worst_difference(base, &shapes, fields);
+                assert!(
+                    difference < 1e-8,
+                    "{anhysteretic:?} {name} x{amplitude}: {difference:.1e} Ms"
+                );
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn bank_is_its_members_after_random_jumps(
+        fields in prop::collection::vec(-40e3..40e3, 1..30),
+        members in 1_usize..20,
+    ) {
+        let shapes = grid(6300.0, 7300.0, members);
+        let difference = worst_difference(Hysteresis::terfenol_d(), &shapes, fields.into_iter());
+        prop_assert!(difference < 1e-8, "{difference:.1e} Ms");
+    }
+}
+
+#[test]
+fn grid_order_and_length_are_kept() {
+    let shapes = [7300.0, 6300.0, 7000.0];
+    let mut bank = Bank::new(Hysteresis::terfenol_d(), &shapes).expect("valid");
+    bank.advance(8e3);
+    assert_eq!(bank.shapes(), shapes);
+    assert_eq!(bank.field_a_per_m(), 8e3);
+    let [soft, hard, middle] = bank.magnetizations() else {
+        panic!("three members")
+    };
+    assert!(soft < middle && middle < hard, "a larger shape magnetizes less");
+}
+
+/// A snapshot in mid loop goes on with the same bits.
+#[test]
+fn stored_bank_goes_on_with_the_same_bits() {
+    let mut bank = Bank::new(Hysteresis::terfenol_d(), &grid(6300.0, 7300.0, 11)).expect("valid");
+    for field in drive(15e3).take(1234) {
+        bank.advance(field);
+    }
+    let text = serde_json::to_string(&bank).expect("serialises");
+    let mut restored: Bank = serde_json::from_str(&text).expect("restores");
+    assert_eq!(bank, restored);
+    for field in drive(12e3).skip(1234) {
+        bank.advance(field);
+        restored.advance(field);
+        assert_eq!(bank.magnetizations(), restored.magnetizations());
+    }
+    let broken = text.replace("\"direction\"", "\"course\"");
+    assert!(serde_json::from_str::<Bank>(&broken).is_err());
+}

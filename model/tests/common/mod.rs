@@ -1,0 +1,77 @@
+//! The 32 reference curves (`tests/reference/README.md`) and their materials.
+#![allow(dead_code)] // Each test file uses its own part of this.
+
+use anhyst_model::{Anhysteretic, Hysteresis};
+
+pub const MATERIALS: [&str; 4] = ["terfenol", "positive_coupling", "soft", "hard"];
+pub const PATHS: [&str; 4] = ["major", "minor", "offset", "small"];
+
+pub fn material(anhysteretic: Anhysteretic, name: &str) -> Hysteresis {
+    let (saturation, shape, pinning, coupling, reversibility) = match name {
+        "terfenol" => (7.65e5, 7012.0, 4000.0, -0.01, 0.18),
+        "positive_coupling" => (7.65e5, 7012.0, 4000.0, 0.01, 0.18),
+        "soft" => (4.0e5, 2500.0, 300.0, -0.002, 0.4),
+        "hard" => (7.65e5, 7012.0, 9000.0, -0.01, 0.05),
+        other => panic!("no reference material {other}"),
+    };
+    Hysteresis {
+        anhysteretic,
+        saturation_magnetization_a_per_m: saturation,
+        shape_a_per_m: shape,
+        pinning_a_per_m: pinning,
+        coupling,
+        reversibility,
+    }
+}
+
+pub struct ReferenceCurve {
+    pub name: String,
+    pub hysteresis: Hysteresis,
+    /// Field and magnetization, A/m; the first row is the demagnetised start.
+    pub points: Vec<(f64, f64)>,
+}
+
+impl ReferenceCurve {
+    pub fn largest_magnetization(&self) -> f64 {
+        self.points
+            .iter()
+            .fold(0.0, |largest: f64, point| largest.max(point.1.abs()))
+    }
+
+    /// Largest |M − reference| over the largest |M|, of a march that is handed each row's field.
+    pub fn worst_error(&self, mut advance: impl FnMut(f64) -> f64) -> f64 {
+        let scale = self.largest_magnetization();
+        self.points[1..]
+            .iter()
+            .map(|&(field, expected)| (advance(field) - expected).abs() / scale)
+            .fold(0.0, f64::max)
+    }
+}
+
+pub fn reference_curves() -> Vec<ReferenceCurve> {
+    let mut curves = Vec::new();
+    for (anhysteretic, label) in [(Anhysteretic::Langevin, "langevin"), (Anhysteretic::Ising, "ising")] {
+        for name in MATERIALS {
+            for path in PATHS {
+                let name_of_file = format!("{label}_{name}_{path}");
+                let file = format!("{}/tests/reference/{name_of_file}.csv", env!("CARGO_MANIFEST_DIR"));
+                let text = std::fs::read_to_string(&file).expect("reference curve");
+                let points = text.lines().skip(1).map(row).collect();
+                curves.push(ReferenceCurve {
+                    name: name_of_file,
+                    hysteresis: material(anhysteretic, name),
+                    points,
+                });
+            }
+        }
+    }
+    curves
+}
+
+fn row(line: &str) -> (f64, f64) {
+    let (field, magnetization) = line.split_once(',').expect("two columns");
+    (
+        field.parse().expect("field"),
+        magnetization.parse().expect("magnetization"),
+    )
+}

@@ -1,0 +1,177 @@
+//! What a scenario says about the simulated rig.
+
+use anhyst_ipc::Invalid;
+use anhyst_model::{AmplifierConstants, CoilLoss, ModelError, Sensor, ThermalCircuit, ThermalExpansion};
+use serde::{Deserialize, Serialize};
+
+use crate::{Contact, Cut, PlantRod, ShapeCourse};
+
+/// Below, Terfenol-D's easy axis reorients and the model no longer holds.
+const COLDEST_K: f64 = 250.0;
+/// Terfenol-D's Curie temperature.
+const HOTTEST_K: f64 = 630.0;
+
+/// The simulated plant; material and rod constants stand elsewhere in the scenario, because others know them, too.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlantSettings {
+    /// True course of `a`.
+    pub shape: ShapeCourse,
+    /// Which rod.
+    #[serde(default)]
+    pub rod: PlantRod,
+    /// What the sensors add.
+    pub sensors: Sensors,
+    /// Temperature of the rod at t_0, K; stays so without `heating`. 293 K unless told.
+    #[serde(default = "room_temperature_k")]
+    pub start_temperature_k: f64,
+    /// How the rod warms up.
+    #[serde(default)]
+    pub heating: Option<Heating>,
+    /// How the rod lengthens when warm; at its reference temperature it adds nothing.
+    #[serde(default)]
+    pub expansion: Option<ThermalExpansion>,
+    /// What the tip cuts.
+    #[serde(default)]
+    pub cut: Cut,
+    /// When it cuts.
+    #[serde(default)]
+    pub contact: Contact,
+}
+
+fn room_temperature_k() -> f64 {
+    293.0
+}
+
+/// Noise (rms, white) and resolution of each sensor; a resolution of 0 switches quantisation off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sensors {
+    /// Of the tip's displacement, m.
+    pub displacement_noise_m: f64,
+    /// Of the tip's displacement, m.
+    #[serde(default)]
+    pub displacement_resolution_m: f64,
+    /// Of the monitor of the coil's field, A/m.
+    pub field_noise_a_per_m: f64,
+    /// Of the monitor of the coil's field, A/m.
+    #[serde(default)]
+    pub field_resolution_a_per_m: f64,
+    /// Of the rod's temperature; none: not fitted, 0 is sent.
+    #[serde(default)]
+    pub temperature: Option<TemperatureSensor>,
+}
+
+/// A thermometer on the rod.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TemperatureSensor {
+    /// rms, K.
+    pub noise_k: f64,
+    /// K.
+    #[serde(default)]
+    pub resolution_k: f64,
+}
+
+/// Heat into the rod: coil loss, and the cut's while the tool is in contact.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Heating {
+    /// Loss of the coil; none: a coil with a cooling of its own.
+    #[serde(default)]
+    pub coil: Option<CoilLoss>,
+    /// The rod between its heaters and the surroundings.
+    pub circuit: ThermalCircuit,
+}
+
+impl Sensors {
+    pub(crate) fn displacement(&self) -> Sensor {
+        Sensor {
+            noise_rms: self.displacement_noise_m,
+            resolution: self.displacement_resolution_m,
+        }
+    }
+
+    pub(crate) fn field(&self) -> Sensor {
+        Sensor {
+            noise_rms: self.field_noise_a_per_m,
+            resolution: self.field_resolution_a_per_m,
+        }
+    }
+
+    pub(crate) fn temperature(&self) -> Option<Sensor> {
+        self.temperature.map(|sensor| Sensor {
+            noise_rms: sensor.noise_k,
+            resolution: sensor.resolution_k,
+        })
+    }
+
+    fn validate(&self) -> Result<(), Invalid> {
+        let parts = [
+            ("displacement_noise_m", self.displacement_noise_m, 1e-3, "m"),
+            ("displacement_resolution_m", self.displacement_resolution_m, 1e-3, "m"),
+            ("field_noise_a_per_m", self.field_noise_a_per_m, 1e6, "A/m"),
+            ("field_resolution_a_per_m", self.field_resolution_a_per_m, 1e6, "A/m"),
+        ];
+        for (path, value, most, unit) in parts {
+            Invalid::unless_between(path, value, 0.0, most, unit)?;
+        }
+        let Some(thermometer) = self.temperature else {
+            return Ok(());
+        };
+        Invalid::unless_between("temperature.noise_k", thermometer.noise_k, 0.0, 100.0, "K")?;
+        Invalid::unless_between("temperature.resolution_k", thermometer.resolution_k, 0.0, 100.0, "K")
+    }
+}
+
+impl PlantSettings {
+    /// Checks everything that can be judged without material, rod and tick.
+    ///
+    /// # Errors
+    /// The first setting that cannot be used, with its path.
+    pub fn validate(&self) -> Result<(), Invalid> {
+        self.shape.validate().map_err(|refusal| refusal.within("shape"))?;
+        self.rod.validate().map_err(|refusal| refusal.within("rod"))?;
+        self.sensors.validate().map_err(|refusal| refusal.within("sensors"))?;
+        Invalid::unless_between(
+            "start_temperature_k",
+            self.start_temperature_k,
+            COLDEST_K,
+            HOTTEST_K,
+            "K",
+        )?;
+        if let Some(heating) = &self.heating {
+            at("heating.circuit", heating.circuit.validate())?;
+            at("heating.coil", heating.coil.map_or(Ok(()), |coil| coil.validate()))?;
+        }
+        at(
+            "expansion",
+            self.expansion.map_or(Ok(()), |expansion| expansion.validate()),
+        )?;
+        if let Cut::Custom(milling) = &self.cut {
+            milling.validate().map_err(|refusal| refusal.within("cut"))?;
+        }
+        self.contact.validate().map_err(|refusal| refusal.within("contact"))
+    }
+}
+
+/// Checks a scenario's amplifier, part by part, so that each refusal has its path.
+///
+/// # Errors
+/// The first part that no amplifier can have.
+pub fn validate_amplifier(constants: &AmplifierConstants) -> Result<(), Invalid> {
+    let parts = [
+        ("bandwidth_hz", constants.bandwidth_hz, "Hz"),
+        ("field_limit_a_per_m", constants.field_limit_a_per_m, "A/m"),
+        ("slew_limit_a_per_m_s", constants.slew_limit_a_per_m_s, "A/(m s)"),
+    ];
+    for (path, part, unit) in parts {
+        part.map_or(Ok(()), |value| Invalid::unless_positive(path, value, unit))?;
+    }
+    at("delay_ticks", constants.validate())
+}
+
+/// A refusal of the model, with the path at which the scenario has it.
+fn at(path: &str, checked: Result<(), ModelError>) -> Result<(), Invalid> {
+    checked.map_err(|error| Invalid::new(path, error.to_string()))
+}

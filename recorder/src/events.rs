@@ -1,0 +1,171 @@
+//! Changes of status bits and events of the guard, as sentences. A bit that chatters is reported ever more rarely, with
+//! the number of changes in between, so that the table stays readable.
+
+use crate::flags::{FLAGS, LANES, detail, status};
+use crate::row::Row;
+use crate::run::{Level, RunInfo};
+
+/// Simulated time between two reports of the same bit, doubled up to 64 times while it chatters.
+const QUIET_S: f64 = 0.1;
+
+/// One line of the event table.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Event {
+    pub tick: u64,
+    /// Whose event: the name of a node, or `run`.
+    pub source: &'static str,
+    pub level: Level,
+    pub text: String,
+}
+
+/// A change of a state lane.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct StateChange {
+    pub tick: u64,
+    /// Index into [`LANES`].
+    pub lane: usize,
+    pub state: &'static str,
+}
+
+/// One status bit, as last reported.
+#[derive(Debug, Clone, Copy, Default)]
+struct Lamp {
+    now: bool,
+    shown: bool,
+    quiet_until: u64,
+    backoff: u32,
+    changes: u32,
+}
+
+impl Lamp {
+    /// Returns the number of changes since the last report if one is due.
+    fn update(&mut self, on: bool, tick: u64, quiet_ticks: u64) -> Option<u32> {
+        self.changes += u32::from(on != self.now);
+        self.now = on;
+        if on == self.shown || tick < self.quiet_until {
+            return None;
+        }
+        let changes = std::mem::take(&mut self.changes);
+        self.shown = on;
+        self.backoff = if changes > 1 { (self.backoff + 1).min(6) } else { 0 };
+        self.quiet_until = tick + (quiet_ticks << self.backoff);
+        Some(changes)
+    }
+}
+
+/// Watches the loop's status words.
+#[derive(Debug, Default)]
+pub(crate) struct Watch {
+    lamps: [Lamp; FLAGS.len()],
+    states: [Option<&'static str>; LANES.len()],
+    guard_event: u64,
+    guard_quiet_until: u64,
+    /// Lines for the event table.
+    pub events: Vec<Event>,
+    /// Changes of the state lanes.
+    pub changes: Vec<StateChange>,
+}
+
+impl Watch {
+    /// Looks at one tick.
+    pub fn row(&mut self, row: &Row, run: &RunInfo) {
+        let tick = row.tick;
+        let quiet_ticks = ((QUIET_S / run.tick_s) as u64).max(1);
+        for (flag, lamp) in FLAGS.iter().zip(&mut self.lamps) {
+            let on = status(flag.channel, row) & flag.bit != 0;
+            let Some(changes) = lamp.update(on, tick, quiet_ticks) else {
+                continue;
+            };
+            let (what, level) = if on {
+                (flag.set, flag.level)
+            } else {
+                (flag.cleared, Level::Info)
+            };
+            let often = if changes > 1 {
+                format!(", {changes} changes")
+            } else {
+                String::new()
+            };
+            let text = format!("{what} ({}{often})", detail(flag.channel, row));
+            self.events.push(Event {
+                tick,
+                source: flag.channel.producer().name(),
+                level,
+                text,
+            });
+        }
+        self.lanes(tick);
+        self.guard(row, run, quiet_ticks);
+    }
+
+    fn lanes(&mut self, tick: u64) {
+        for (lane, (channel, idle)) in LANES.iter().enumerate() {
+            let shown = FLAGS
+                .iter()
+                .zip(&self.lamps)
+                .filter(|(flag, lamp)| flag.channel == *channel && lamp.shown);
+            let state = shown.last().map_or(*idle, |(flag, _)| flag.state);
+            if self.states[lane] != Some(state) {
+                self.states[lane] = Some(state);
+                self.changes.push(StateChange { tick, lane, state });
+            }
+        }
+    }
+
+    fn guard(&mut self, row: &Row, run: &RunInfo, quiet_ticks: u64) {
+        let number = row.safe_field.event;
+        if number == 0 || (number == self.guard_event && row.tick < self.guard_quiet_until) {
+            return;
+        }
+        self.guard_event = number;
+        self.guard_quiet_until = row.tick + quiet_ticks;
+        let known = run.event(number);
+        let text = known.map_or_else(|| format!("event {number}"), |event| event.text.clone());
+        let level = known.map_or(Level::Warning, |event| event.level);
+        self.events.push(Event {
+            tick: row.tick,
+            source: "guard",
+            level,
+            text,
+        });
+    }
+
+    /// Adds a line about the run itself.
+    pub fn about_run(&mut self, tick: u64, level: Level, text: String) {
+        self.events.push(Event {
+            tick,
+            source: "run",
+            level,
+            text,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lamp_reports(bits: impl Iterator<Item = bool>) -> Vec<(u64, u32)> {
+        let mut lamp = Lamp::default();
+        (0..)
+            .zip(bits)
+            .filter_map(|(tick, on)| lamp.update(on, tick, 10).map(|changes| (tick, changes)))
+            .collect()
+    }
+
+    /// Guards: slow changes are all reported, at their tick.
+    #[test]
+    fn every_slow_change_is_reported() {
+        let bits = (0..100).map(|tick| tick >= 20 && tick < 60);
+        assert_eq!(lamp_reports(bits), [(20, 1), (60, 1)]);
+    }
+
+    /// Guards: chatter does not flood the table, and no report hides how often the bit changed.
+    #[test]
+    fn chatter_is_reported_ever_more_rarely() {
+        let reports = lamp_reports((0..10_000).map(|tick| tick % 2 == 1));
+        assert!(reports.len() < 40, "{} reports", reports.len());
+        assert_eq!(reports[0], (1, 1));
+        assert!(reports[1..].iter().all(|(_, changes)| *changes > 1));
+    }
+}

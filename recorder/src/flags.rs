@@ -1,0 +1,173 @@
+//! The status bits of the loop in words: one table, from which events and state lanes follow.
+
+use crate::row::Row;
+use crate::run::Level;
+use anhyst_ipc::Channel;
+
+/// One status bit.
+pub(crate) struct Flag {
+    /// Whose status word.
+    pub channel: Channel,
+    /// Which bit.
+    pub bit: u64,
+    /// How much it matters when it is set.
+    pub level: Level,
+    /// The producer's state while it is set.
+    pub state: &'static str,
+    /// What happened when it is set.
+    pub set: &'static str,
+    /// What happened when it is cleared.
+    pub cleared: &'static str,
+}
+
+const fn flag(
+    channel: Channel,
+    bit: u64,
+    level: Level,
+    state: &'static str,
+    set: &'static str,
+    cleared: &'static str,
+) -> Flag {
+    Flag {
+        channel,
+        bit,
+        level,
+        state,
+        set,
+        cleared,
+    }
+}
+
+/// Every status bit of the loop. Within a channel a later entry rules the state lane when several are set.
+pub(crate) const FLAGS: [Flag; 12] = [
+    flag(
+        Channel::Estimate,
+        1,
+        Level::Info,
+        "adapting",
+        "adapts",
+        "is inside its dead zone",
+    ),
+    flag(
+        Channel::Estimate,
+        4,
+        Level::Info,
+        "held",
+        "holds: the input does not inform",
+        "is informed again",
+    ),
+    flag(
+        Channel::Estimate,
+        2,
+        Level::Warning,
+        "at the edge",
+        "a is at the edge of its range",
+        "a is back inside its range",
+    ),
+    flag(
+        Channel::Estimate,
+        8,
+        Level::Info,
+        "fixed",
+        "a is fixed by the scenario",
+        "a is free",
+    ),
+    flag(
+        Channel::Demand,
+        2,
+        Level::Info,
+        "starting",
+        "starts without a bump",
+        "start finished",
+    ),
+    flag(
+        Channel::Demand,
+        1,
+        Level::Warning,
+        "anti-windup",
+        "integration stopped (anti-windup)",
+        "integrates again",
+    ),
+    flag(
+        Channel::FieldCommand,
+        1,
+        Level::Warning,
+        "limited",
+        "demand needs more field than the limit",
+        "demand is within the limit",
+    ),
+    flag(
+        Channel::SafeField,
+        2,
+        Level::Warning,
+        "slew limit",
+        "limits the slew of the field",
+        "slew is within the limit",
+    ),
+    flag(
+        Channel::SafeField,
+        1,
+        Level::Warning,
+        "field limit",
+        "limits the field",
+        "field is within the limit",
+    ),
+    flag(
+        Channel::SafeField,
+        4,
+        Level::Error,
+        "to safe field",
+        "ramps to the safe field",
+        "ramp ended",
+    ),
+    flag(
+        Channel::SafeField,
+        8,
+        Level::Error,
+        "safe field",
+        "is at the safe field",
+        "leaves the safe field",
+    ),
+    flag(
+        Channel::CoilField,
+        3,
+        Level::Warning,
+        "limited",
+        "amplifier is at a limit",
+        "amplifier follows again",
+    ),
+];
+
+/// The producers with a state lane, and their states when no bit is set.
+pub(crate) const LANES: [(Channel, &str); 5] = [
+    (Channel::Estimate, "dead zone"),
+    (Channel::Demand, "tracking"),
+    (Channel::FieldCommand, "inverting"),
+    (Channel::SafeField, "passing"),
+    (Channel::CoilField, "following"),
+];
+
+/// The status word of a channel.
+pub(crate) fn status(channel: Channel, row: &Row) -> u64 {
+    match channel {
+        Channel::Estimate => row.estimate.status,
+        Channel::Demand => row.demand.status,
+        Channel::FieldCommand => row.field_command.status,
+        Channel::SafeField => row.safe_field.status,
+        Channel::CoilField => row.coil_field.status,
+        Channel::Measurement | Channel::Truth => 0,
+    }
+}
+
+/// The number that helps most in understanding a change of a channel's status.
+pub(crate) fn detail(channel: Channel, row: &Row) -> String {
+    let field = |a_per_m: f64| format!("field {:.2} kA/m", a_per_m * 1e-3);
+    match channel {
+        Channel::Estimate => format!("a = {:.1} A/m", row.estimate.shape_a_per_m),
+        Channel::Demand => format!("error {:.0} nm", row.demand.error_m * 1e9),
+        Channel::FieldCommand => field(row.field_command.field_a_per_m),
+        Channel::SafeField => field(row.safe_field.field_a_per_m),
+        Channel::CoilField => field(row.coil_field.field_a_per_m),
+        Channel::Measurement | Channel::Truth => String::new(),
+    }
+}

@@ -1,0 +1,119 @@
+//! The layout as messages. Rerun's blueprint API for Rust knows containers and views but not the properties of a view
+//! (axis ranges, time windows, legends): those are logged into the same blueprint store by their paths.
+
+use crate::RecorderError;
+use crate::error::Writing as _;
+use crate::streams::APPLICATION;
+use crate::views::{Property, arrange};
+use rerun::blueprint::components::{PanelState, PlayState};
+use rerun::blueprint::{Blueprint, BlueprintActivation, BlueprintPanel, SelectionPanel, TimePanel};
+use rerun::external::re_log_encoding::Encoder;
+use rerun::external::re_log_encoding::rrd::EncodingOptions;
+use rerun::external::re_log_types::BlueprintActivationCommand;
+use rerun::log::LogMsg;
+use rerun::{RecordingStream, RecordingStreamBuilder};
+use std::path::Path;
+
+/// What the layout depends on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Layout {
+    /// Length of the zoomed plots.
+    pub zoom_s: f64,
+    /// Half the height of the error plot; None: as the data want it.
+    pub error_axis_nm: Option<f64>,
+    /// The tolerance is drawn in the error plot if it fits.
+    pub tolerance_nm: f64,
+}
+
+impl Layout {
+    /// Sends the layout into a recording and makes it the one shown.
+    pub fn send(&self, stream: &RecordingStream) -> Result<(), RecorderError> {
+        let (messages, activation) = self.messages()?;
+        stream.send_blueprint(messages, activation);
+        Ok(())
+    }
+
+    /// Writes the layout as a file of its own, for any recording of this application.
+    pub fn save(&self, path: &Path) -> Result<(), RecorderError> {
+        let (mut messages, activation) = self.messages()?;
+        messages.push(activation.into());
+        let mut file = std::fs::File::create(path).map_err(|error| RecorderError::Create {
+            path: path.into(),
+            cause: error.to_string(),
+        })?;
+        Encoder::encode_into(
+            rerun::build_info().version,
+            EncodingOptions::PROTOBUF_COMPRESSED,
+            messages.into_iter().map(Ok),
+            &mut file,
+        )
+        .writing("the layout")
+        .map(drop)
+    }
+
+    fn messages(&self) -> Result<(Vec<LogMsg>, BlueprintActivationCommand), RecorderError> {
+        const WHAT: &str = "the layout";
+        let (root, properties) = arrange(self);
+        let blueprint = Blueprint::new(root)
+            .with_auto_views(false)
+            .with_auto_layout(false)
+            .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
+            .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
+            .with_time_panel(
+                TimePanel::new()
+                    .with_state(PanelState::Collapsed)
+                    .with_timeline(crate::tokens::TIMELINE)
+                    // The cursor stays at the newest data: time windows and loops need a cursor that stands there.
+                    .with_play_state(PlayState::Following),
+            );
+        let (carrier, carried) = RecordingStreamBuilder::new(APPLICATION)
+            .enabled(true)
+            .memory()
+            .writing(WHAT)?;
+        blueprint.send(&carrier, BlueprintActivation::default()).writing(WHAT)?;
+        carrier.flush_blocking().writing(WHAT)?;
+        let mut messages: Vec<LogMsg> = Vec::new();
+        let mut activation = None;
+        for message in carried.take() {
+            match message {
+                LogMsg::BlueprintActivationCommand(command) => activation = Some(command),
+                message if message.store_id().is_blueprint() => messages.push(message),
+                _ => {}
+            }
+        }
+        let no_command = || RecorderError::Write {
+            what: WHAT.into(),
+            cause: "Rerun sent no activation".into(),
+        };
+        let activation = activation.ok_or_else(no_command)?;
+        messages.extend(property_messages(&activation, properties)?);
+        Ok((messages, activation))
+    }
+}
+
+fn property_messages(
+    activation: &BlueprintActivationCommand,
+    properties: Vec<Property>,
+) -> Result<Vec<LogMsg>, RecorderError> {
+    const WHAT: &str = "the layout's properties";
+    let store = &activation.blueprint_id;
+    let (stream, stored) = RecordingStreamBuilder::from_store_id(store)
+        .blueprint()
+        .enabled(true)
+        .memory()
+        .writing(WHAT)?;
+    // Blueprints live on this timeline; without it the viewer finds nothing.
+    stream.set_time_sequence("blueprint", 0);
+    for property in properties {
+        stream
+            .log_serialized_batches(property.path, false, property.batches)
+            .writing(WHAT)?;
+    }
+    stream.flush_blocking().writing(WHAT)?;
+    // The store was announced by the first part already.
+    Ok(stored
+        .take()
+        .into_iter()
+        .filter(|message| matches!(message, LogMsg::ArrowMsg(..)))
+        .collect())
+}

@@ -1,0 +1,244 @@
+//! The two loops that show hysteresis: magnetization over field and displacement over field. They grow by short strips,
+//! each starting where the last one ended; a loop is never written twice.
+
+use crate::RecorderError;
+use crate::axes::{Axes, Extent};
+use crate::error::Writing as _;
+use crate::row::{Presence, Row};
+use crate::run::RunInfo;
+use crate::tokens::TIMELINE;
+use rerun::{Color, LineStrips2D, Radius, RecordingStream, TimeColumn};
+
+/// Least distance of two points of a strip, as a fraction of the box's height.
+const FINE: f64 = 0.004;
+/// The same for the faint strips that stay.
+const COARSE: f64 = 0.02;
+
+/// A curve in a loop's plane.
+struct Curve {
+    name: &'static str,
+    color: u32,
+    radius: f32,
+    least_distance: f64,
+    point: fn(&Row) -> [f64; 2],
+    exists: fn(Presence) -> bool,
+}
+
+/// A plane with its curves.
+struct Plane {
+    entity: &'static str,
+    axes: [&'static str; 2],
+    curves: &'static [Curve],
+}
+
+fn true_magnetization(row: &Row) -> [f64; 2] {
+    [
+        row.truth.coil_field_a_per_m * 1e-3,
+        row.truth.magnetization_a_per_m * 1e-3,
+    ]
+}
+
+fn estimated_magnetization(row: &Row) -> [f64; 2] {
+    [
+        row.estimate.field_a_per_m * 1e-3,
+        row.estimate.magnetization_a_per_m * 1e-3,
+    ]
+}
+
+fn displacement(row: &Row) -> [f64; 2] {
+    [
+        row.measurement.coil_field_a_per_m * 1e-3,
+        row.measurement.displacement_m * 1e6,
+    ]
+}
+
+const fn history(point: fn(&Row) -> [f64; 2]) -> Curve {
+    Curve {
+        name: "history",
+        color: 0x9CA3_AF28,
+        radius: 0.5,
+        least_distance: COARSE,
+        point,
+        exists: |_| true,
+    }
+}
+
+const PLANES: [Plane; 2] = [
+    Plane {
+        entity: "loops/magnetization",
+        axes: ["field H [kA/m]", "magnetization M [kA/m]"],
+        curves: &[
+            history(estimated_magnetization),
+            Curve {
+                name: "true",
+                color: 0x22C5_5EFF,
+                radius: 2.0,
+                least_distance: FINE,
+                point: true_magnetization,
+                exists: |has| has.truth,
+            },
+            Curve {
+                name: "estimated",
+                color: 0xF59E_0BFF,
+                radius: 0.8,
+                least_distance: FINE,
+                point: estimated_magnetization,
+                exists: |_| true,
+            },
+        ],
+    },
+    Plane {
+        entity: "loops/displacement",
+        axes: ["field H [kA/m]", "displacement [µm]"],
+        curves: &[
+            history(displacement),
+            Curve {
+                name: "measured",
+                color: 0xF59E_0BFF,
+                radius: 1.0,
+                least_distance: FINE,
+                point: displacement,
+                exists: |_| true,
+            },
+        ],
+    },
+];
+
+/// Entities of the curves that show the whole run; all others show the zoomed time only.
+pub(crate) const HISTORIES: [&str; 2] = ["loops/magnetization/raw/history", "loops/displacement/raw/history"];
+
+/// A curve being drawn.
+struct Drawing {
+    entity: String,
+    curve: &'static Curve,
+    strip: Vec<[f64; 2]>,
+}
+
+impl Drawing {
+    fn add(&mut self, row: &Row, axes: &Axes) {
+        let point = (self.curve.point)(row);
+        let far = self
+            .strip
+            .last()
+            .is_none_or(|last| axes.distance(*last, point) >= self.curve.least_distance);
+        if far && point.iter().all(|value| value.is_finite()) {
+            self.strip.push(point);
+        }
+    }
+
+    fn send(&mut self, stream: &RecordingStream, time_ns: i64) -> Result<(), RecorderError> {
+        let Some(last) = self.strip.last().copied() else {
+            return Ok(());
+        };
+        if self.strip.len() > 1 {
+            let strip: Vec<[f32; 2]> = self.strip.iter().map(|point| point.map(|value| value as f32)).collect();
+            let columns = LineStrips2D::update_fields()
+                .with_strips([strip])
+                .columns_of_unit_batches();
+            let time = TimeColumn::new_duration_nanos(TIMELINE, [time_ns]);
+            stream
+                .send_columns(self.entity.as_str(), [time], columns.writing(&self.entity)?)
+                .writing(&self.entity)?;
+        }
+        self.strip.clear();
+        self.strip.push(last);
+        Ok(())
+    }
+}
+
+/// One plane being drawn.
+struct Sheet {
+    plane: &'static Plane,
+    extents: [Extent; 2],
+    axes: Option<Axes>,
+    drawings: Vec<Drawing>,
+}
+
+/// Both planes of one stream.
+pub(crate) struct Loops {
+    sheets: Vec<Sheet>,
+    strip_ticks: u64,
+    strip_end: u64,
+}
+
+impl Loops {
+    /// Declares the curves that the run has.
+    pub fn create(stream: &RecordingStream, run: &RunInfo, has: Presence) -> Result<Self, RecorderError> {
+        let mut sheets = Vec::new();
+        for plane in &PLANES {
+            let mut drawings = Vec::new();
+            for curve in plane.curves.iter().filter(|curve| (curve.exists)(has)) {
+                let entity = format!("{}/raw/{}", plane.entity, curve.name);
+                let style = LineStrips2D::update_fields()
+                    .with_colors([Color::from_u32(curve.color)])
+                    .with_radii([Radius::new_ui_points(curve.radius)]);
+                stream.log_static(entity.as_str(), &style).writing(&entity)?;
+                drawings.push(Drawing {
+                    entity,
+                    curve,
+                    strip: Vec::new(),
+                });
+            }
+            sheets.push(Sheet {
+                plane,
+                extents: [Extent::default(); 2],
+                axes: None,
+                drawings,
+            });
+        }
+        let strip_ticks = ((0.25 * run.zoom_s() / run.tick_s) as u64).max(1);
+        Ok(Self {
+            sheets,
+            strip_ticks,
+            strip_end: 0,
+        })
+    }
+
+    /// Draws the rows of a block.
+    pub fn rows(&mut self, stream: &RecordingStream, run: &RunInfo, rows: &[Row]) -> Result<(), RecorderError> {
+        for sheet in &mut self.sheets {
+            sheet.fit(stream, rows)?;
+        }
+        for row in rows {
+            for sheet in &mut self.sheets {
+                let Some(axes) = sheet.axes else { continue };
+                sheet.drawings.iter_mut().for_each(|drawing| drawing.add(row, &axes));
+            }
+            if row.tick >= self.strip_end {
+                self.strip_end = row.tick + self.strip_ticks;
+                self.send(stream, run.time_ns(row.tick))?;
+            }
+        }
+        match rows.last() {
+            Some(last) => self.send(stream, run.time_ns(last.tick)),
+            None => Ok(()),
+        }
+    }
+
+    fn send(&mut self, stream: &RecordingStream, time_ns: i64) -> Result<(), RecorderError> {
+        let mut drawings = self.sheets.iter_mut().flat_map(|sheet| &mut sheet.drawings);
+        drawings.try_for_each(|drawing| drawing.send(stream, time_ns))
+    }
+}
+
+impl Sheet {
+    /// Makes the axes hold the rows.
+    fn fit(&mut self, stream: &RecordingStream, rows: &[Row]) -> Result<(), RecorderError> {
+        for drawing in &self.drawings {
+            for row in rows {
+                let point = (drawing.curve.point)(row);
+                self.extents[0].add(point[0]);
+                self.extents[1].add(point[1]);
+            }
+        }
+        let [Some(x), Some(y)] = self.extents.map(|extent| extent.range()) else {
+            return Ok(());
+        };
+        let axes = Axes { x, y };
+        if self.axes != Some(axes) {
+            self.axes = Some(axes);
+            axes.write(stream, self.plane.entity, self.plane.axes)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,279 @@
+//! The way from the loop to the logger: a fixed number of blocks circulates, full ones forward, empty ones back. The loop
+//! never allocates, and waits at most once, for a limited time, when it may wait at all.
+
+use crate::RecorderError;
+use crate::row::{Block, Row};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// What stands at the end of the pipe, in a thread of its own.
+pub(crate) trait Consumer: Send + 'static {
+    /// Takes one block.
+    fn block(&mut self, block: &Block) -> Result<(), RecorderError>;
+    /// Closes. `finished` tells an orderly end from a dropped recorder.
+    fn close(self, totals: Totals) -> Result<(), RecorderError>;
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Totals {
+    /// Rows handed over.
+    pub rows: u64,
+    /// Rows dropped.
+    pub dropped: u64,
+    /// True if the recorder was told to finish.
+    pub finished: bool,
+}
+
+/// Room of a pipe and its manners.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PipeSettings {
+    pub block_ticks: usize,
+    pub blocks: usize,
+    /// How long to wait, once, for a consumer that cannot follow.
+    pub patience: Duration,
+}
+
+enum Parcel {
+    Block(Block),
+    End(Totals),
+}
+
+/// The loop's end of the pipe.
+pub(crate) struct Pipe {
+    full: SyncSender<Parcel>,
+    empty: Receiver<Block>,
+    current: Option<Block>,
+    block_ticks: usize,
+    patience: Duration,
+    totals: Totals,
+    dropped_since_block: u64,
+    logger: Option<JoinHandle<Result<(), RecorderError>>>,
+}
+
+impl Pipe {
+    /// Takes all memory and starts the logger thread.
+    pub fn start(settings: PipeSettings, consumer: impl Consumer) -> Result<Self, RecorderError> {
+        let PipeSettings {
+            block_ticks,
+            blocks,
+            patience,
+        } = settings;
+        // Room for every block and the end, so that handing over never waits.
+        let (full, from_loop) = sync_channel(blocks + 1);
+        let (to_loop, empty) = sync_channel(blocks);
+        for _ in 0..blocks {
+            // Filled once so that its pages exist before the first tick.
+            let mut rows = vec![
+                Row {
+                    tick: 1,
+                    ..Row::default()
+                };
+                block_ticks
+            ];
+            rows.clear();
+            // The channel has room for all of them.
+            let _ = to_loop.try_send(Block {
+                rows,
+                dropped_before: 0,
+            });
+        }
+        let logger = std::thread::Builder::new()
+            .name("recorder".into())
+            .spawn(move || log(consumer, &from_loop, &to_loop))
+            .map_err(|error| RecorderError::Write {
+                what: "anything".into(),
+                cause: error.to_string(),
+            })?;
+        Ok(Self {
+            full,
+            empty,
+            current: None,
+            block_ticks,
+            patience,
+            totals: Totals::default(),
+            dropped_since_block: 0,
+            logger: Some(logger),
+        })
+    }
+
+    /// Appends one row.
+    pub fn push(&mut self, row: Row) {
+        if self.current.is_none() {
+            self.current = self.next_block();
+        }
+        let Some(block) = &mut self.current else {
+            self.dropped_since_block += 1;
+            self.totals.dropped += 1;
+            return;
+        };
+        block.rows.push(row);
+        if block.rows.len() == self.block_ticks {
+            self.hand_over();
+        }
+    }
+
+    fn next_block(&mut self) -> Option<Block> {
+        let mut block = self.empty.try_recv().ok();
+        if block.is_none() && !self.patience.is_zero() {
+            block = self.empty.recv_timeout(self.patience).ok();
+            if block.is_none() {
+                // It had its chance: a loop that waited at every block would take hours to end.
+                self.patience = Duration::ZERO;
+            }
+        }
+        let mut block = block?;
+        block.rows.clear();
+        block.dropped_before = std::mem::take(&mut self.dropped_since_block);
+        Some(block)
+    }
+
+    fn hand_over(&mut self) {
+        let Some(block) = self.current.take() else { return };
+        let rows = block.rows.len() as u64;
+        if rows > 0 && self.full.try_send(Parcel::Block(block)).is_ok() {
+            self.totals.rows += rows;
+        } else {
+            self.totals.dropped += rows;
+        }
+    }
+
+    /// Hands over what is left and waits for the logger's end.
+    pub fn close(&mut self, finished: bool) -> Result<Totals, RecorderError> {
+        let Some(logger) = self.logger.take() else {
+            return Ok(self.totals);
+        };
+        self.hand_over();
+        self.totals.finished = finished;
+        // Refused only if the logger is gone, which joining it reports.
+        let _ = self.full.try_send(Parcel::End(self.totals));
+        logger.join().map_err(|_| RecorderError::LoggerDied)??;
+        Ok(self.totals)
+    }
+}
+
+/// The logger thread. After the first error it goes on taking blocks, so that the loop sees no difference.
+fn log(mut consumer: impl Consumer, full: &Receiver<Parcel>, empty: &SyncSender<Block>) -> Result<(), RecorderError> {
+    let mut outcome = Ok(());
+    let mut totals = Totals::default();
+    for parcel in full {
+        match parcel {
+            Parcel::Block(block) => {
+                if outcome.is_ok() {
+                    outcome = consumer.block(&block);
+                }
+                // Refused only if the loop is gone.
+                let _ = empty.try_send(block);
+            }
+            Parcel::End(end) => {
+                totals = end;
+                break;
+            }
+        }
+    }
+    let closed = consumer.close(totals);
+    outcome.and(closed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::{Arc, Mutex};
+    use std::time::Instant;
+
+    struct Slow {
+        pause: Duration,
+        seen: Arc<Mutex<Vec<(u64, u64)>>>,
+    }
+
+    impl Consumer for Slow {
+        fn block(&mut self, block: &Block) -> Result<(), RecorderError> {
+            std::thread::sleep(self.pause);
+            let mut seen = self.seen.lock().unwrap();
+            seen.extend(block.rows.iter().map(|row| (row.tick, block.dropped_before)));
+            Ok(())
+        }
+        fn close(self, _: Totals) -> Result<(), RecorderError> {
+            Ok(())
+        }
+    }
+
+    fn run(pause_ms: u64, patience_ms: u64, ticks: u64) -> (Totals, Vec<(u64, u64)>, Duration) {
+        let seen = Arc::new(Mutex::new(Vec::new()));
+        let consumer = Slow {
+            pause: Duration::from_millis(pause_ms),
+            seen: seen.clone(),
+        };
+        let patience = Duration::from_millis(patience_ms);
+        let mut pipe = Pipe::start(
+            PipeSettings {
+                block_ticks: 10,
+                blocks: 2,
+                patience,
+            },
+            consumer,
+        )
+        .unwrap();
+        let start = Instant::now();
+        (0..ticks).for_each(|tick| pipe.push(Row { tick, ..Row::default() }));
+        let pushing = start.elapsed();
+        let totals = pipe.close(true).unwrap();
+        let seen = std::mem::take(&mut *seen.lock().unwrap());
+        (totals, seen, pushing)
+    }
+
+    /// Guards: a logger that cannot follow costs rows, each of them counted, and no time.
+    #[test]
+    fn a_slow_logger_drops_and_counts_but_never_holds_up_the_loop() {
+        let (totals, seen, pushing) = run(300, 0, 1000);
+        assert!(
+            pushing < Duration::from_millis(200),
+            "the loop was held up for {pushing:?}"
+        );
+        assert!(totals.dropped >= 900, "{totals:?}");
+        assert_eq!(totals.rows + totals.dropped, 1000);
+        assert_eq!(seen.len() as u64, totals.rows);
+    }
+
+    /// Guards: with patience nothing is lost, in order.
+    #[test]
+    fn a_patient_loop_loses_nothing() {
+        let (totals, seen, _) = run(2, 5000, 105);
+        assert_eq!((totals.rows, totals.dropped), (105, 0));
+        assert!(seen.iter().map(|(tick, _)| *tick).eq(0..105));
+    }
+
+    /// Guards: patience ends. A stuck logger is waited for once, not at every block.
+    #[test]
+    fn patience_is_spent_once() {
+        let (totals, _, pushing) = run(1000, 50, 500);
+        assert!(
+            pushing < Duration::from_millis(300),
+            "the loop was held up for {pushing:?}"
+        );
+        assert!(totals.dropped > 0 && totals.rows + totals.dropped == 500);
+    }
+
+    /// Guards: the block after a gap says how many rows are missing before it.
+    #[test]
+    fn a_gap_is_told_to_the_logger() {
+        let seen = Arc::new(Mutex::new(Vec::new()));
+        let consumer = Slow {
+            pause: Duration::from_millis(50),
+            seen: seen.clone(),
+        };
+        let settings = PipeSettings {
+            block_ticks: 10,
+            blocks: 2,
+            patience: Duration::ZERO,
+        };
+        let mut pipe = Pipe::start(settings, consumer).unwrap();
+        (0..50).for_each(|tick| pipe.push(Row { tick, ..Row::default() }));
+        std::thread::sleep(Duration::from_millis(200));
+        (50..55).for_each(|tick| pipe.push(Row { tick, ..Row::default() }));
+        let totals = pipe.close(true).unwrap();
+        assert_eq!((totals.rows, totals.dropped), (25, 30));
+        assert_eq!(seen.lock().unwrap().last(), Some(&(54, 30)));
+    }
+}

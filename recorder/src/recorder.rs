@@ -1,0 +1,137 @@
+//! The recorder as a block of the loop: it hears everything and says nothing.
+
+use crate::pipe::{Pipe, PipeSettings};
+use crate::row::Row;
+use crate::writer::Logger;
+use crate::{RecorderError, RecorderSettings, RunInfo};
+use anhyst_ipc::{Block, CoilField, Demand, Estimate, FieldCommand, Measurement, NodeId, Now, SafeField, Truth};
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+/// What became of a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RecorderReport {
+    /// Ticks recorded.
+    pub rows: u64,
+    /// Ticks that the logger could not take.
+    pub dropped: u64,
+    /// Size of the file.
+    pub bytes: u64,
+}
+
+type Slot = Arc<Mutex<Option<Result<RecorderReport, RecorderError>>>>;
+
+/// The report of a recorder that was given away, for example into a node: filled when the recorder finishes or is dropped.
+#[derive(Debug, Clone)]
+pub struct Outcome(Slot);
+
+impl Outcome {
+    /// What became of the recording.
+    ///
+    /// # Errors
+    /// What went wrong, or that the recorder still lives.
+    pub fn report(&self) -> Result<RecorderReport, RecorderError> {
+        let slot = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        slot.clone().unwrap_or(Err(RecorderError::StillOpen))
+    }
+}
+
+/// Records every token of a run.
+pub struct Recorder {
+    pipe: Pipe,
+    path: PathBuf,
+    outcome: Outcome,
+}
+
+impl Recorder {
+    /// Creates the file, writes its head and layout, opens the port for live viewers, and starts the logger thread.
+    ///
+    /// # Errors
+    /// If a setting is refused, the file cannot be created or the port is taken.
+    pub fn create(settings: &RecorderSettings, run: RunInfo) -> Result<Self, RecorderError> {
+        settings.validate()?;
+        run.validate()?;
+        let path = run.path.clone();
+        let patience = if settings.lossless { settings.patience_s } else { 0.0 };
+        let pipe_settings = PipeSettings {
+            block_ticks: settings.block_ticks,
+            blocks: settings.blocks,
+            patience: Duration::from_secs_f64(patience),
+        };
+        let pipe = Pipe::start(pipe_settings, Logger::create(settings, run)?)?;
+        Ok(Self {
+            pipe,
+            path,
+            outcome: Outcome(Slot::default()),
+        })
+    }
+
+    /// Where the report will be found once the recorder has finished or was dropped.
+    pub fn outcome(&self) -> Outcome {
+        self.outcome.clone()
+    }
+
+    /// Writes what is left, the last layout and the footer.
+    ///
+    /// # Errors
+    /// The first error of the logger thread.
+    pub fn finish(mut self) -> Result<RecorderReport, RecorderError> {
+        self.close(true);
+        self.outcome.report()
+    }
+
+    fn close(&mut self, finished: bool) {
+        let mut slot = self.outcome.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if slot.is_none() {
+            *slot = Some(self.pipe.close(finished).map(|totals| RecorderReport {
+                rows: totals.rows,
+                dropped: totals.dropped,
+                bytes: std::fs::metadata(&self.path).map_or(0, |file| file.len()),
+            }));
+        }
+    }
+}
+
+impl Drop for Recorder {
+    /// A recorder that was not finished (a run that failed) still keeps what it heard.
+    fn drop(&mut self) {
+        self.close(false);
+    }
+}
+
+impl Block for Recorder {
+    const NODE: NodeId = NodeId::Recorder;
+    type Inputs = (
+        Now<Measurement>,
+        Now<Truth>,
+        Now<Estimate>,
+        Now<Demand>,
+        Now<FieldCommand>,
+        Now<SafeField>,
+        Now<CoilField>,
+    );
+    type Outputs = ();
+
+    fn step(&mut self, tick: u64, inputs: Self::Inputs) {
+        let (
+            Now(measurement),
+            Now(truth),
+            Now(estimate),
+            Now(demand),
+            Now(field_command),
+            Now(safe_field),
+            Now(coil_field),
+        ) = inputs;
+        self.pipe.push(Row {
+            tick,
+            measurement,
+            truth,
+            estimate,
+            demand,
+            field_command,
+            safe_field,
+            coil_field,
+        });
+    }
+}

@@ -1,0 +1,182 @@
+//! Which views there are, where, and how they look. Left: is the reference tracked, how large is the error, is `a` found.
+//! Right: the loops and the field. Below: what happened, in which state the loop is, how warm the rod is.
+
+use crate::axes::BOX;
+use crate::layout::Layout;
+use crate::loops::HISTORIES;
+use crate::tokens::TIMELINE;
+use rerun::blueprint::components::{Corner2D, LinkAxis};
+use rerun::blueprint::datatypes::{TextLogColumn, TextLogColumnKind, TimelineColumn};
+use rerun::blueprint::{
+    ContainerLike, Horizontal, Spatial2DView, StateTimelineView, Tabs, TextDocumentView, TextLogView, TimeSeriesView,
+    Vertical,
+};
+use rerun::datatypes::{Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange};
+use rerun::external::re_sdk_types::blueprint::archetypes::{
+    PlotLegend, ScalarAxis, TextLogColumns, TimeAxis, VisibleTimeRanges, VisualBounds2D,
+};
+use rerun::{AsComponents, SerializedComponentBatch};
+
+/// A property of a view.
+pub(crate) struct Property {
+    /// Where it stands in the blueprint.
+    pub path: String,
+    pub batches: Vec<SerializedComponentBatch>,
+}
+
+/// Views being laid out, and the properties gathered on the way.
+#[derive(Default)]
+struct Desk {
+    properties: Vec<Property>,
+}
+
+/// How much of the time a view shows.
+#[derive(Clone, Copy)]
+enum Span {
+    /// The whole run; all such views scroll and zoom together.
+    Run,
+    /// The time before the cursor, in seconds.
+    Last(f64),
+}
+
+impl Desk {
+    fn property(&mut self, view: &ContainerLike, name: &str, archetype: &dyn AsComponents) {
+        if let ContainerLike::View(view) = view {
+            let path = format!("{}/{name}", view.blueprint_path());
+            self.properties.push(Property {
+                path,
+                batches: archetype.as_serialized_batches(),
+            });
+        }
+    }
+
+    fn plot(&mut self, name: &str, contents: &[&str], span: Span) -> ContainerLike {
+        let view: ContainerLike = TimeSeriesView::new(name)
+            .with_origin("/")
+            .with_contents(contents.iter().copied())
+            .into();
+        self.property(&view, "PlotLegend", &PlotLegend::new().with_corner(Corner2D::LeftTop));
+        match span {
+            Span::Run => self.property(&view, "TimeAxis", &TimeAxis::new().with_link(LinkAxis::LinkToGlobal)),
+            Span::Last(seconds) => self.property(&view, "VisibleTimeRanges", &before_cursor(Some(seconds))),
+        }
+        view
+    }
+
+    fn loop_view(&mut self, name: &str, entity: &str, seconds: f64) -> ContainerLike {
+        let view: ContainerLike = Spatial2DView::new(name).with_origin(entity).into();
+        let bounds = Range2D {
+            x_range: [-0.2, BOX[0] + 0.05].into(),
+            y_range: [-0.2, BOX[1] + 0.2].into(),
+        };
+        self.property(&view, "VisualBounds2D", &VisualBounds2D::new(bounds));
+        self.property(&view, "VisibleTimeRanges", &before_cursor(Some(seconds)));
+        for history in HISTORIES.iter().filter(|history| history.starts_with(entity)) {
+            self.property(
+                &view,
+                &format!("ViewContents/overrides/{history}/VisibleTimeRanges"),
+                &before_cursor(None),
+            );
+        }
+        view
+    }
+}
+
+/// From some seconds before the cursor, or from the start, up to the cursor.
+fn before_cursor(seconds: Option<f64>) -> VisibleTimeRanges {
+    let relative = |seconds: f64| TimeRangeBoundary::CursorRelative(TimeInt((seconds * 1e9) as i64));
+    let start = seconds.map_or(TimeRangeBoundary::Infinite, |seconds| relative(-seconds));
+    VisibleTimeRanges::new([VisibleTimeRange {
+        timeline: TIMELINE.into(),
+        range: TimeRange {
+            start,
+            end: relative(0.0),
+        },
+    }])
+}
+
+/// The whole window.
+pub(crate) fn arrange(layout: &Layout) -> (ContainerLike, Vec<Property>) {
+    let mut desk = Desk::default();
+    let left = left(&mut desk, layout);
+    let right = right(&mut desk, layout);
+    let bottom = bottom(&mut desk);
+    let top = Horizontal::new([left, right]).with_column_shares([1.0, 1.0]);
+    let root = Vertical::new([top.into(), bottom]).with_row_shares([3.4, 1.0]);
+    (root.into(), desk.properties)
+}
+
+fn left(desk: &mut Desk, layout: &Layout) -> ContainerLike {
+    let last = Span::Last(layout.zoom_s);
+    let zoom_name = format!("Tracking, last {} s [µm]", layout.zoom_s);
+    let tracking = Tabs::new([
+        desk.plot(&zoom_name, &["/track/**"], last),
+        desk.plot("Tracking, whole run [µm]", &["/track/**"], Span::Run),
+    ]);
+    let fits = layout.error_axis_nm.is_some_and(|height| layout.tolerance_nm <= height);
+    let contents: &[&str] = if fits { &["/error/**"] } else { &["/error/lines"] };
+    let error = desk.plot("Tracking error [nm]", contents, Span::Run);
+    if let Some(height) = layout.error_axis_nm {
+        desk.property(&error, "ScalarAxis", &ScalarAxis::new().with_range([-height, height]));
+    }
+    let shape = Tabs::new([
+        desk.plot("Shape parameter a [A/m]", &["/shape/**"], Span::Run),
+        desk.plot("Covers [µm]", &["/covers"], last),
+        desk.plot("Output error of the estimator [nm]", &["/output_error"], Span::Run),
+    ]);
+    Vertical::new([tracking.into(), error, shape.into()])
+        .with_row_shares([1.2, 1.0, 1.0])
+        .into()
+}
+
+fn right(desk: &mut Desk, layout: &Layout) -> ContainerLike {
+    let last = Span::Last(layout.zoom_s);
+    let loops = Horizontal::new([
+        desk.loop_view("Magnetization over field", "loops/magnetization", layout.zoom_s),
+        desk.loop_view("Displacement over field", "loops/displacement", layout.zoom_s),
+    ]);
+    let field = Tabs::new([
+        desk.plot("Field, whole run [kA/m]", &["/field/**"], Span::Run),
+        desk.plot(
+            &format!("Field, last {} s [kA/m]", layout.zoom_s),
+            &["/field/lines"],
+            last,
+        ),
+        desk.plot("Magnetization [kA/m]", &["/magnetization"], last),
+        desk.plot("Feedback [kA/m]", &["/feedback"], Span::Run),
+    ]);
+    Vertical::new([loops.into(), field.into()])
+        .with_row_shares([2.0, 1.2])
+        .into()
+}
+
+fn bottom(desk: &mut Desk) -> ContainerLike {
+    let events: ContainerLike = TextLogView::new("Events").with_origin("events").into();
+    let column = |kind| TextLogColumn {
+        visible: true.into(),
+        kind,
+    };
+    let columns = TextLogColumns::new()
+        .with_timeline_columns([TimelineColumn {
+            visible: true.into(),
+            timeline: TIMELINE.into(),
+        }])
+        .with_text_log_columns(
+            [
+                TextLogColumnKind::LogLevel,
+                TextLogColumnKind::EntityPath,
+                TextLogColumnKind::Body,
+            ]
+            .map(column),
+        );
+    desk.property(&events, "TextLogColumns", &columns);
+    let states = StateTimelineView::new("States").with_origin("status").into();
+    let around = Tabs::new([
+        desk.plot("Temperature [°C]", &["/temperature"], Span::Run),
+        desk.plot("Cutting force [N]", &["/force"], Span::Run),
+        TextDocumentView::new("Notes").with_origin("notes").into(),
+    ]);
+    Horizontal::new([events, states, around.into()])
+        .with_column_shares([1.3, 1.0, 0.8])
+        .into()
+}

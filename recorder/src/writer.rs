@@ -1,0 +1,150 @@
+//! What the logger thread does with a block: rows to every stream, status words to the watch, and the layout at both ends.
+
+use crate::axes::nice;
+use crate::error::Writing as _;
+use crate::events::Watch;
+use crate::layout::Layout;
+use crate::pipe::{Consumer, Totals};
+use crate::row::{Block, Presence, Row};
+use crate::run::Level;
+use crate::streams::Stream;
+use crate::{RecorderError, RecorderSettings, RunInfo};
+use std::time::Duration;
+
+/// How long the end of a run waits for the disk.
+const FLUSH_LIMIT: Duration = Duration::from_secs(60);
+
+/// The far end of the pipe.
+pub(crate) struct Logger {
+    run: RunInfo,
+    error_axis_nm: Option<f64>,
+    streams: Vec<Stream>,
+    watch: Watch,
+    has: Option<Presence>,
+    last_tick: u64,
+    largest_error_m: f64,
+}
+
+impl Logger {
+    /// Creates the streams and sends the first layout, so that live viewers and files of killed runs have one.
+    pub fn create(settings: &RecorderSettings, run: RunInfo) -> Result<Self, RecorderError> {
+        let mut streams = Vec::with_capacity(2);
+        // The port first: if it is taken, no file is overwritten.
+        if let Some(port) = settings.live {
+            streams.push(Stream::live(&run, settings, port)?);
+        }
+        streams.push(Stream::file(&run, settings)?);
+        let layout = Layout {
+            zoom_s: run.zoom_s(),
+            error_axis_nm: settings.error_axis_nm,
+            tolerance_nm: run.tolerance_m * 1e9,
+        };
+        for stream in &streams {
+            layout.send(&stream.rerun)?;
+        }
+        let mut watch = Watch::default();
+        let tick_us = run.tick_s * 1e6;
+        watch.about_run(
+            0,
+            Level::Info,
+            format!("run {} starts: {} (tick {tick_us} µs)", run.run_id, run.name),
+        );
+        Ok(Self {
+            run,
+            error_axis_nm: settings.error_axis_nm,
+            streams,
+            watch,
+            has: None,
+            last_tick: 0,
+            largest_error_m: 0.0,
+        })
+    }
+
+    fn note_error(&mut self, row: &Row, has: Presence) {
+        if row.tick as f64 * self.run.tick_s >= self.run.settling_time_s {
+            let error = if has.truth {
+                row.true_error_m()
+            } else {
+                row.demand.error_m
+            };
+            // Not-a-number is no maximum.
+            self.largest_error_m = self.largest_error_m.max(error.abs());
+        }
+    }
+
+    fn send_events(&mut self) -> Result<(), RecorderError> {
+        for stream in &self.streams {
+            stream.events(&self.run, &self.watch.events, &self.watch.changes)?;
+        }
+        self.watch.events.clear();
+        self.watch.changes.clear();
+        Ok(())
+    }
+
+    /// Says how the run ended, and chooses the height of the error plot now that the errors are known.
+    fn sum_up(&mut self, totals: Totals) -> Result<(), RecorderError> {
+        let (rows, dropped, seconds) = (totals.rows, totals.dropped, totals.rows as f64 * self.run.tick_s);
+        let (level, end) = if totals.finished {
+            (Level::Info, "run ends")
+        } else {
+            (Level::Warning, "recording ends before the run was finished")
+        };
+        self.watch.about_run(
+            self.last_tick,
+            if dropped > 0 { Level::Warning } else { level },
+            format!(
+                "{end}: {rows} ticks, {seconds:.3} s, {dropped} dropped; largest error after settling {:.1} nm",
+                self.largest_error_m * 1e9
+            ),
+        );
+        self.send_events()?;
+        let layout = Layout {
+            zoom_s: self.run.zoom_s(),
+            error_axis_nm: self.error_axis_nm.or(self.fitting_axis_nm()),
+            tolerance_nm: self.run.tolerance_m * 1e9,
+        };
+        for stream in &self.streams {
+            layout.send(&stream.rerun)?;
+        }
+        layout.save(&self.run.path.with_extension("rbl"))
+    }
+
+    fn fitting_axis_nm(&self) -> Option<f64> {
+        let nm = self.largest_error_m * 1e9;
+        (nm > 0.0 && nm.is_finite()).then(|| nice(1.1 * nm))
+    }
+}
+
+impl Consumer for Logger {
+    fn block(&mut self, block: &Block) -> Result<(), RecorderError> {
+        let (Some(first), Some(last)) = (block.rows.first(), block.rows.last()) else {
+            return Ok(());
+        };
+        let has = *self.has.get_or_insert_with(|| Presence::of(&block.rows));
+        if block.dropped_before > 0 {
+            let lost = format!("recorder dropped {} ticks before this one", block.dropped_before);
+            self.watch.about_run(first.tick, Level::Warning, lost);
+        }
+        for row in &block.rows {
+            self.watch.row(row, &self.run);
+            self.note_error(row, has);
+        }
+        for stream in &mut self.streams {
+            stream.rows(&self.run, has, &block.rows)?;
+        }
+        self.last_tick = last.tick;
+        self.send_events()
+    }
+
+    fn close(mut self, totals: Totals) -> Result<(), RecorderError> {
+        let summed_up = self.sum_up(totals);
+        for stream in &self.streams {
+            // The file's own thread tells its errors (a full disk) only to a flush.
+            stream
+                .rerun
+                .flush_with_timeout(FLUSH_LIMIT)
+                .writing("the end of the run")?;
+        }
+        summed_up
+    }
+}

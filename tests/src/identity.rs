@@ -1,0 +1,36 @@
+//! Compares the digests of two runs and names the first node and tick at which they differ.
+
+use anhyst_ipc::{NodeId, Trail};
+use std::path::Path;
+
+/// The first difference of two runs: the earliest tick, and of the nodes that differ there the first in loop order.
+pub fn first_difference(one: &Path, other: &Path) -> Option<(NodeId, u64)> {
+    let nodes = NodeId::LOOP_ORDER.into_iter().filter(|node| *node != NodeId::Recorder);
+    nodes
+        .filter_map(|node| {
+            trail(one, node)
+                .first_difference(&trail(other, node))
+                .map(|tick| (node, tick))
+        })
+        .min_by_key(|(node, tick)| (*tick, *node))
+}
+
+/// Fails, naming node and tick, unless two runs sent the same bits.
+pub fn assert_same(one: &Path, other: &Path) {
+    if let Some((node, tick)) = first_difference(one, other) {
+        panic!(
+            "{node} differs from tick {tick} on: {} against {}",
+            one.display(),
+            other.display()
+        );
+    }
+}
+
+/// A node's digests of a run; fails if there are none.
+pub fn trail(run: &Path, node: NodeId) -> Trail {
+    let path = run.join("digests").join(format!("{}.u64", node.name()));
+    match std::fs::read(&path) {
+        Ok(bytes) if !bytes.is_empty() => Trail::from_bytes(&bytes),
+        other => panic!("{} holds no digests: {other:?}", path.display()),
+    }
+}

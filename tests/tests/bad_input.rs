@@ -1,0 +1,106 @@
+//! Guards the sentences that a user gets for a bad scenario: place, value, limit; exit status 2, nothing started.
+
+use anhyst_tests::{Finished, repository};
+use std::path::Path;
+use std::time::Duration;
+
+fn check(text: &str, folder: &Path) -> Finished {
+    let path = folder.join("bad.ron");
+    std::fs::write(&path, text).unwrap();
+    let finished = Finished::run(&["check", &path.to_string_lossy()], Duration::from_secs(20)).expect(2);
+    assert_eq!(finished.out, "");
+    // miette may break a long sentence into lines: read it as one.
+    let err = finished
+        .err
+        .split_whitespace()
+        .filter(|word| *word != "│")
+        .collect::<Vec<_>>()
+        .join(" ");
+    Finished { err, ..finished }
+}
+
+#[test]
+fn bad_scenarios_are_refused_with_place_value_and_limit() {
+    let root = tempfile::tempdir().unwrap();
+    let good = std::fs::read_to_string(repository().join("scenarios/milling.ron")).unwrap();
+    let materials = root.path().join("materials");
+    std::fs::create_dir(&materials).unwrap();
+    let material = "materials/terfenol_nealis_smith.ron";
+    std::fs::copy(
+        repository().join("scenarios").join(material),
+        root.path().join(material),
+    )
+    .unwrap();
+    let line_of = |needle: &str| good.lines().position(|line| line.contains(needle)).unwrap() + 1;
+    let cases: [(&str, &str, &str, &[&str]); 9] = [
+        ("seed: 1,", "sede: 1,", "seed: 1,", &["sede"]),
+        ("seed: 1,", "seed: \"one\",", "seed: 1,", &["nsigned"]),
+        (
+            "tick_s: 5e-5",
+            "tick_s: NaN",
+            "tick_s: 5e-5",
+            &["NaN s is outside [0.000001, 1] s"],
+        ),
+        (
+            "tick_s: 5e-5",
+            "tick_s: -5e-5",
+            "tick_s: 5e-5",
+            &["-0.00005 s is outside"],
+        ),
+        (
+            "start_a_per_m: 6800.0",
+            "start_a_per_m: 6200.0",
+            "start_a_per_m",
+            &["6200 A/m is outside the range [6300, 7300] A/m"],
+        ),
+        (
+            "terfenol_nealis_smith.ron",
+            "no_such.ron",
+            "no_such",
+            &["no_such.ron does not exist"],
+        ),
+        (
+            "(1, 40e-6, 0.0)",
+            "(1, 400e-6, 0.0)",
+            "trajectory:",
+            &["magnetization", "A/m"],
+        ),
+        ("members: 33", "members: 1", "members", &["2 to 512"]),
+        (
+            "displacement_noise_m: 10e-9",
+            "displacement_noise_m: -10e-9",
+            "displacement_noise_m",
+            &["-"],
+        ),
+    ];
+    for (from, to, at, says) in cases {
+        assert!(good.contains(from), "{from}");
+        let refused = check(&good.replacen(from, to, 1), root.path());
+        let needle = if at.starts_with("no_such") { from } else { at };
+        let place = format!("bad.ron:{}:", line_of(needle));
+        assert!(refused.err.contains(&place), "no {place} in: {}", refused.err);
+        for word in says {
+            assert!(refused.err.contains(word), "no \"{word}\" in: {}", refused.err);
+        }
+    }
+}
+
+#[test]
+fn missing_files_and_bad_settings_are_refused() {
+    let refused = Finished::run(&["run", "scenarios/no_such.ron"], Duration::from_secs(20)).expect(2);
+    assert!(
+        refused.err.contains("scenarios/no_such.ron cannot be read"),
+        "{}",
+        refused.err
+    );
+    let refused = Finished::run(
+        &["check", "scenarios/milling.ron", "--set", "plant.no.such=1"],
+        Duration::from_secs(20),
+    )
+    .expect(2);
+    assert!(
+        refused.err.contains("there is no plant.no in this scenario"),
+        "{}",
+        refused.err
+    );
+}

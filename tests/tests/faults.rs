@@ -1,0 +1,194 @@
+//! Guards what a user sees when a process dies: exit status 3 in time, the name, a readable recording, clean shared memory.
+
+use anhyst_ipc::Truth;
+use anhyst_recorder::Recording;
+use anhyst_tests::{Finished, children, files_with, start};
+use rustix::process::{Pid, Signal, kill_process};
+use std::path::Path;
+use std::process::Child;
+use std::time::{Duration, Instant};
+
+const NODES: [&str; 7] = [
+    "plant-sim",
+    "estimator",
+    "controller",
+    "inverse",
+    "guard",
+    "amplifier",
+    "recorder",
+];
+
+fn start_long_run(out: &Path) -> Child {
+    start(&[
+        "run",
+        "scenarios/milling.ron",
+        "--set",
+        "duration_s=600",
+        "--out",
+        &out.to_string_lossy(),
+    ])
+}
+
+/// Waits until all seven processes live and the recording has grown beyond its head: the loop runs.
+fn wait_until_recording(launcher: &mut Child, out: &Path) {
+    let begin = Instant::now();
+    let recording = out.join("recording.rrd");
+    loop {
+        let size = std::fs::metadata(&recording).map_or(0, |file| file.len());
+        if children(launcher.id()).len() == NODES.len() && size > 400_000 {
+            return;
+        }
+        assert!(
+            launcher.try_wait().unwrap().is_none(),
+            "the run ended before it was disturbed"
+        );
+        assert!(
+            begin.elapsed() < Duration::from_secs(60),
+            "the loop does not start: recording of {size} bytes"
+        );
+        std::thread::sleep(Duration::from_millis(10));
+    }
+}
+
+fn kill(pid: u32) {
+    kill_process(Pid::from_raw(pid as i32).unwrap(), Signal::KILL).unwrap();
+}
+
+fn child(launcher: &Child, name: &str) -> u32 {
+    let all = children(launcher.id());
+    all.iter()
+        .find(|(_, subcommand)| subcommand == name)
+        .unwrap_or_else(|| panic!("no {name} among {all:?}"))
+        .0
+}
+
+fn assert_readable(out: &Path) {
+    let recording = Recording::open(&out.join("recording.rrd")).unwrap();
+    let truth: Vec<Truth> = recording.tokens().unwrap();
+    assert!(truth.len() >= 1000, "only {} ticks were recorded", truth.len());
+    assert!(truth.iter().enumerate().all(|(tick, token)| token.tick == tick as u64));
+}
+
+#[test]
+fn a_killed_process_ends_the_run_by_name() {
+    for name in NODES {
+        let root = tempfile::tempdir().unwrap();
+        let out = root.path().join("run");
+        let mut launcher = start_long_run(&out);
+        let prefix = format!("anhyst_{}_", launcher.id());
+        wait_until_recording(&mut launcher, &out);
+        assert!(!files_with(&prefix).is_empty());
+        kill(child(&launcher, name));
+        let finished = Finished::wait(launcher, Duration::from_secs(2)).expect(3);
+        assert!(
+            finished
+                .err
+                .contains(&format!("{name} was killed by signal 9 at tick ")),
+            "{}",
+            finished.err
+        );
+        assert_eq!(files_with(&prefix), Vec::<String>::new(), "after the death of {name}");
+        assert_readable(&out);
+    }
+}
+
+#[test]
+fn a_run_after_a_killed_launcher_is_clean() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run");
+    let mut launcher = start_long_run(&out);
+    let prefix = format!("anhyst_{}_", launcher.id());
+    wait_until_recording(&mut launcher, &out);
+    let orphans = children(launcher.id());
+    kill(launcher.id());
+    launcher.wait().unwrap();
+    let begin = Instant::now();
+    while orphans
+        .iter()
+        .any(|(pid, _)| Path::new(&format!("/proc/{pid}")).exists())
+    {
+        assert!(
+            begin.elapsed() < Duration::from_secs(5),
+            "children outlive their launcher: {orphans:?}"
+        );
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    assert_readable(&out);
+    let again = root.path().join("again");
+    let short = [
+        "--set",
+        "duration_s=0.2",
+        "--set",
+        "expect.settling_s=0.1",
+        "--no-recording",
+    ];
+    let arguments = [
+        &["run", "scenarios/milling.ron", "--out", &again.to_string_lossy()],
+        &short[..],
+    ]
+    .concat();
+    let finished = Finished::run(&arguments, Duration::from_secs(60));
+    assert!(matches!(finished.code, Some(0 | 1)), "{}", finished.err);
+    assert_eq!(files_with(&prefix), Vec::<String>::new());
+}
+
+#[test]
+fn two_runs_side_by_side_do_not_meet() {
+    let root = tempfile::tempdir().unwrap();
+    let folders = ["one", "other"].map(|name| root.path().join(name));
+    let launchers = [0, 1].map(|i| {
+        let seed = format!("seed={}", i + 1);
+        let out = folders[i].to_string_lossy().into_owned();
+        let short = [
+            "--set",
+            "duration_s=0.4",
+            "--set",
+            "expect.settling_s=0.1",
+            "--no-recording",
+        ];
+        start(
+            &[
+                &["run", "scenarios/milling.ron", "--set", &seed, "--out", &out],
+                &short[..],
+            ]
+            .concat(),
+        )
+    });
+    for launcher in launchers {
+        let finished = Finished::wait(launcher, Duration::from_secs(120));
+        assert!(matches!(finished.code, Some(0 | 1)), "{}", finished.err);
+    }
+    for (i, folder) in folders.iter().enumerate() {
+        let alone = root.path().join(format!("alone{i}"));
+        let (seed, out) = (format!("seed={}", i + 1), alone.to_string_lossy().into_owned());
+        let short = [
+            "--set",
+            "duration_s=0.4",
+            "--set",
+            "expect.settling_s=0.1",
+            "--no-recording",
+            "--embedded",
+        ];
+        Finished::run(
+            &[
+                &["run", "scenarios/milling.ron", "--set", &seed, "--out", &out],
+                &short[..],
+            ]
+            .concat(),
+            Duration::from_secs(60),
+        );
+        anhyst_tests::assert_same(&alone, folder);
+    }
+}
+
+#[test]
+fn an_interrupted_run_closes_its_recording() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run");
+    let mut launcher = start_long_run(&out);
+    wait_until_recording(&mut launcher, &out);
+    kill_process(Pid::from_raw(launcher.id() as i32).unwrap(), Signal::INT).unwrap();
+    let finished = Finished::wait(launcher, Duration::from_secs(5)).expect(3);
+    assert!(finished.err.contains("stopped on request at tick "), "{}", finished.err);
+    assert_readable(&out);
+}

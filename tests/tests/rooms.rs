@@ -1,0 +1,49 @@
+//! Guards the rooms of ARCHITECTURE.md: who may know whom.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::process::Command;
+
+#[test]
+fn rooms_know_only_what_they_may() {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--no-deps", "--offline", "--format-version", "1"])
+        .current_dir(anhyst_tests::repository())
+        .output()
+        .unwrap();
+    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let packages = metadata["packages"].as_array().unwrap();
+    let name = |value: &serde_json::Value| value["name"].as_str().unwrap().to_owned();
+    let ours: BTreeSet<String> = packages.iter().map(name).collect();
+    let known: BTreeMap<String, BTreeSet<String>> = packages
+        .iter()
+        .map(|package| {
+            let dependencies = package["dependencies"].as_array().unwrap().iter().map(name);
+            (
+                name(package),
+                dependencies.filter(|dependency| ours.contains(dependency)).collect(),
+            )
+        })
+        .collect();
+    let may: [(&str, &[&str]); 9] = [
+        ("anhyst-model", &[]),
+        ("anhyst-ipc", &[]),
+        ("anhyst-plant-sim", &["anhyst-model", "anhyst-ipc"]),
+        ("anhyst-estimator", &["anhyst-model", "anhyst-ipc"]),
+        ("anhyst-inverse", &["anhyst-model", "anhyst-ipc"]),
+        ("anhyst-controller", &["anhyst-model", "anhyst-ipc"]),
+        ("anhyst-guard", &["anhyst-ipc"]),
+        ("anhyst-recorder", &["anhyst-ipc"]),
+        ("anhyst-diagnosis", &["anhyst-model"]),
+    ];
+    for (room, allowed) in may {
+        let allowed: BTreeSet<String> = allowed.iter().map(|name| (*name).to_owned()).collect();
+        let too_much: Vec<&String> = known[room].difference(&allowed).collect();
+        assert!(too_much.is_empty(), "{room} may not know {too_much:?}");
+    }
+    assert_eq!(
+        known.len(),
+        may.len() + 2,
+        "a new crate has no room here: {:?}",
+        known.keys()
+    );
+}
