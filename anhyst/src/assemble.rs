@@ -81,18 +81,27 @@ pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -
             Box::new(Node::open(block, connections, ticks, fault)?)
         }
         NodeId::Estimator => {
-            let block = Estimator::new(&scenario.estimator, material, scenario.two_pole()?, scenario.amplifier, tick_s)
-                .map_err(setup)?;
+            let block = Estimator::new(
+                &scenario.estimator,
+                material,
+                scenario.two_pole()?,
+                scenario.amplifier,
+                tick_s,
+            )
+            .map_err(setup)?;
             Box::new(Node::open(block, connections, ticks, fault)?)
         }
-        NodeId::Controller => {
-            Box::new(Node::open(scenario.controller()?, connections, ticks, fault)?)
-        }
+        NodeId::Controller => Box::new(Node::open(scenario.controller()?, connections, ticks, fault)?),
         NodeId::Inverse => {
             let block = Inverse::new(&scenario.inverse, material.hysteresis, &scenario.amplifier).map_err(setup)?;
             Box::new(Node::open(block, connections, ticks, fault)?)
         }
-        NodeId::Guard => Box::new(Node::open(Guard::new(&scenario.guard, tick_s)?, connections, ticks, fault)?),
+        NodeId::Guard => Box::new(Node::open(
+            Guard::new(&scenario.guard, tick_s)?,
+            connections,
+            ticks,
+            fault,
+        )?),
         NodeId::Recorder => return Err(RunError::Setup("the recorder is no stage of the loop".into())),
     })
 }
@@ -111,7 +120,9 @@ pub fn scribe(scenario: &Scenario, folder: &RunFolder) -> Result<Scribe, RunErro
     #[cfg(not(feature = "recorder"))]
     {
         let _ = folder;
-        Err(RunError::Setup("this build has no recorder (cargo feature `recorder`): run with --no-recording".into()))
+        Err(RunError::Setup(
+            "this build has no recorder (cargo feature `recorder`): run with --no-recording".into(),
+        ))
     }
 }
 

@@ -36,10 +36,18 @@ impl RunFolder {
     /// `runs/NAME-UTC`, with a counter if two runs start in one second.
     fn unused(name: &str) -> PathBuf {
         let time = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S").to_string();
-        let candidates = (1..).map(|n| if n == 1 { format!("{name}-{time}") } else { format!("{name}-{time}-{n}") });
+        let candidates = (1..).map(|n| {
+            if n == 1 {
+                format!("{name}-{time}")
+            } else {
+                format!("{name}-{time}-{n}")
+            }
+        });
         // Creating is the test: of two runs that start at once only one gets a name.
         let mut paths = candidates.map(|candidate| Path::new("runs").join(candidate));
-        paths.find(|path| create_new(path)).unwrap_or_else(|| Path::new("runs").join(name))
+        paths
+            .find(|path| create_new(path))
+            .unwrap_or_else(|| Path::new("runs").join(name))
     }
 
     /// Makes the folders within it that processes write to.
@@ -98,6 +106,7 @@ impl RunFolder {
 }
 
 fn create_new(path: &Path) -> bool {
-    path.parent().is_some_and(|parent| std::fs::create_dir_all(parent).is_ok())
+    path.parent()
+        .is_some_and(|parent| std::fs::create_dir_all(parent).is_ok())
         && !matches!(std::fs::create_dir(path), Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists)
 }

@@ -49,7 +49,14 @@ pub struct Verdict {
 impl Judge {
     /// A judge of what the scenario expects.
     pub fn new(expect: Expect, tick_s: f64) -> Self {
-        Self { expect, tick_s, samples: 0, sum_of_squares_m2: 0.0, shape_error_sum_of_squares: 0.0, verdict: Verdict::default() }
+        Self {
+            expect,
+            tick_s,
+            samples: 0,
+            sum_of_squares_m2: 0.0,
+            shape_error_sum_of_squares: 0.0,
+            verdict: Verdict::default(),
+        }
     }
 
     /// Looks at one tick.
@@ -99,10 +106,16 @@ impl Verdict {
         let um = |m: f64| m * 1e6;
         if !(self.error_max_m <= expect.tolerance_m) {
             let (max, at, limit) = (um(self.error_max_m), self.error_max_at_s, um(expect.tolerance_m));
-            failures.push(format!("largest error {max:.4} µm at {at:.4} s exceeds the tolerance of {limit} µm"));
+            failures.push(format!(
+                "largest error {max:.4} µm at {at:.4} s exceeds the tolerance of {limit} µm"
+            ));
         }
         if let Some(limit) = expect.error_rms_m.filter(|limit| !(self.error_rms_m <= *limit)) {
-            failures.push(format!("error rms {:.5} µm exceeds {} µm", um(self.error_rms_m), um(limit)));
+            failures.push(format!(
+                "error rms {:.5} µm exceeds {} µm",
+                um(self.error_rms_m),
+                um(limit)
+            ));
         }
         let final_error = self.a_final_error_a_per_m.abs();
         if let Some(limit) = expect.a_final_error_a_per_m.filter(|limit| !(final_error <= *limit)) {

@@ -35,7 +35,10 @@ impl Resources {
     /// New resources, named after this process and the moment.
     pub fn new() -> Self {
         let id = format!("{}_{:x}", std::process::id(), anhyst_ipc::monotonic_ns());
-        Self { prefix: format!("{PREFIX}{id}_"), root: user_root().join(id) }
+        Self {
+            prefix: format!("{PREFIX}{id}_"),
+            root: user_root().join(id),
+        }
     }
 
     /// Removes everything that bears the prefix. Only when no process of the run lives.
@@ -139,9 +142,14 @@ pub fn launch(
     let outcome = start(scenario, folder, options, &resources, &mut children)
         .and_then(|()| watch(scenario, folder, &resources, &mut children, progress));
     end(&mut children);
-    resources.remove().map_err(|error| LaunchError::Cleanup { cause: error.to_string() })?;
+    resources.remove().map_err(|error| LaunchError::Cleanup {
+        cause: error.to_string(),
+    })?;
     outcome?;
-    children.iter().map(|running| read_report(folder, &running.name)).collect()
+    children
+        .iter()
+        .map(|running| read_report(folder, &running.name))
+        .collect()
 }
 
 fn start(
@@ -156,7 +164,10 @@ fn start(
         processes.reverse();
     }
     for (name, nodes) in processes {
-        let refused = |cause: std::io::Error| LaunchError::Spawn { process: name.clone(), cause: cause.to_string() };
+        let refused = |cause: std::io::Error| LaunchError::Spawn {
+            process: name.clone(),
+            cause: cause.to_string(),
+        };
         let program = std::env::current_exe().map_err(refused)?;
         let log = std::fs::File::create(folder.log(&name)).map_err(refused)?;
         let first = nodes.first().map_or("", |node| node.name());
@@ -165,7 +176,13 @@ fn start(
             .arg(folder.scenario())
             .arg("--out")
             .arg(folder.path())
-            .args(["--service-prefix", &resources.prefix, "--yields", &options.yields.to_string(), "--end-with-launcher"])
+            .args([
+                "--service-prefix",
+                &resources.prefix,
+                "--yields",
+                &options.yields.to_string(),
+                "--end-with-launcher",
+            ])
             .arg("--root")
             .arg(&resources.root)
             .stdin(Stdio::null())
@@ -173,7 +190,11 @@ fn start(
             .stderr(log)
             .spawn()
             .map_err(refused)?;
-        children.push(Running { name, child, ended: None });
+        children.push(Running {
+            name,
+            child,
+            ended: None,
+        });
     }
     Ok(())
 }
@@ -186,7 +207,10 @@ fn watch(
     progress: &mut dyn FnMut(u64),
 ) -> Result<(), LaunchError> {
     let ticks = scenario.ticks();
-    let plant = children.iter().map(|running| running.name.clone()).find(|name| name.contains("plant-sim"));
+    let plant = children
+        .iter()
+        .map(|running| running.name.clone())
+        .find(|name| name.contains("plant-sim"));
     // Without an observer there is only no progress; the run itself does not need it.
     let mut observer = Observer::open(&resources.prefix, &resources.root).ok();
     let mut tick = 0;
@@ -204,7 +228,13 @@ fn watch(
         if let Some(culprit) = culprit(children) {
             let how = describe(culprit.ended);
             let detail = last_words(folder, &culprit.name);
-            return Err(LaunchError::Died { process: culprit.name.clone(), how, tick, ticks, detail });
+            return Err(LaunchError::Died {
+                process: culprit.name.clone(),
+                how,
+                tick,
+                ticks,
+                detail,
+            });
         }
         if children.iter().all(|running| running.ended.is_some()) {
             return Ok(());
@@ -215,8 +245,14 @@ fn watch(
 
 /// Of the processes that failed, the one to blame: a process that a signal ended comes before one that complains about it.
 fn culprit(children: &[Running]) -> Option<&Running> {
-    let failed = || children.iter().filter(|running| running.ended.is_some_and(|status| !status.success()));
-    failed().find(|running| running.ended.is_some_and(|status| status.code().is_none())).or_else(|| failed().next())
+    let failed = || {
+        children
+            .iter()
+            .filter(|running| running.ended.is_some_and(|status| !status.success()))
+    };
+    failed()
+        .find(|running| running.ended.is_some_and(|status| status.code().is_none()))
+        .or_else(|| failed().next())
 }
 
 fn describe(status: Option<ExitStatus>) -> String {
@@ -230,7 +266,11 @@ fn describe(status: Option<ExitStatus>) -> String {
 
 fn last_words(folder: &RunFolder, process: &str) -> String {
     let log = std::fs::read_to_string(folder.log(process)).unwrap_or_default();
-    log.lines().map(str::trim).rfind(|line| !line.is_empty()).map(|line| format!(": {line}")).unwrap_or_default()
+    log.lines()
+        .map(str::trim)
+        .rfind(|line| !line.is_empty())
+        .map(|line| format!(": {line}"))
+        .unwrap_or_default()
 }
 
 /// Asks every child that still runs to end, then kills what has not.
@@ -255,7 +295,10 @@ fn end(children: &mut [Running]) {
 }
 
 fn read_report(folder: &RunFolder, process: &str) -> Result<ProcessReport, LaunchError> {
-    let refused = |cause: String| LaunchError::NoReport { process: process.into(), cause };
+    let refused = |cause: String| LaunchError::NoReport {
+        process: process.into(),
+        cause,
+    };
     let text = std::fs::read_to_string(folder.report(process)).map_err(|error| refused(error.to_string()))?;
     serde_json::from_str(&text).map_err(|error| refused(error.to_string()))
 }
@@ -286,12 +329,20 @@ pub fn leftovers() -> std::io::Result<Vec<Resources>> {
     for name in names(&user_root())? {
         note(&name);
     }
-    Ok(ids.into_iter().map(|id| Resources { prefix: format!("{PREFIX}{id}_"), root: user_root().join(id) }).collect())
+    Ok(ids
+        .into_iter()
+        .map(|id| Resources {
+            prefix: format!("{PREFIX}{id}_"),
+            root: user_root().join(id),
+        })
+        .collect())
 }
 
 fn names(folder: &Path) -> std::io::Result<Vec<String>> {
     match std::fs::read_dir(folder) {
-        Ok(entries) => entries.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect(),
+        Ok(entries) => entries
+            .map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned()))
+            .collect(),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),
         Err(error) => Err(error),
     }

@@ -32,7 +32,9 @@ fn run(command: &Command) -> miette::Result<Ending> {
         #[cfg(feature = "recorder")]
         Command::View(arguments) => commands::view::run(arguments),
         #[cfg(not(feature = "recorder"))]
-        Command::Replay(_) | Command::View(_) => Err(miette::miette!("this build has no recorder (cargo feature `recorder`)")),
+        Command::Replay(_) | Command::View(_) => {
+            Err(miette::miette!("this build has no recorder (cargo feature `recorder`)"))
+        }
         Command::Completions { shell } => {
             clap_complete::generate(*shell, &mut Cli::command(), "anhyst", &mut std::io::stdout());
             Ok(Ending::Held)

@@ -5,7 +5,9 @@ use crate::folder::RunFolder;
 use crate::judge::Verdict;
 use crate::scenario::{Clock, Scenario};
 use crate::scribe::Scribe;
-use anhyst_ipc::{Connections, LinkError, Node, NodeId, NodeReport, SharedContext, SharedSettings, Stage, Wait, stop_requested};
+use anhyst_ipc::{
+    Connections, LinkError, Node, NodeId, NodeReport, SharedContext, SharedSettings, Stage, Wait, stop_requested,
+};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -51,6 +53,7 @@ const CREDIT_TICKS: u64 = 4096;
 const HOUSEKEEPING_TICKS: u64 = 64;
 
 struct Loop {
+    connections: Connections,
     stages: Vec<Box<dyn Stage>>,
     scribe: Option<Node<Scribe>>,
     shared: Option<Rc<SharedContext>>,
@@ -74,6 +77,7 @@ pub fn run(
     let start = Instant::now();
     let outcome = looping.run(scenario.ticks(), progress);
     let loop_s = start.elapsed().as_secs_f64();
+    let outcome = outcome.and_then(|()| looping.connections.part());
     looping.report(process, folder, loop_s, outcome.err())
 }
 
@@ -87,7 +91,10 @@ fn open(
     let Clock::Lockstep { receive_limit_s } = scenario.clock;
     let receive_limit = Duration::from_secs_f64(receive_limit_s);
     let processes = scenario.placement.processes();
-    let recorder_process = processes.iter().find(|(_, nodes)| nodes.contains(&NodeId::Recorder)).map(|(name, _)| name.clone());
+    let recorder_process = processes
+        .iter()
+        .find(|(_, nodes)| nodes.contains(&NodeId::Recorder))
+        .map(|(name, _)| name.clone());
     let shared = meeting
         .map(|meeting| {
             let recorder_alone = nodes == [NodeId::Recorder];
@@ -97,7 +104,9 @@ fn open(
                 process: process.into(),
                 processes,
                 wait: if recorder_alone {
-                    Wait::Poll { period: Duration::from_millis(1) }
+                    Wait::Poll {
+                        period: Duration::from_millis(1),
+                    }
                 } else {
                     Wait::Bell { yields: meeting.yields }
                 },
@@ -120,7 +129,14 @@ fn open(
     }
     connections.meet(&mut || stages.iter_mut().try_for_each(|stage| stage.connect()))?;
     let elsewhere = |name: &String| name != process;
-    Ok(Loop { stages, scribe, shared, recorder_process: recorder_process.filter(elsewhere), receive_limit })
+    Ok(Loop {
+        connections,
+        stages,
+        scribe,
+        shared,
+        recorder_process: recorder_process.filter(elsewhere),
+        receive_limit,
+    })
 }
 
 impl Loop {
@@ -149,22 +165,37 @@ impl Loop {
         }
         let Some(shared) = &self.shared else { return Ok(()) };
         shared.set_tick(done);
-        let Some(recorder) = self.recorder_process.as_deref().filter(|_| leads) else { return Ok(()) };
+        let Some(recorder) = self.recorder_process.as_deref().filter(|_| leads) else {
+            return Ok(());
+        };
         let start = Instant::now();
-        while shared.tick_of(recorder).is_some_and(|recorded| recorded + CREDIT_TICKS < done) {
+        while shared
+            .tick_of(recorder)
+            .is_some_and(|recorded| recorded + CREDIT_TICKS < done)
+        {
             if stop_requested() {
                 return Err(LinkError::Stopped { tick: done });
             }
             if start.elapsed() > self.receive_limit {
                 let waited_s = start.elapsed().as_secs_f64();
-                return Err(LinkError::Absent { process: recorder.into(), phase: 2, waited_s });
+                return Err(LinkError::Absent {
+                    process: recorder.into(),
+                    phase: 2,
+                    waited_s,
+                });
             }
             std::thread::sleep(Duration::from_micros(200));
         }
         Ok(())
     }
 
-    fn report(self, process: &str, folder: &RunFolder, loop_s: f64, error: Option<LinkError>) -> Result<ProcessReport, RunError> {
+    fn report(
+        self,
+        process: &str,
+        folder: &RunFolder,
+        loop_s: f64,
+        error: Option<LinkError>,
+    ) -> Result<ProcessReport, RunError> {
         let mut report = ProcessReport {
             process: process.into(),
             nodes: self.stages.iter().map(|stage| stage.report()).collect(),

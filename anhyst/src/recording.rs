@@ -47,7 +47,11 @@ fn run_info(scenario: &Scenario, folder: &RunFolder) -> Result<RunInfo, RunError
             .map(|event| EventName {
                 number: event.number(),
                 text: event.name().replace('_', " "),
-                level: if event == Event::Rearmed { Level::Warning } else { Level::Error },
+                level: if event == Event::Rearmed {
+                    Level::Warning
+                } else {
+                    Level::Error
+                },
             })
             .collect(),
     })

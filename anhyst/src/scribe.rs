@@ -37,7 +37,10 @@ impl Scribe {
     /// A scribe that also records.
     #[cfg(feature = "recorder")]
     pub fn with_recorder(self, recorder: Recorder) -> Self {
-        Self { recorder: Some(recorder), ..self }
+        Self {
+            recorder: Some(recorder),
+            ..self
+        }
     }
 
     /// The verdict so far.

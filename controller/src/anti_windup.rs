@@ -73,15 +73,22 @@ impl AntiWindup {
 
     /// Refuses a tracking time below a tick, and a strategy for an integrator that does not integrate.
     pub(crate) fn validate(&self, ki_per_s: f64, tick_s: f64) -> Result<(), Invalid> {
-        let Self::BackCalculation { tracking_time_s } = self else { return Ok(()) };
+        let Self::BackCalculation { tracking_time_s } = self else {
+            return Ok(());
+        };
         let path = "anti_windup.tracking_time_s";
         Invalid::unless_positive(path, *tracking_time_s, "s")?;
         if *tracking_time_s < tick_s {
-            let sentence = format!("{tracking_time_s} s is below one tick of {tick_s} s: the integrator would overshoot its way back");
+            let sentence = format!(
+                "{tracking_time_s} s is below one tick of {tick_s} s: the integrator would overshoot its way back"
+            );
             return Err(Invalid::new(path, sentence));
         }
         if ki_per_s == 0.0 {
-            return Err(Invalid::new("anti_windup", "ki_per_s is 0 1/s, so there is no integrator that could wind up"));
+            return Err(Invalid::new(
+                "anti_windup",
+                "ki_per_s is 0 1/s, so there is no integrator that could wind up",
+            ));
         }
         Ok(())
     }

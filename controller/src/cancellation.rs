@@ -39,7 +39,9 @@ impl CancellationSettings {
             Invalid::unless_between(&path, frequency_hz, 0.0, highest, "Hz")?;
             let nearest_hz = self.frequencies_hz[..index]
                 .iter()
-                .fold(frequency_hz, |nearest: f64, other| nearest.min((frequency_hz - other).abs()));
+                .fold(frequency_hz, |nearest: f64, other| {
+                    nearest.min((frequency_hz - other).abs())
+                });
             let most_per_s = LARGEST_RATE * TAU * nearest_hz;
             if self.rate_per_s > most_per_s {
                 let sentence = format!(
@@ -80,7 +82,10 @@ impl Cancellation {
                 amplitude_m: Complex::real(0.0),
             }
         };
-        Self { tick_s, harmonics: settings.frequencies_hz.iter().map(harmonic).collect() }
+        Self {
+            tick_s,
+            harmonics: settings.frequencies_hz.iter().map(harmonic).collect(),
+        }
     }
 
     /// Advances by one tick; `adapt` is false where the error says nothing (missing, or the demand was not applied).

@@ -76,8 +76,11 @@ impl Controller {
         base_dir: &Path,
     ) -> Result<Self, Invalid> {
         settings.validate_parts(tick_s)?;
-        rod.validate().map_err(|error| Invalid::new("", error.to_string()).within("rod"))?;
-        material.validate().map_err(|error| Invalid::new("", error.to_string()).within("material"))?;
+        rod.validate()
+            .map_err(|error| Invalid::new("", error.to_string()).within("rod"))?;
+        material
+            .validate()
+            .map_err(|error| Invalid::new("", error.to_string()).within("material"))?;
         let trajectory = Trajectory::load(&settings.trajectory, settings.start_s, tick_s, base_dir)
             .map_err(|refusal| refusal.within("trajectory"))?;
         let shape = LoopShape::new(&rod, settings.feedback.as_ref(), tick_s);
@@ -85,10 +88,15 @@ impl Controller {
         let law = StrainLaw::new(&rod, material);
         Ok(Self {
             trajectory,
-            feedforward: settings.feedforward.then(|| Feedforward::new(&rod, tick_s, settings.hold_correction)),
+            feedforward: settings
+                .feedforward
+                .then(|| Feedforward::new(&rod, tick_s, settings.hold_correction)),
             law,
             pid: settings.feedback.as_ref().map(|pid| Pid::new(pid, tick_s)),
-            cancellation: settings.cancellation.as_ref().map(|known| Cancellation::new(known, &shape, tick_s)),
+            cancellation: settings
+                .cancellation
+                .as_ref()
+                .map(|known| Cancellation::new(known, &shape, tick_s)),
             tick_s,
             wanted_m: 0.0,
             clipped_m: 0.0,
@@ -104,14 +112,23 @@ impl Controller {
     /// Largest magnetization of the trajectory, sampled at every tick of the run. Displacements beyond the strain law count
     /// as its ends.
     pub fn peak_magnetization(&self, duration_s: f64) -> Peak {
-        self.ticks(duration_s).fold(Peak { magnetization_a_per_m: 0.0, time_s: 0.0 }, |peak, time_s| {
-            let magnetization_a_per_m = self.law.magnetization_a_per_m(self.needed_m(time_s));
-            if magnetization_a_per_m.abs() > peak.magnetization_a_per_m.abs() {
-                Peak { magnetization_a_per_m, time_s }
-            } else {
-                peak
-            }
-        })
+        self.ticks(duration_s).fold(
+            Peak {
+                magnetization_a_per_m: 0.0,
+                time_s: 0.0,
+            },
+            |peak, time_s| {
+                let magnetization_a_per_m = self.law.magnetization_a_per_m(self.needed_m(time_s));
+                if magnetization_a_per_m.abs() > peak.magnetization_a_per_m.abs() {
+                    Peak {
+                        magnetization_a_per_m,
+                        time_s,
+                    }
+                } else {
+                    peak
+                }
+            },
+        )
     }
 
     /// Refuses a trajectory that asks for more than the saturated rod can give, or for what no magnetization gives.
@@ -121,7 +138,9 @@ impl Controller {
     pub fn validate_reach(&self, duration_s: f64) -> Result<(), Invalid> {
         let (lowest_m, highest_m) = self.law.range_m();
         let out_of_range = |time_s: &f64| !(lowest_m..=highest_m).contains(&self.needed_m(*time_s));
-        let Some(time_s) = self.ticks(duration_s).find(out_of_range) else { return Ok(()) };
+        let Some(time_s) = self.ticks(duration_s).find(out_of_range) else {
+            return Ok(());
+        };
         let sentence = format!(
             "at {time_s} s the rod needs a quasi-static displacement of {:e} m, but magnetizations up to saturation, {} A/m, \
              give only [{lowest_m:e}, {highest_m:e}] m",
@@ -134,7 +153,8 @@ impl Controller {
     /// p of the trajectory: with feedforward the rod's inverse, without it what the feedback has to reach at least.
     fn needed_m(&self, time_s: f64) -> f64 {
         let motion = self.trajectory.at(time_s);
-        self.feedforward.map_or(motion.position_m, |forward| forward.displacement_m(&motion))
+        self.feedforward
+            .map_or(motion.position_m, |forward| forward.displacement_m(&motion))
     }
 
     fn ticks(&self, duration_s: f64) -> impl Iterator<Item = f64> + '_ {
@@ -147,18 +167,23 @@ impl Controller {
         let (now_s, then_s) = (tick as f64 * self.tick_s, (tick as f64 + 2.0) * self.tick_s);
         let (now, then) = (self.trajectory.at(now_s), self.trajectory.at(then_s));
         let applied = self.applied(heard);
-        let (forward_m, rate_m_per_s) = self
-            .feedforward
-            .map_or((0.0, 0.0), |forward| (forward.displacement_m(&then), forward.rate_m_per_s(&then)));
-        let feedback = self.pid.as_mut().map(|pid| pid.step(now.position_m, heard.displacement_m, applied));
+        let (forward_m, rate_m_per_s) = self.feedforward.map_or((0.0, 0.0), |forward| {
+            (forward.displacement_m(&then), forward.rate_m_per_s(&then))
+        });
+        let feedback = self
+            .pid
+            .as_mut()
+            .map(|pid| pid.step(now.position_m, heard.displacement_m, applied));
         let measured = is_measured(heard.displacement_m);
         if measured {
             self.error_m = now.position_m - heard.displacement_m;
         }
         let error_m = self.error_m;
         let adapt = measured && !applied.limited();
-        let cancelling_m =
-            self.cancellation.as_mut().map_or(0.0, |cancellation| cancellation.step(tick, error_m, adapt));
+        let cancelling_m = self
+            .cancellation
+            .as_mut()
+            .map_or(0.0, |cancellation| cancellation.step(tick, error_m, adapt));
         self.wanted_m = forward_m + feedback.map_or(0.0, |feedback| feedback.feedback_m) + cancelling_m;
         self.clipped_m = self.law.clipped_m(self.wanted_m);
         let feedforward_a_per_m = self.law.magnetization_a_per_m(forward_m);
@@ -180,12 +205,20 @@ impl Controller {
             return Applied::Open;
         }
         if let Some(side) = heard.field_cut_a_per_m.filter(|cut| cut.is_finite() && *cut != 0.0) {
-            return Applied::Cut { side: side * self.law.slope_a_per_m2(self.law.saturation_a_per_m()) };
+            return Applied::Cut {
+                side: side * self.law.slope_a_per_m2(self.law.saturation_a_per_m()),
+            };
         }
         let reached_m = heard
             .reached_a_per_m
             .filter(|reached| reached.is_finite())
-            .map_or(self.clipped_m, |reached| self.law.clipped_m(self.law.displacement_m(reached)));
-        if reached_m == self.wanted_m { Applied::Fully } else { Applied::Short { excess_m: self.wanted_m - reached_m } }
+            .map_or(self.clipped_m, |reached| self.law.displacement_m(reached));
+        if reached_m == self.wanted_m {
+            Applied::Fully
+        } else {
+            Applied::Short {
+                excess_m: self.wanted_m - reached_m,
+            }
+        }
     }
 }

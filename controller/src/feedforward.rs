@@ -42,7 +42,11 @@ impl Feedforward {
 
     /// Its rate, without the hold's correction (which would need the sixth derivative and changes it by (ωT)²/12).
     pub fn rate_m_per_s(&self, motion: &Motion) -> f64 {
-        self.inverse(motion.velocity_m_per_s, motion.acceleration_m_per_s2, motion.jerk_m_per_s3)
+        self.inverse(
+            motion.velocity_m_per_s,
+            motion.acceleration_m_per_s2,
+            motion.jerk_m_per_s3,
+        )
     }
 
     fn inverse(&self, value: f64, first: f64, second: f64) -> f64 {

@@ -33,20 +33,32 @@ impl Complex {
     }
 
     pub fn plus(self, other: Self) -> Self {
-        Self { re: self.re + other.re, im: self.im + other.im }
+        Self {
+            re: self.re + other.re,
+            im: self.im + other.im,
+        }
     }
 
     pub fn scaled(self, factor: f64) -> Self {
-        Self { re: self.re * factor, im: self.im * factor }
+        Self {
+            re: self.re * factor,
+            im: self.im * factor,
+        }
     }
 
     pub fn times(self, other: Self) -> Self {
-        Self { re: self.re * other.re - self.im * other.im, im: self.re * other.im + self.im * other.re }
+        Self {
+            re: self.re * other.re - self.im * other.im,
+            im: self.re * other.im + self.im * other.re,
+        }
     }
 
     pub fn over(self, other: Self) -> Self {
         let square = other.re * other.re + other.im * other.im;
-        self.times(Self { re: other.re / square, im: -other.im / square })
+        self.times(Self {
+            re: other.re / square,
+            im: -other.im / square,
+        })
     }
 
     pub fn magnitude(self) -> f64 {
@@ -83,13 +95,17 @@ impl LoopShape {
     fn rod(&self, omega: f64) -> Complex {
         let half = 0.5 * omega * self.tick_s;
         let sinc = if half > 0.0 { libm::sin(half) / half } else { 1.0 };
-        let denominator =
-            Complex { re: self.stiffness_per_s2 - omega * omega, im: self.damping_per_s * omega };
+        let denominator = Complex {
+            re: self.stiffness_per_s2 - omega * omega,
+            im: self.damping_per_s * omega,
+        };
         Complex::real(self.stiffness_per_s2 * sinc * sinc).over(denominator)
     }
 
     fn controller(&self, omega: f64) -> Complex {
-        let Some(pid) = &self.pid else { return Complex::real(0.0) };
+        let Some(pid) = &self.pid else {
+            return Complex::real(0.0);
+        };
         let back = Complex::unit(-omega * self.tick_s);
         let difference = Complex::real(1.0).plus(back.scaled(-1.0));
         let mut sum = Complex::real(pid.kp);
@@ -119,7 +135,8 @@ impl LoopShape {
 
     /// Distance of L from −1, no unit: 1 without feedback, 0 at the edge of stability; 0.5 is a usual design value.
     pub fn modulus_margin(&self) -> f64 {
-        self.return_differences().fold(1.0, |least: f64, (_, value)| least.min(value.magnitude()))
+        self.return_differences()
+            .fold(1.0, |least: f64, (_, value)| least.min(value.magnitude()))
     }
 
     /// True if the linear loop is stable.

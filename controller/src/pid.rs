@@ -74,7 +74,10 @@ impl PidSettings {
         Invalid::unless_between("derivative_filter_s", self.derivative_filter_s, 0.0, 10.0, "s")?;
         Invalid::unless_between("ease_in_s", self.ease_in_s, 0.0, 1e6, "s")?;
         if self.kp == 0.0 && self.ki_per_s == 0.0 && self.kd_s == 0.0 {
-            return Err(Invalid::new("kp", "kp, ki_per_s and kd_s are all 0: leave the feedback out instead"));
+            return Err(Invalid::new(
+                "kp",
+                "kp, ki_per_s and kd_s are all 0: leave the feedback out instead",
+            ));
         }
         if self.kd_s > 0.0 && self.derivative_filter_s < tick_s {
             let sentence = format!(
@@ -174,7 +177,10 @@ impl Pid {
         };
         self.ticks += 1;
         let wanted_m = ease * (self.settings.kp * self.error_m + self.derivative_m) + self.integral_m;
-        let feedback_m = self.settings.output_limit_m.map_or(wanted_m, |limit_m| wanted_m.clamp(-limit_m, limit_m));
+        let feedback_m = self
+            .settings
+            .output_limit_m
+            .map_or(wanted_m, |limit_m| wanted_m.clamp(-limit_m, limit_m));
         self.excess_m = wanted_m - feedback_m;
         self.output(feedback_m, stopped)
     }
@@ -197,15 +203,21 @@ impl Pid {
         self.derivative_m = self.filter * self.derivative_m + (1.0 - self.filter) * rate_m;
         let growth_m = ease * self.tick_s * self.settings.ki_per_s * self.error_m;
         let (change_m, stopped) =
-            self.settings.anti_windup.change_m(growth_m, self.with_own_limit(applied), self.tick_s);
+            self.settings
+                .anti_windup
+                .change_m(growth_m, self.with_own_limit(applied), self.tick_s);
         self.integral_m += change_m;
         stopped
     }
 
     fn with_own_limit(&self, applied: Applied) -> Applied {
         match applied {
-            Applied::Fully if self.excess_m != 0.0 => Applied::Short { excess_m: self.excess_m },
-            Applied::Short { excess_m } => Applied::Short { excess_m: excess_m + self.excess_m },
+            Applied::Fully if self.excess_m != 0.0 => Applied::Short {
+                excess_m: self.excess_m,
+            },
+            Applied::Short { excess_m } => Applied::Short {
+                excess_m: excess_m + self.excess_m,
+            },
             other => other,
         }
     }

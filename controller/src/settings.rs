@@ -45,12 +45,16 @@ impl ControllerSettings {
     pub(crate) fn validate_parts(&self, tick_s: f64) -> Result<(), Invalid> {
         Invalid::unless_positive("tick_s", tick_s, "s")?;
         Invalid::unless_between("start_s", self.start_s, 0.0, 1e9, "s")?;
-        self.trajectory.validate(tick_s).map_err(|refusal| refusal.within("trajectory"))?;
+        self.trajectory
+            .validate(tick_s)
+            .map_err(|refusal| refusal.within("trajectory"))?;
         if let Some(pid) = &self.feedback {
             pid.validate(tick_s).map_err(|refusal| refusal.within("feedback"))?;
         }
         if let Some(cancellation) = &self.cancellation {
-            cancellation.validate(tick_s).map_err(|refusal| refusal.within("cancellation"))?;
+            cancellation
+                .validate(tick_s)
+                .map_err(|refusal| refusal.within("cancellation"))?;
         }
         Ok(())
     }

@@ -32,7 +32,13 @@ impl StrainLaw {
         let ends = [lowest_a_per_m, saturation_a_per_m]
             .map(|m| metres_per_strain * magnetostriction.strain(m, saturation_a_per_m));
         let range_m = (ends[0].min(ends[1]), ends[0].max(ends[1]));
-        Self { magnetostriction, saturation_a_per_m, metres_per_strain, lowest_a_per_m, range_m }
+        Self {
+            magnetostriction,
+            saturation_a_per_m,
+            metres_per_strain,
+            lowest_a_per_m,
+            range_m,
+        }
     }
 
     /// The displacements between the lowest magnetization of the branch and saturation.
@@ -50,9 +56,10 @@ impl StrainLaw {
         displacement_m.clamp(self.range_m.0, self.range_m.1)
     }
 
-    /// G·λ(M).
+    /// G·λ(M); M beyond the branch's ends gives the range's end.
     pub fn displacement_m(&self, magnetization_a_per_m: f64) -> f64 {
-        self.metres_per_strain * self.magnetostriction.strain(magnetization_a_per_m, self.saturation_a_per_m)
+        let on_the_branch = magnetization_a_per_m.clamp(self.lowest_a_per_m, self.saturation_a_per_m);
+        self.metres_per_strain * self.magnetostriction.strain(on_the_branch, self.saturation_a_per_m)
     }
 
     /// M for p; p beyond the range gives the range's end.
@@ -67,7 +74,10 @@ impl StrainLaw {
 
     /// dM/dp at M.
     pub fn slope_a_per_m2(&self, magnetization_a_per_m: f64) -> f64 {
-        let slope = self.metres_per_strain * self.magnetostriction.slope(magnetization_a_per_m, self.saturation_a_per_m);
+        let slope = self.metres_per_strain
+            * self
+                .magnetostriction
+                .slope(magnetization_a_per_m, self.saturation_a_per_m);
         let inverse = 1.0 / slope;
         if inverse.is_finite() { inverse } else { 0.0 }
     }

@@ -28,7 +28,10 @@ fn full() -> ControllerSettings {
     ControllerSettings {
         start_s: 0.02,
         feedback: Some(pid()),
-        cancellation: Some(CancellationSettings { frequencies_hz: vec![200.0], rate_per_s: 20.0 }),
+        cancellation: Some(CancellationSettings {
+            frequencies_hz: vec![200.0],
+            rate_per_s: 20.0,
+        }),
         ..settings(two_tones())
     }
 }
@@ -71,7 +74,12 @@ fn windup_at_the_inverse_limit_is_seen_and_undone() {
         let mut with = settings(TrajectorySettings::SmoothRamps {
             points: vec![(0.0, 0.0), (0.02, 60e-6), (0.12, 60e-6), (0.14, 20e-6), (0.4, 20e-6)],
         });
-        with.feedback = Some(PidSettings { anti_windup, output_limit_m: None, ease_in_s: 0.0, ..pid() });
+        with.feedback = Some(PidSettings {
+            anti_windup,
+            output_limit_m: None,
+            ease_in_s: 0.0,
+            ..pid()
+        });
         let mut rig = Rig::new(&with);
         rig.limit_a_per_m = 2.2e5;
         let (mut sum, mut stopped) = (0.0, 0);
@@ -86,7 +94,10 @@ fn windup_at_the_inverse_limit_is_seen_and_undone() {
         sum
     };
     let none = area(AntiWindup::None);
-    for strategy in [AntiWindup::Clamping, AntiWindup::BackCalculation { tracking_time_s: 2e-3 }] {
+    for strategy in [
+        AntiWindup::Clamping,
+        AntiWindup::BackCalculation { tracking_time_s: 2e-3 },
+    ] {
         assert!(area(strategy) < 0.1 * none);
     }
 }
@@ -96,20 +107,38 @@ fn windup_at_the_inverse_limit_is_seen_and_undone() {
 fn missing_measurements_hold_the_error() {
     let mut controller = common::controller(&full());
     let mut step = |tick, displacement_m| {
-        let measurement = Measurement { displacement_m, ..Measurement::default() };
-        controller.step(tick, (Now(measurement), Previous(SafeField::default()), Previous(FieldCommand::default()))).0
+        let measurement = Measurement {
+            displacement_m,
+            ..Measurement::default()
+        };
+        controller
+            .step(
+                tick,
+                (
+                    Now(measurement),
+                    Previous(SafeField::default()),
+                    Previous(FieldCommand::default()),
+                ),
+            )
+            .0
     };
     let held = (0..1000).fold(None, |_, tick| Some(step(tick, 1e-7))).unwrap();
     for tick in 1000..1100 {
         let demand = step(tick, f64::NAN);
-        assert_eq!((demand.error_m, demand.integral_m, demand.status), (held.error_m, held.integral_m, 1));
+        assert_eq!(
+            (demand.error_m, demand.integral_m, demand.status),
+            (held.error_m, held.integral_m, 1)
+        );
         assert!(demand.magnetization_a_per_m.is_finite());
     }
 }
 
 /// Every law's ends are respected and nothing but finite numbers comes out, whatever bits come in.
 fn never_nan(law: Magnetostriction, words: &[[Vec<u64>; 3]]) -> Result<(), TestCaseError> {
-    let material = Material { magnetostriction: law, ..Material::terfenol_d() };
+    let material = Material {
+        magnetostriction: law,
+        ..Material::terfenol_d()
+    };
     let mut controller = Controller::new(&full(), rod(), &material, TICK_S, Path::new(".")).unwrap();
     let saturation = material.hysteresis.saturation_magnetization_a_per_m;
     for (tick, [measurement, safe, command]) in words.iter().enumerate() {
@@ -146,7 +175,7 @@ fn words() -> impl Strategy<Value = Vec<u64>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn nothing_but_finite_numbers_comes_out(tokens in prop::collection::vec([words(), words(), words()], 60)) {
@@ -172,8 +201,15 @@ fn snapshots_continue_alike() {
     let mut copy: Controller = serde_json::from_str(&text).unwrap();
     assert_eq!(copy, rig.controller);
     for tick in 777..1000 {
-        let measurement = Measurement { displacement_m: 1e-6 * (tick as f64).sin(), ..Measurement::default() };
-        let inputs = (Now(measurement), Previous(SafeField::default()), Previous(FieldCommand::default()));
+        let measurement = Measurement {
+            displacement_m: 1e-6 * (tick as f64).sin(),
+            ..Measurement::default()
+        };
+        let inputs = (
+            Now(measurement),
+            Previous(SafeField::default()),
+            Previous(FieldCommand::default()),
+        );
         assert_eq!(copy.step(tick, inputs), rig.controller.step(tick, inputs));
     }
 }
@@ -198,7 +234,10 @@ fn settings_read_from_ron() {
         changed.validate(TICK_S, 1.0).unwrap_err().path
     };
     assert_eq!(path(|s| s.start_s = 2.0), "start_s");
-    assert_eq!(path(|s| s.trajectory = TrajectorySettings::SmoothRamps { points: vec![] }), "trajectory.points");
+    assert_eq!(
+        path(|s| s.trajectory = TrajectorySettings::SmoothRamps { points: vec![] }),
+        "trajectory.points"
+    );
     let mut unstable = settings.clone();
     unstable.feedback = Some(PidSettings { kp: 3.0, ..pid() });
     let refusal = Controller::new(&unstable, rod(), &Material::terfenol_d(), TICK_S, Path::new(".")).unwrap_err();

@@ -26,7 +26,11 @@ fn integrator_on_a_static_plant_is_a_geometric_series() {
     let (reference, mut y) = (1e-6, 0.0);
     for tick in 0..2000_u32 {
         let expected = reference * (1.0 - ki * TICK_S).powi(tick.saturating_sub(1) as i32);
-        assert!((reference - y - expected).abs() < 1e-18, "tick {tick}: {:e} against {expected:e}", reference - y);
+        assert!(
+            (reference - y - expected).abs() < 1e-18,
+            "tick {tick}: {:e} against {expected:e}",
+            reference - y
+        );
         y = pid.step(reference, y, Applied::Fully).feedback_m;
     }
 }
@@ -36,12 +40,21 @@ fn integrator_on_a_static_plant_is_a_geometric_series() {
 fn derivative_filter_settles_as_a_first_order_lag() {
     for (on, sign) in [(DerivativeOn::Measurement, -1.0), (DerivativeOn::Error, 0.0)] {
         let (kd, slope) = (1e-3, 0.02);
-        let mut pid = Pid::new(&PidSettings { derivative_on: on, ..settings(0.0, 0.0, kd) }, TICK_S);
+        let mut pid = Pid::new(
+            &PidSettings {
+                derivative_on: on,
+                ..settings(0.0, 0.0, kd)
+            },
+            TICK_S,
+        );
         for tick in 0..200 {
             let time_s = f64::from(tick) * TICK_S;
             let u = pid.step(slope * time_s, slope * time_s, Applied::Fully).feedback_m;
             let expected = sign * kd * slope * (1.0 - (-time_s / 2e-4).exp());
-            assert!((u - expected).abs() < 1e-15, "{on:?}, tick {tick}: {u:e} against {expected:e}");
+            assert!(
+                (u - expected).abs() < 1e-15,
+                "{on:?}, tick {tick}: {u:e} against {expected:e}"
+            );
         }
     }
 }
@@ -50,7 +63,13 @@ fn derivative_filter_settles_as_a_first_order_lag() {
 #[test]
 fn reference_steps_kick_the_derivative_on_the_error_only() {
     let kick = |on| {
-        let mut pid = Pid::new(&PidSettings { derivative_on: on, ..settings(0.0, 0.0, 1e-3) }, TICK_S);
+        let mut pid = Pid::new(
+            &PidSettings {
+                derivative_on: on,
+                ..settings(0.0, 0.0, 1e-3)
+            },
+            TICK_S,
+        );
         pid.step(0.0, 0.0, Applied::Fully);
         pid.step(1e-6, 0.0, Applied::Fully).feedback_m
     };
@@ -62,7 +81,13 @@ fn reference_steps_kick_the_derivative_on_the_error_only() {
 #[test]
 fn starts_are_bumpless() {
     for ease_in_s in [0.0, 0.01] {
-        let mut pid = Pid::new(&PidSettings { ease_in_s, ..settings(0.5, 100.0, 1e-4) }, TICK_S);
+        let mut pid = Pid::new(
+            &PidSettings {
+                ease_in_s,
+                ..settings(0.5, 100.0, 1e-4)
+            },
+            TICK_S,
+        );
         assert!(pid.step(30e-6, 1e-6, Applied::Fully).feedback_m.abs() < 1e-20);
         let mut before = 0.0;
         for _ in 0..400 {
@@ -85,7 +110,10 @@ fn opened_loops_close_without_a_bump() {
     let held = pid.step(1e-6, 0.0, Applied::Fully).integral_m;
     for _ in 0..1000 {
         let output = pid.step(5e-6, 0.0, Applied::Open);
-        assert_eq!((output.feedback_m, output.integral_m, output.integration_stopped), (held, held, true));
+        assert_eq!(
+            (output.feedback_m, output.integral_m, output.integration_stopped),
+            (held, held, true)
+        );
     }
     let closed = pid.step(5e-6, 0.0, Applied::Fully);
     assert!((closed.feedback_m - held).abs() < 1e-20);
@@ -98,12 +126,16 @@ fn missing_measurements_never_enter() {
         let mut pid = Pid::new(&settings(0.3, 200.0, 1e-4), TICK_S);
         assert_eq!(pid.step(1e-6, missing, Applied::Fully).feedback_m, 0.0);
         for _ in 0..50 {
-        pid.step(1e-6, 0.4e-6, Applied::Fully);
-    }
+            pid.step(1e-6, 0.4e-6, Applied::Fully);
+        }
         let before = pid.step(1e-6, 0.4e-6, Applied::Fully);
         for _ in 0..50 {
             let output = pid.step(2e-6, missing, Applied::Fully);
-            assert_eq!((output.integral_m, output.error_m), (before.integral_m, before.error_m), "{missing}");
+            assert_eq!(
+                (output.integral_m, output.error_m),
+                (before.integral_m, before.error_m),
+                "{missing}"
+            );
             assert!(output.integration_stopped && output.feedback_m.is_finite());
         }
         assert!(pid.step(1e-6, 0.4e-6, Applied::Fully).feedback_m.is_finite());
@@ -113,7 +145,11 @@ fn missing_measurements_never_enter() {
 /// Largest overshoot (m) and settling time (s, to 1 %) of a step that needs more than the limit for 50 ms.
 fn overshoot(anti_windup: AntiWindup, outside: bool) -> (f64, f64) {
     let limit_m = 1e-6;
-    let gains = PidSettings { output_limit_m: (!outside).then_some(limit_m), anti_windup, ..settings(0.2, 200.0, 0.0) };
+    let gains = PidSettings {
+        output_limit_m: (!outside).then_some(limit_m),
+        anti_windup,
+        ..settings(0.2, 200.0, 0.0)
+    };
     let mut pid = Pid::new(&gains, TICK_S);
     // A first-order plant of 5 ms; the reference is out of reach for 50 ms, then 0.5 µm.
     let lag = (-TICK_S / 5e-3_f64).exp();
@@ -123,7 +159,13 @@ fn overshoot(anti_windup: AntiWindup, outside: bool) -> (f64, f64) {
         let reference = if time_s < 0.05 { 2e-6 } else { 0.5e-6 };
         let wanted = pid.step(reference, y, applied).feedback_m;
         let given = wanted.clamp(-limit_m, limit_m);
-        applied = if given == wanted { Applied::Fully } else { Applied::Short { excess_m: wanted - given } };
+        applied = if given == wanted {
+            Applied::Fully
+        } else {
+            Applied::Short {
+                excess_m: wanted - given,
+            }
+        };
         y = lag * y + (1.0 - lag) * given;
         if time_s > 0.05 {
             below_m = below_m.max(reference - y);
@@ -142,17 +184,34 @@ fn anti_windup_shortens_the_way_back() {
     for outside in [false, true] {
         let found = [AntiWindup::None, AntiWindup::Clamping, back].map(|strategy| overshoot(strategy, outside));
         for (name, (below_m, settled_s)) in ["none", "clamping", "back calculation"].iter().zip(found) {
-            println!("{name}, limit {}: {:.1} nm beyond, settled after {:.1} ms", if outside { "outside" } else { "own" }, below_m * 1e9, settled_s * 1e3);
+            println!(
+                "{name}, limit {}: {:.1} nm beyond, settled after {:.1} ms",
+                if outside { "outside" } else { "own" },
+                below_m * 1e9,
+                settled_s * 1e3
+            );
         }
-        assert!(found[1].1 < 0.7 * found[0].1 && found[2].1 < 0.7 * found[0].1, "{found:?}");
+        assert!(
+            found[1].1 < 0.7 * found[0].1 && found[2].1 < 0.7 * found[0].1,
+            "{found:?}"
+        );
     }
 }
 
 /// A cut of which only the side is known stops the integrator on that side only.
 #[test]
 fn cuts_stop_one_side() {
-    for strategy in [AntiWindup::Clamping, AntiWindup::BackCalculation { tracking_time_s: 1e-3 }] {
-        let mut pid = Pid::new(&PidSettings { anti_windup: strategy, ..settings(0.0, 100.0, 0.0) }, TICK_S);
+    for strategy in [
+        AntiWindup::Clamping,
+        AntiWindup::BackCalculation { tracking_time_s: 1e-3 },
+    ] {
+        let mut pid = Pid::new(
+            &PidSettings {
+                anti_windup: strategy,
+                ..settings(0.0, 100.0, 0.0)
+            },
+            TICK_S,
+        );
         pid.step(1e-6, 0.0, Applied::Fully);
         let stopped = pid.step(1e-6, 0.0, Applied::Cut { side: 1.0 });
         assert_eq!((stopped.integral_m, stopped.integration_stopped), (0.0, true));
@@ -172,7 +231,9 @@ fn gains_are_validated_as_a_whole() {
         ("ki_per_s", |s| s.ki_per_s = 1e6),
         ("derivative_filter_s", |s| (s.kd_s, s.derivative_filter_s) = (1e-4, 0.0)),
         ("output_limit_m", |s| s.output_limit_m = Some(0.0)),
-        ("anti_windup.tracking_time_s", |s| s.anti_windup = AntiWindup::BackCalculation { tracking_time_s: 1e-6 }),
+        ("anti_windup.tracking_time_s", |s| {
+            s.anti_windup = AntiWindup::BackCalculation { tracking_time_s: 1e-6 }
+        }),
         ("anti_windup", |s| {
             s.ki_per_s = 0.0;
             s.anti_windup = AntiWindup::BackCalculation { tracking_time_s: 1e-2 };
@@ -202,7 +263,12 @@ fn stability_agrees_with_simulation() {
                     continue;
                 }
                 let bounded = bounded(&gains);
-                assert_eq!(shape.is_stable(), bounded, "kp {kp}, ki {ki_per_s}, kd {kd_s}, margin {}", shape.modulus_margin());
+                assert_eq!(
+                    shape.is_stable(),
+                    bounded,
+                    "kp {kp}, ki {ki_per_s}, kd {kd_s}, margin {}",
+                    shape.modulus_margin()
+                );
                 seen[usize::from(bounded)] += 1;
             }
         }
@@ -215,7 +281,10 @@ fn stability_agrees_with_simulation() {
 fn bounded(gains: &PidSettings) -> bool {
     use anhyst_model::{RodState, TwoPolePropagator};
     let propagator = TwoPolePropagator::new(rod(), TICK_S).unwrap();
-    let mut state = RodState { displacement_m: 1e-9, velocity_m_per_s: 0.0 };
+    let mut state = RodState {
+        displacement_m: 1e-9,
+        velocity_m_per_s: 0.0,
+    };
     let mut pid = Pid::new(gains, TICK_S);
     let (mut demands, mut late) = ([0.0; 2], 0.0_f64);
     for tick in 0..20_000 {

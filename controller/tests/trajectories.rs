@@ -29,7 +29,10 @@ fn table(text: &str) -> tempfile::NamedTempFile {
 }
 
 fn table_settings(file: &tempfile::NamedTempFile, repeat: bool) -> TrajectorySettings {
-    TrajectorySettings::Table { file: file.path().into(), repeat }
+    TrajectorySettings::Table {
+        file: file.path().into(),
+        repeat,
+    }
 }
 
 /// A revolution of 40 ms with unequal steps, closed.
@@ -38,7 +41,10 @@ fn revolution() -> tempfile::NamedTempFile {
         .map(|row| {
             let part = f64::from(row) / 80.0;
             let time_s = 0.04 * (part + 0.002 * (3.0 * TAU * part).sin());
-            format!("{time_s:.17e}, {:.17e}\n", 20e-6 * (TAU * time_s / 0.04).sin() + 5e-6 * (3.0 * TAU * time_s / 0.04).cos())
+            format!(
+                "{time_s:.17e}, {:.17e}\n",
+                20e-6 * (TAU * time_s / 0.04).sin() + 5e-6 * (3.0 * TAU * time_s / 0.04).cos()
+            )
         })
         .collect();
     table(&format!("# a comment\ntime_s, position_m\n{rows}"))
@@ -95,7 +101,11 @@ fn every_derivative_is_that_of_the_one_before() {
         // A table that stands still outside jumps in jerk and snap at its two ends, and there only.
         let checked = if name == "table" { 2 } else { 4 };
         for (order, worst) in relative.iter().enumerate().take(checked) {
-            assert!(*worst < 1e-3, "{name}: derivative {} is off by {worst} of its largest value", order + 1);
+            assert!(
+                *worst < 1e-3,
+                "{name}: derivative {} is off by {worst} of its largest value",
+                order + 1
+            );
         }
     }
 }
@@ -117,7 +127,10 @@ fn pieces_meet_smoothly() {
             let [before, after] = [-1e-10, 1e-10].map(|off| derivatives(trajectory.at(joint_s + off)));
             for order in 0..if outside { 3 } else { 5 } {
                 let jump = (after[order] - before[order]).abs() / scale[order];
-                assert!(jump < 1e-5, "{name}: derivative {order} jumps by {jump} of its largest value at {joint_s} s");
+                assert!(
+                    jump < 1e-5,
+                    "{name}: derivative {order} jumps by {jump} of its largest value at {joint_s} s"
+                );
             }
         }
     }
@@ -126,7 +139,13 @@ fn pieces_meet_smoothly() {
 /// Closed forms: a sine's derivatives, the blend's middle, the profile as harmonics of the spindle.
 #[test]
 fn closed_forms_hold() {
-    let sine = load(&TrajectorySettings::Harmonics { mean_m: 1e-6, terms: vec![(2e-6, 50.0, 0.4)] }, 0.0);
+    let sine = load(
+        &TrajectorySettings::Harmonics {
+            mean_m: 1e-6,
+            terms: vec![(2e-6, 50.0, 0.4)],
+        },
+        0.0,
+    );
     let (omega, time_s) = (TAU * 50.0, 0.0123);
     let angle = omega * time_s + 0.4;
     let expected = [
@@ -137,13 +156,26 @@ fn closed_forms_hold() {
         2e-6 * omega.powi(4) * angle.sin(),
     ];
     for (found, expected) in derivatives(sine.at(time_s)).into_iter().zip(expected) {
-        assert!((found - expected).abs() < 1e-12 * expected.abs(), "{found:e} against {expected:e}");
+        assert!(
+            (found - expected).abs() < 1e-12 * expected.abs(),
+            "{found:e} against {expected:e}"
+        );
     }
-    let ramp = load(&TrajectorySettings::SmoothRamps { points: vec![(0.0, 0.0), (2.0, 4e-6)] }, 0.0).at(1.0);
+    let ramp = load(
+        &TrajectorySettings::SmoothRamps {
+            points: vec![(0.0, 0.0), (2.0, 4e-6)],
+        },
+        0.0,
+    )
+    .at(1.0);
     assert!((ramp.position_m - 2e-6).abs() < 1e-20);
     assert!((ramp.velocity_m_per_s - 630.0 / 256.0 * 2e-6).abs() < 1e-18);
     assert_eq!((ramp.acceleration_m_per_s2, ramp.snap_m_per_s4), (0.0, 0.0));
-    let profile = TrajectorySettings::Profile { spindle_rpm: 3000.0, mean_m: 0.0, lobes: vec![(1, 40e-6, 0.0), (3, 12e-6, 0.3)] };
+    let profile = TrajectorySettings::Profile {
+        spindle_rpm: 3000.0,
+        mean_m: 0.0,
+        lobes: vec![(1, 40e-6, 0.0), (3, 12e-6, 0.3)],
+    };
     assert_eq!(load(&profile, 0.0), load(&common::two_tones(), 0.0));
 }
 
@@ -175,14 +207,30 @@ fn spline_converges_with_the_sixth_order() {
 #[test]
 fn tables_are_refused_with_row_and_column() {
     let cases = [
-        ("time_s,position_m\n0,0\n0.1,abc\n", false, "row 3, column position_m: \"abc\" is not a finite number"),
+        (
+            "time_s,position_m\n0,0\n0.1,abc\n",
+            false,
+            "row 3, column position_m: \"abc\" is not a finite number",
+        ),
         ("time_s,position_m\n0,0\n0.1,NaN\n", false, "row 3, column position_m"),
-        ("time_s,position_m\n0,0\n0.1,1e-6\n0.1,2e-6\n", false, "row 4, column time_s: 0.1 s does not come after"),
-        ("time_s,position_um\n0,0\n0.1,1\n", false, "row 1 has no column \"position_m\", only: time_s, position_um"),
+        (
+            "time_s,position_m\n0,0\n0.1,1e-6\n0.1,2e-6\n",
+            false,
+            "row 4, column time_s: 0.1 s does not come after",
+        ),
+        (
+            "time_s,position_um\n0,0\n0.1,1\n",
+            false,
+            "row 1 has no column \"position_m\", only: time_s, position_um",
+        ),
         ("time_s,position_m\n0,0\n0.1\n", false, "line: 3"),
         ("time_s,position_m\n", false, "it has no rows"),
         ("time_s,position_m\n0,0\n", false, "it has 1 row"),
-        ("time_s,position_m\n0,0\n0.1,1e-6\n", true, "its last position_m 0.000001 m is not its first, 0 m"),
+        (
+            "time_s,position_m\n0,0\n0.1,1e-6\n",
+            true,
+            "its last position_m 0.000001 m is not its first, 0 m",
+        ),
     ];
     for (text, repeat, expected) in cases {
         let file = table(text);
@@ -191,7 +239,10 @@ fn tables_are_refused_with_row_and_column() {
         assert!(shown.contains(expected), "{shown}\nexpected: {expected}");
         assert!(shown.contains(&file.path().display().to_string()), "{shown}");
     }
-    let missing = TrajectorySettings::Table { file: "no_such.csv".into(), repeat: false };
+    let missing = TrajectorySettings::Table {
+        file: "no_such.csv".into(),
+        repeat: false,
+    };
     let refusal = Trajectory::load(&missing, 0.0, TICK_S, Path::new("/folder")).unwrap_err();
     assert!(refusal.to_string().contains("/folder/no_such.csv"), "{refusal}");
 }
@@ -200,12 +251,43 @@ fn tables_are_refused_with_row_and_column() {
 #[test]
 fn bad_numbers_are_refused_where_they_stand() {
     let cases = [
-        (TrajectorySettings::Harmonics { mean_m: 0.0, terms: vec![(1e-6, 50.0, 0.0), (1e-6, 6000.0, 0.0)] }, "terms.1"),
-        (TrajectorySettings::Harmonics { mean_m: f64::NAN, terms: vec![] }, "mean_m"),
-        (TrajectorySettings::Profile { spindle_rpm: 0.0, mean_m: 0.0, lobes: vec![] }, "spindle_rpm"),
-        (TrajectorySettings::Profile { spindle_rpm: 3000.0, mean_m: 0.0, lobes: vec![(0, 1e-6, 0.0)] }, "lobes.0"),
+        (
+            TrajectorySettings::Harmonics {
+                mean_m: 0.0,
+                terms: vec![(1e-6, 50.0, 0.0), (1e-6, 6000.0, 0.0)],
+            },
+            "terms.1",
+        ),
+        (
+            TrajectorySettings::Harmonics {
+                mean_m: f64::NAN,
+                terms: vec![],
+            },
+            "mean_m",
+        ),
+        (
+            TrajectorySettings::Profile {
+                spindle_rpm: 0.0,
+                mean_m: 0.0,
+                lobes: vec![],
+            },
+            "spindle_rpm",
+        ),
+        (
+            TrajectorySettings::Profile {
+                spindle_rpm: 3000.0,
+                mean_m: 0.0,
+                lobes: vec![(0, 1e-6, 0.0)],
+            },
+            "lobes.0",
+        ),
         (TrajectorySettings::SmoothRamps { points: vec![] }, "points"),
-        (TrajectorySettings::SmoothRamps { points: vec![(0.0, 0.0), (0.0, 1e-6)] }, "points.1"),
+        (
+            TrajectorySettings::SmoothRamps {
+                points: vec![(0.0, 0.0), (0.0, 1e-6)],
+            },
+            "points.1",
+        ),
     ];
     for (settings, path) in cases {
         assert_eq!(settings.validate(TICK_S).unwrap_err().path, path);
@@ -215,7 +297,10 @@ fn bad_numbers_are_refused_where_they_stand() {
 /// A smooth start begins with everything at rest at 0, whatever the trajectory.
 #[test]
 fn starts_begin_at_rest() {
-    for (name, trajectory) in kinds().into_iter().filter(|(name, _)| name.contains("start") || *name == "profile") {
+    for (name, trajectory) in kinds()
+        .into_iter()
+        .filter(|(name, _)| name.contains("start") || *name == "profile")
+    {
         assert_eq!(derivatives(trajectory.at(0.0)), [0.0; 5], "{name}");
         assert!(trajectory.starting(0.0) && !trajectory.starting(0.1), "{name}");
     }

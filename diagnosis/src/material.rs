@@ -28,18 +28,12 @@ pub fn material_text(fit: &Fit, name: &str) -> Result<String, DiagnosisError> {
         ),
     ];
     for fitted in &report.parameters {
-        lines.push(match fitted.standard_deviation {
-            Some(deviation) => {
-                format!(
-                    "{} = {:.5e} {}, standard deviation {deviation:.1e}",
-                    fitted.symbol, fitted.value, fitted.unit
-                )
-            }
-            None => format!(
-                "{} = {:.5e} {}, held by the user",
-                fitted.symbol, fitted.value, fitted.unit
-            ),
-        });
+        let quantity = format!("{} = {:.5e} {}", fitted.symbol, fitted.value, fitted.unit);
+        let known = match fitted.standard_deviation {
+            Some(deviation) => format!("standard deviation {deviation:.1e}"),
+            None => "held by the user".to_owned(),
+        };
+        lines.push(format!("{}, {known}", quantity.trim_end()));
     }
     if let Some(strain) = report.strain {
         lines.push(format!(

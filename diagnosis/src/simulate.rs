@@ -5,6 +5,9 @@
 use anhyst_model::{Hysteresis, MagneticState};
 use serde::{Deserialize, Serialize};
 
+/// A loop whose ends differ by less than this share of its range is closed.
+const CLOSURE: f64 = 0.01;
+
 /// In which state the material was when the sweep began.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Beginning {
@@ -23,7 +26,7 @@ impl Beginning {
         let closes = |series: &[f64]| {
             let (low, high) = crate::sweep::extremes(series);
             match (series.first(), series.last()) {
-                (Some(first), Some(last)) => (first - last).abs() < 0.02 * (high - low),
+                (Some(first), Some(last)) => (first - last).abs() < CLOSURE * (high - low),
                 _ => false,
             }
         };

@@ -75,17 +75,17 @@ pub struct FoldedSettings {
 
 impl Default for FoldedSettings {
     /// Tuned in the loop on 40 µm at 50 Hz and 12 µm at 150 Hz, 20 kHz ticks, 10 nm rms sensor noise, `a` drifting by
-    /// 200 A/m per second. The dead zone is 1.4 times the noise that the filter lets through (σ √(κ dt/2) = 2.2 nm) and
+    /// 200 A/m per second. The dead zone is 1.25 times the noise that the filter lets through (σ √(κ dt/2) = 1.6 nm) and
     /// leaves ε/φ*, below 1 A/m, undetermined. The sensitivity is the rms of dY/da of that motion. Faster adaptation lags
-    /// less and lets more noise into the estimate.
+    /// less and lets more noise into the estimate. A window over all of Θ leaves about 20 A/m when `a` falls.
     fn default() -> Self {
         Self {
             range_a_per_m: (6300.0, 7300.0),
             start_a_per_m: 6800.0,
             members: 33,
-            filter_per_s: 2000.0,
-            dead_zone_m: 3e-9,
-            window_a_per_m: Some(100.0),
+            filter_per_s: 1000.0,
+            dead_zone_m: 2e-9,
+            window_a_per_m: Some(30.0),
             adaptation_rate_per_s: 500.0,
             sensitivity_m_per_a_per_m: 4e-9,
         }

@@ -148,6 +148,7 @@ impl Guard {
     }
 
     fn towards(&self, wanted_a_per_m: f64, step_limit_a_per_m: Option<f64>) -> Limited {
-        self.limits.towards(self.field_a_per_m, wanted_a_per_m, step_limit_a_per_m)
+        self.limits
+            .towards(self.field_a_per_m, wanted_a_per_m, step_limit_a_per_m)
     }
 }

@@ -35,7 +35,11 @@ impl Limits {
                 slew: true,
             },
             // The target itself, not last + step: a limit that does not act must not round.
-            _ => Limited { field_a_per_m: clipped, amplitude, slew: false },
+            _ => Limited {
+                field_a_per_m: clipped,
+                amplitude,
+                slew: false,
+            },
         }
     }
 }

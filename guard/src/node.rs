@@ -31,7 +31,10 @@ impl Block for Guard {
         ];
         (SafeField {
             field_a_per_m: given.field_a_per_m,
-            status: bits.into_iter().filter(|(set, _)| *set).fold(0, |status, (_, bit)| status | bit),
+            status: bits
+                .into_iter()
+                .filter(|(set, _)| *set)
+                .fold(0, |status, (_, bit)| status | bit),
             event: given.event.map_or(0, Event::number),
             ..SafeField::default()
         },)

@@ -73,7 +73,10 @@ impl GuardSettings {
         if self.ramp_time_s < tick_s {
             return Err(Invalid::new(
                 "ramp_time_s",
-                format!("{} s is shorter than one tick of {tick_s} s: that is a jump, not a ramp", self.ramp_time_s),
+                format!(
+                    "{} s is shorter than one tick of {tick_s} s: that is a jump, not a ramp",
+                    self.ramp_time_s
+                ),
             ));
         }
         if let Some(slew) = self.slew_limit_a_per_m_s {
@@ -96,7 +99,10 @@ impl GuardSettings {
         }
         if let Some(stuck) = &self.stuck {
             if stuck.ticks == 0 {
-                return Err(Invalid::new("stuck.ticks", "0 ticks would call every measurement stuck; give at least 1"));
+                return Err(Invalid::new(
+                    "stuck.ticks",
+                    "0 ticks would call every measurement stuck; give at least 1",
+                ));
             }
             Invalid::unless_positive("stuck.field_change_a_per_m", stuck.field_change_a_per_m, "A/m")?;
         }

@@ -46,12 +46,7 @@ impl Watch {
         self.look_at_displacement(settings, heard, field_a_per_m)
     }
 
-    fn look_at_displacement(
-        &mut self,
-        settings: &GuardSettings,
-        heard: &Heard,
-        field_a_per_m: f64,
-    ) -> Option<Event> {
+    fn look_at_displacement(&mut self, settings: &GuardSettings, heard: &Heard, field_a_per_m: f64) -> Option<Event> {
         let before = self.displacement_m.replace(heard.displacement_m);
         // A token that is read twice says nothing about the sensor.
         let repeated = before.is_some_and(|value| value.to_bits() == heard.displacement_m.to_bits());

@@ -17,7 +17,10 @@ fn settings() -> GuardSettings {
         ramp_time_s: 0.005,
         max_age_ticks: 3,
         jump_limit_m: Some(5e-6),
-        stuck: Some(StuckSettings { ticks: 20, field_change_a_per_m: 500.0 }),
+        stuck: Some(StuckSettings {
+            ticks: 20,
+            field_change_a_per_m: 500.0,
+        }),
     }
 }
 
@@ -40,7 +43,11 @@ impl Bench {
 
     /// A tick with fresh tokens; the displacement stirs as a real one does.
     fn step(&mut self, field_a_per_m: f64) -> SafeField {
-        self.command = FieldCommand { tick: self.tick, field_a_per_m, ..self.command };
+        self.command = FieldCommand {
+            tick: self.tick,
+            field_a_per_m,
+            ..self.command
+        };
         self.measurement.tick = self.tick;
         self.measurement.displacement_m = 1e-9 * (self.tick % 2) as f64;
         self.step_as_is()
@@ -60,7 +67,10 @@ fn passes_commands_unchanged() {
     for index in 0..1000 {
         let field = 3000.0 * (f64::from(index) * 0.01).sin();
         let safe = bench.step(field);
-        assert_eq!((safe.field_a_per_m.to_bits(), safe.status, safe.event), (field.to_bits(), 0, 0));
+        assert_eq!(
+            (safe.field_a_per_m.to_bits(), safe.status, safe.event),
+            (field.to_bits(), 0, 0)
+        );
     }
 }
 
@@ -83,31 +93,48 @@ fn faults_ramp_to_the_safe_field_in_the_stated_ticks() {
     type Fault = (Event, fn(&mut Bench));
     let faults: [Fault; 6] = [
         (Event::CommandNotFinite, |bench| bench.command.field_a_per_m = f64::NAN),
-        (Event::CommandNotFinite, |bench| bench.command.reached_magnetization_a_per_m = f64::INFINITY),
-        (Event::MeasurementNotFinite, |bench| bench.measurement.displacement_m = f64::NEG_INFINITY),
+        (Event::CommandNotFinite, |bench| {
+            bench.command.reached_magnetization_a_per_m = f64::INFINITY
+        }),
+        (Event::MeasurementNotFinite, |bench| {
+            bench.measurement.displacement_m = f64::NEG_INFINITY
+        }),
         (Event::CommandStale, |bench| bench.command.tick -= 4),
         (Event::MeasurementStale, |bench| bench.measurement.tick -= 4),
         (Event::DisplacementJump, |bench| bench.measurement.displacement_m = 6e-6),
     ];
-    let settings = GuardSettings { safe_field_a_per_m: -1000.0, ..settings() };
+    let settings = GuardSettings {
+        safe_field_a_per_m: -1000.0,
+        ..settings()
+    };
     let (slew, most) = (settings.ramp_slew_a_per_m_s(), settings.most_ramp_ticks(TICK_S));
     for (event, fault) in faults {
         let mut bench = Bench::new(&settings);
         for _ in 0..100 {
-        bench.step(20_000.0);
-    }
+            bench.step(20_000.0);
+        }
         bench.command.tick = bench.tick;
         bench.measurement.tick = bench.tick;
         fault(&mut bench);
         let mut before = bench.guard.field_a_per_m();
         let first = bench.step_as_is();
-        assert_eq!((Event::from_number(first.event), first.status), (Some(event), RAMPING | SLEW), "{event}");
-        assert!((first.field_a_per_m - before).abs() <= slew * TICK_S * (1.0 + 1e-12), "{event}");
+        assert_eq!(
+            (Event::from_number(first.event), first.status),
+            (Some(event), RAMPING | SLEW),
+            "{event}"
+        );
+        assert!(
+            (first.field_a_per_m - before).abs() <= slew * TICK_S * (1.0 + 1e-12),
+            "{event}"
+        );
         before = first.field_a_per_m;
         let mut ticks = 1;
         while bench.guard.state() == State::Ramping {
             let safe = bench.step(20_000.0);
-            assert!((safe.field_a_per_m - before).abs() <= slew * TICK_S * (1.0 + 1e-12), "{event}");
+            assert!(
+                (safe.field_a_per_m - before).abs() <= slew * TICK_S * (1.0 + 1e-12),
+                "{event}"
+            );
             assert_eq!(safe.event, 0, "an event is raised once");
             before = safe.field_a_per_m;
             ticks += 1;
@@ -116,7 +143,11 @@ fn faults_ramp_to_the_safe_field_in_the_stated_ticks() {
         assert!(ticks <= most && ticks + 2 >= most, "{event}: {ticks} ticks of {most}");
         for _ in 0..1000 {
             let safe = bench.step(20_000.0);
-            assert_eq!((safe.field_a_per_m, safe.status, safe.event), (-1000.0, SAFE, 0), "{event} is latched");
+            assert_eq!(
+                (safe.field_a_per_m, safe.status, safe.event),
+                (-1000.0, SAFE, 0),
+                "{event} is latched"
+            );
         }
     }
 }
@@ -131,7 +162,11 @@ fn stuck_displacement_is_told_from_rest() {
         assert_eq!(bench.step_as_is().event, 0, "at rest a repeated value is no fault");
     }
     let raised = (0..1000).find_map(|moved| {
-        bench.command = FieldCommand { tick: bench.tick, field_a_per_m: f64::from(moved) * 50.0, ..bench.command };
+        bench.command = FieldCommand {
+            tick: bench.tick,
+            field_a_per_m: f64::from(moved) * 50.0,
+            ..bench.command
+        };
         bench.measurement.tick = bench.tick;
         Event::from_number(bench.step_as_is().event).map(|event| (event, moved))
     });
@@ -153,7 +188,10 @@ fn old_tokens_are_used_up_to_their_limit() {
 /// The way back is explicit, refused while the cause lasts, and has no step larger than the ramp's.
 #[test]
 fn coming_back_is_explicit_and_bumpless() {
-    let settings = GuardSettings { slew_limit_a_per_m_s: None, ..settings() };
+    let settings = GuardSettings {
+        slew_limit_a_per_m_s: None,
+        ..settings()
+    };
     let mut bench = Bench::new(&settings);
     bench.step(8000.0);
     assert_eq!(bench.guard.rearm(), Err(Rearm::NotSafe(State::Normal)));
@@ -176,7 +214,11 @@ fn coming_back_is_explicit_and_bumpless() {
     }
     assert_eq!(before, 8000.0);
     assert_eq!(ticks, (8000.0 / step).ceil() as u32);
-    assert_eq!(bench.step(-8000.0).field_a_per_m, -8000.0, "without a slew limit Normal follows at once");
+    assert_eq!(
+        bench.step(-8000.0).field_a_per_m,
+        -8000.0,
+        "without a slew limit Normal follows at once"
+    );
 }
 
 /// A fault on the way back goes to the safe field again.
@@ -192,7 +234,10 @@ fn faults_on_the_way_back_ramp_again() {
         bench.step(8000.0);
     }
     assert_eq!(bench.guard.state(), State::Returning);
-    assert_eq!(Event::from_number(bench.step(f64::NAN).event), Some(Event::CommandNotFinite));
+    assert_eq!(
+        Event::from_number(bench.step(f64::NAN).event),
+        Some(Event::CommandNotFinite)
+    );
     for _ in 0..500 {
         bench.step(8000.0);
     }
@@ -211,7 +256,12 @@ fn settings_are_validated_together() {
         ("ramp_time_s", |s| s.slew_limit_a_per_m_s = Some(1e6)),
         ("slew_limit_a_per_m_s", |s| s.slew_limit_a_per_m_s = Some(f64::NAN)),
         ("jump_limit_m", |s| s.jump_limit_m = Some(-1.0)),
-        ("stuck.ticks", |s| s.stuck = Some(StuckSettings { ticks: 0, field_change_a_per_m: 1.0 })),
+        ("stuck.ticks", |s| {
+            s.stuck = Some(StuckSettings {
+                ticks: 0,
+                field_change_a_per_m: 1.0,
+            })
+        }),
     ];
     for (path, change) in cases {
         let mut changed = settings();

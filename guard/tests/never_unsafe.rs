@@ -37,14 +37,17 @@ fn settings() -> impl Strategy<Value = GuardSettings> {
             ramp_time_s,
             max_age_ticks: 3,
             jump_limit_m: watches.then_some(1.0),
-            stuck: watches.then_some(StuckSettings { ticks: 2, field_change_a_per_m: limit / 10.0 }),
+            stuck: watches.then_some(StuckSettings {
+                ticks: 2,
+                field_change_a_per_m: limit / 10.0,
+            }),
         },
     )
 }
 
 proptest! {
     // 3 000 runs of 40 ticks: 120 000 ticks with a fresh set of words each.
-    #![proptest_config(ProptestConfig { cases: 3000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn field_is_finite_and_within_limits(settings in settings(), run in prop::collection::vec(tokens(), 40)) {

@@ -39,12 +39,12 @@ pub enum LinkError {
         /// How many should have.
         expected: usize,
     },
-    /// A process did not come to the rendezvous.
-    #[error("{process} did not appear within {waited_s:.1} s (waiting in phase {phase})")]
+    /// A process did not come to a rendezvous.
+    #[error("{process} did not come within {waited_s:.1} s (phase {phase}: {what})", what = ["start", "ports", "connection", "end"].get(*phase as usize).unwrap_or(&"?"))]
     Absent {
         /// Who is missing.
         process: String,
-        /// Which phase: 1 ports created, 2 connected.
+        /// Which phase: 1 ports created, 2 connected, 3 at the end.
         phase: u64,
         /// For how long others waited.
         waited_s: f64,

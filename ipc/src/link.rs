@@ -40,6 +40,14 @@ impl Connections {
         shared.barrier(2)
     }
 
+    /// Waits until all processes have come to the end: who left earlier could not be sent its last tokens.
+    ///
+    /// # Errors
+    /// The process that does not come.
+    pub fn part(&self) -> Result<(), LinkError> {
+        self.shared.as_ref().map_or(Ok(()), |shared| shared.barrier(3))
+    }
+
     /// Opens the reading end of `M`'s channel for `reader`, late by `delay` ticks.
     ///
     /// # Errors

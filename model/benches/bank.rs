@@ -61,11 +61,11 @@ fn main() {
     for anhysteretic in [Anhysteretic::Langevin, Anhysteretic::Ising] {
         let base = Hysteresis { anhysteretic, ..base };
         let mut state = MagneticState::default();
-        let single = time_per_step(&fields, |field| state = base.advance(state, field));
+        let single = time_per_step(&fields, |field| state = black_box(base).advance(state, field));
         let mut states = vec![MagneticState::default(); MEMBERS];
         let singles = time_per_step(&fields, |field| {
             for (state, &shape) in states.iter_mut().zip(&shapes) {
-                *state = base.with_shape(shape).advance(*state, field);
+                *state = black_box(base).with_shape(shape).advance(*state, field);
             }
         });
         let mut bank = Bank::new(base, &shapes).expect("valid bank");
@@ -81,7 +81,7 @@ fn main() {
             .collect();
         let mut state = MagneticState::default();
         let inverse = time_per_step(&magnetizations, |demand| {
-            state = base.advance_to_magnetization(state, demand, 3e4).state;
+            state = black_box(base).advance_to_magnetization(state, demand, 3e4).state;
         });
         println!("{anhysteretic:?}");
         println!(

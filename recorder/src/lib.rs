@@ -18,6 +18,7 @@ mod recorder;
 mod row;
 mod run;
 mod settings;
+mod spread;
 mod streams;
 mod tokens;
 mod viewer;

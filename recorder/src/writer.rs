@@ -7,12 +7,15 @@ use crate::layout::Layout;
 use crate::pipe::{Consumer, Totals};
 use crate::row::{Block, Presence, Row};
 use crate::run::Level;
+use crate::spread::Spread;
 use crate::streams::Stream;
 use crate::{RecorderError, RecorderSettings, RunInfo};
 use std::time::Duration;
 
 /// How long the end of a run waits for the disk.
 const FLUSH_LIMIT: Duration = Duration::from_secs(60);
+/// The share of errors that the error plot has to hold.
+const USUAL: f64 = 0.98;
 
 /// The far end of the pipe.
 pub(crate) struct Logger {
@@ -22,7 +25,7 @@ pub(crate) struct Logger {
     watch: Watch,
     has: Option<Presence>,
     last_tick: u64,
-    largest_error_m: f64,
+    errors: Spread,
 }
 
 impl Logger {
@@ -56,7 +59,7 @@ impl Logger {
             watch,
             has: None,
             last_tick: 0,
-            largest_error_m: 0.0,
+            errors: Spread::default(),
         })
     }
 
@@ -67,8 +70,7 @@ impl Logger {
             } else {
                 row.demand.error_m
             };
-            // Not-a-number is no maximum.
-            self.largest_error_m = self.largest_error_m.max(error.abs());
+            self.errors.add(error);
         }
     }
 
@@ -94,7 +96,7 @@ impl Logger {
             if dropped > 0 { Level::Warning } else { level },
             format!(
                 "{end}: {rows} ticks, {seconds:.3} s, {dropped} dropped; largest error after settling {:.1} nm",
-                self.largest_error_m * 1e9
+                self.errors.largest_m() * 1e9
             ),
         );
         self.send_events()?;
@@ -110,8 +112,8 @@ impl Logger {
     }
 
     fn fitting_axis_nm(&self) -> Option<f64> {
-        let nm = self.largest_error_m * 1e9;
-        (nm > 0.0 && nm.is_finite()).then(|| nice(1.1 * nm))
+        let usual_m = self.errors.quantile_m(USUAL)?;
+        (usual_m > 0.0).then(|| nice(1.3e9 * usual_m))
     }
 }
 

@@ -12,11 +12,18 @@ use crate::scenario::{load, to_ron};
 pub fn run(arguments: &CheckArguments) -> miette::Result<Ending> {
     let scenario = load(&arguments.scenario.scenario, &arguments.scenario.settings)?;
     if arguments.print {
-        println!("{}", to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?);
+        println!(
+            "{}",
+            to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?
+        );
     } else {
         let ticks = scenario.ticks();
         let processes = scenario.placement.processes().len();
-        println!("{}: good; {ticks} ticks of {} µs in {processes} processes", scenario.name, scenario.tick_s * 1e6);
+        println!(
+            "{}: good; {ticks} ticks of {} µs in {processes} processes",
+            scenario.name,
+            scenario.tick_s * 1e6
+        );
     }
     Ok(Ending::Held)
 }

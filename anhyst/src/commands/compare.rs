@@ -30,7 +30,10 @@ pub fn run(arguments: &CompareArguments) -> miette::Result<Ending> {
     }
     let summaries = run_all(&scenarios)?;
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&summaries).map_err(|error| RunError::Setup(error.to_string()))?);
+        println!(
+            "{}",
+            serde_json::to_string_pretty(&summaries).map_err(|error| RunError::Setup(error.to_string()))?
+        );
     } else {
         print_table(&summaries);
     }
@@ -45,9 +48,13 @@ fn run_all(scenarios: &[Scenario]) -> Result<Vec<Summary>, RunError> {
     std::thread::scope(|scope| {
         for _ in 0..cores.min(scenarios.len()) {
             scope.spawn(|| {
-                while let Some((i, scenario)) = Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|i| Some((i, scenarios.get(i)?))) {
+                while let Some((i, scenario)) =
+                    Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|i| Some((i, scenarios.get(i)?)))
+                {
                     let mut last = 0;
-                    let result = run_one(scenario, i, &mut |tick| bar.inc(tick - std::mem::replace(&mut last, tick)));
+                    let result = run_one(scenario, i, &mut |tick| {
+                        bar.inc(tick - std::mem::replace(&mut last, tick))
+                    });
                     if let Ok(mut done) = done.lock() {
                         done[i] = Some(result);
                     }
@@ -65,13 +72,24 @@ fn run_one(scenario: &Scenario, i: usize, progress: &mut dyn FnMut(u64)) -> Resu
     let folder = prepare(scenario, Some(&out))?;
     let reports = embedded(scenario, &folder, progress)?;
     let summary = Summary::new(scenario, &reports);
-    summary.write(&folder).map_err(|cause| RunError::Write { path: folder.summary(), cause })?;
+    summary.write(&folder).map_err(|cause| RunError::Write {
+        path: folder.summary(),
+        cause,
+    })?;
     Ok(summary)
 }
 
 fn print_table(summaries: &[Summary]) {
     let mut table = plain_table();
-    table.set_header(["scenario", "error rms, nm", "error max, nm", "rms / last", "a error rms, A/m", "field peak, kA/m", "held"]);
+    table.set_header([
+        "scenario",
+        "error rms, nm",
+        "error max, nm",
+        "rms / last",
+        "a error rms, A/m",
+        "field peak, kA/m",
+        "held",
+    ]);
     let reference = summaries.last().map_or(f64::NAN, |summary| summary.verdict.error_rms_m);
     for summary in summaries {
         let verdict = &summary.verdict;

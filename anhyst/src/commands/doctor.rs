@@ -26,21 +26,40 @@ pub fn run(arguments: &DoctorArguments) -> miette::Result<Ending> {
     let leftovers = launcher::leftovers().map_err(failed)?;
     let mut findings = vec![shared_memory(), rights(), cores()];
     if arguments.clean {
-        leftovers.iter().try_for_each(launcher::Resources::remove).map_err(failed)?;
-        findings.push(Finding { what: "leftovers", good: true, says: format!("removed those of {} crashed runs", leftovers.len()) });
+        leftovers
+            .iter()
+            .try_for_each(launcher::Resources::remove)
+            .map_err(failed)?;
+        findings.push(Finding {
+            what: "leftovers",
+            good: true,
+            says: format!("removed those of {} crashed runs", leftovers.len()),
+        });
     } else {
         let says = match leftovers.len() {
             0 => "no crashed run has left anything".into(),
             n => format!("{n} crashed runs have left files; remove them with: anhyst doctor --clean"),
         };
-        findings.push(Finding { what: "leftovers", good: leftovers.is_empty(), says });
+        findings.push(Finding {
+            what: "leftovers",
+            good: leftovers.is_empty(),
+            says,
+        });
     }
     let good = findings.iter().all(|finding| finding.good);
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&findings).map_err(|error| RunError::Setup(error.to_string()))?);
+        println!(
+            "{}",
+            serde_json::to_string_pretty(&findings).map_err(|error| RunError::Setup(error.to_string()))?
+        );
     } else {
         for finding in &findings {
-            println!("{} {}: {}", if finding.good { "good" } else { "BAD " }, finding.what, finding.says);
+            println!(
+                "{} {}: {}",
+                if finding.good { "good" } else { "BAD " },
+                finding.what,
+                finding.says
+            );
         }
     }
     Ok(if good { Ending::Held } else { Ending::NotHeld })
@@ -49,12 +68,20 @@ pub fn run(arguments: &DoctorArguments) -> miette::Result<Ending> {
 fn shared_memory() -> Finding {
     let what = "shared memory";
     match rustix::fs::statvfs("/dev/shm") {
-        Err(error) => Finding { what, good: false, says: format!("/dev/shm cannot be used: {error}") },
+        Err(error) => Finding {
+            what,
+            good: false,
+            says: format!("/dev/shm cannot be used: {error}"),
+        },
         Ok(status) => {
             let free = status.f_bavail * status.f_frsize;
             let mib = |bytes: u64| bytes >> 20;
             let good = free >= SHARED_MEMORY_NEEDED_BYTES;
-            let says = format!("{} MiB free in /dev/shm, {} MiB needed", mib(free), mib(SHARED_MEMORY_NEEDED_BYTES));
+            let says = format!(
+                "{} MiB free in /dev/shm, {} MiB needed",
+                mib(free),
+                mib(SHARED_MEMORY_NEEDED_BYTES)
+            );
             Finding { what, good, says }
         }
     }
@@ -63,12 +90,18 @@ fn shared_memory() -> Finding {
 fn rights() -> Finding {
     let root = launcher::user_root();
     let probe = root.join(format!("probe-{}", std::process::id()));
-    let tried = std::fs::create_dir_all(&root).and_then(|()| std::fs::write(&probe, b"")).and_then(|()| std::fs::remove_file(&probe));
+    let tried = std::fs::create_dir_all(&root)
+        .and_then(|()| std::fs::write(&probe, b""))
+        .and_then(|()| std::fs::remove_file(&probe));
     let says = match &tried {
         Ok(()) => format!("{} can be written", root.display()),
         Err(error) => format!("{} cannot be written: {error}", root.display()),
     };
-    Finding { what: "rights", good: tried.is_ok(), says }
+    Finding {
+        what: "rights",
+        good: tried.is_ok(),
+        says,
+    }
 }
 
 fn cores() -> Finding {
@@ -78,5 +111,9 @@ fn cores() -> Finding {
     } else {
         format!("{cores} cores for 7 processes: they share, and wait by sleeping")
     };
-    Finding { what: "cores", good: true, says }
+    Finding {
+        what: "cores",
+        good: true,
+        says,
+    }
 }

@@ -29,7 +29,10 @@ pub fn mermaid(scenario: &Scenario) -> String {
     }
     for wire in assemble::wires() {
         let arrow = if wire.delay == 0 { "-->" } else { "-.->" };
-        let (from, to) = (wire.channel.producer().name().replace('-', "_"), wire.reader.name().replace('-', "_"));
+        let (from, to) = (
+            wire.channel.producer().name().replace('-', "_"),
+            wire.reader.name().replace('-', "_"),
+        );
         let _ = writeln!(text, "  {from} {arrow}|{}| {to}", wire.channel);
     }
     text

@@ -31,10 +31,16 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
         .find(|(_, nodes)| nodes.contains(&node))
         .ok_or_else(|| RunError::Setup(format!("{node} has no process in this scenario")))?;
     let folder = RunFolder::open(&arguments.out);
-    folder.make_result_folders().map_err(|cause| RunError::Write { path: folder.path().to_owned(), cause })?;
+    folder.make_result_folders().map_err(|cause| RunError::Write {
+        path: folder.path().to_owned(),
+        cause,
+    })?;
     let meeting = Meeting {
         prefix: arguments.service_prefix.clone(),
-        root: arguments.root.clone().unwrap_or_else(|| launcher::user_root().join("hand")),
+        root: arguments
+            .root
+            .clone()
+            .unwrap_or_else(|| launcher::user_root().join("hand")),
         yields: arguments.yields,
         start_limit: Duration::from_secs_f64(arguments.start_limit_s.clamp(0.1, 86_400.0)),
     };
@@ -43,7 +49,11 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
     let text = serde_json::to_string_pretty(&report).map_err(|error| RunError::Setup(error.to_string()))?;
     std::fs::write(&path, text).map_err(|cause| RunError::Write { path, cause })?;
     if !arguments.end_with_launcher {
-        println!("{process}: {} ticks in {:.2} s", report.nodes.first().map_or(0, |node| node.ticks), report.loop_s);
+        println!(
+            "{process}: {} ticks in {:.2} s",
+            report.nodes.first().map_or(0, |node| node.ticks),
+            report.loop_s
+        );
     }
     match report.error {
         Some(error) => {

@@ -12,8 +12,14 @@ use anhyst_recorder::Recording;
 use serde::Serialize;
 
 /// The nodes whose inputs and outputs a recording holds.
-const NODES: [NodeId; 6] =
-    [NodeId::Plant, NodeId::Estimator, NodeId::Controller, NodeId::Inverse, NodeId::Guard, NodeId::Amplifier];
+const NODES: [NodeId; 6] = [
+    NodeId::Plant,
+    NodeId::Estimator,
+    NodeId::Controller,
+    NodeId::Inverse,
+    NodeId::Guard,
+    NodeId::Amplifier,
+];
 
 /// How one node's replay came out.
 #[derive(Debug, Serialize)]
@@ -38,12 +44,22 @@ pub fn run(arguments: &ReplayArguments) -> miette::Result<Ending> {
     };
     if nodes.is_empty() {
         let known: Vec<&str> = NODES.iter().map(|node| node.name()).collect();
-        return Err(miette::miette!("{:?} is no node that can be replayed; there are {}", arguments.node, known.join(", ")));
+        return Err(miette::miette!(
+            "{:?} is no node that can be replayed; there are {}",
+            arguments.node,
+            known.join(", ")
+        ));
     }
     let recorded = Recorded::read(&folder)?;
-    let replayed = nodes.into_iter().map(|node| replay(node, &scenario, &recorded)).collect::<Result<Vec<_>, _>>()?;
+    let replayed = nodes
+        .into_iter()
+        .map(|node| replay(node, &scenario, &recorded))
+        .collect::<Result<Vec<_>, _>>()?;
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&replayed).map_err(|error| RunError::Setup(error.to_string()))?);
+        println!(
+            "{}",
+            serde_json::to_string_pretty(&replayed).map_err(|error| RunError::Setup(error.to_string()))?
+        );
     } else {
         for result in &replayed {
             match &result.difference {
@@ -52,7 +68,11 @@ pub fn run(arguments: &ReplayArguments) -> miette::Result<Ending> {
             }
         }
     }
-    Ok(if replayed.iter().all(|result| result.same) { Ending::Held } else { Ending::NotHeld })
+    Ok(if replayed.iter().all(|result| result.same) {
+        Ending::Held
+    } else {
+        Ending::NotHeld
+    })
 }
 
 /// Every token of a run, by tick.
@@ -103,7 +123,10 @@ struct Feed<'a, M: Message> {
 
 impl<'a, M: Message> Feed<'a, M> {
     fn open(connections: &mut Connections, recorded: &'a [M]) -> Result<Self, RunError> {
-        Ok(Self { sender: connections.sender::<M>()?, recorded })
+        Ok(Self {
+            sender: connections.sender::<M>()?,
+            recorded,
+        })
     }
 
     fn send(&mut self, tick: usize) -> Result<(), RunError> {
@@ -115,8 +138,18 @@ impl<'a, M: Message> Feed<'a, M> {
         let (mut now, mut then) = ([0; anhyst_ipc::MOST_FIELDS], [0; anhyst_ipc::MOST_FIELDS]);
         sent.write_words(&mut now);
         self.recorded[tick].write_words(&mut then);
-        let field = M::FIELDS.iter().zip(now.iter().zip(&then)).find(|(_, (now, then))| now != then)?.0;
-        Some(format!("tick {tick}, {} of {}: {:?} recorded, {:?} replayed", field.name, M::CHANNEL, self.recorded[tick], sent))
+        let field = M::FIELDS
+            .iter()
+            .zip(now.iter().zip(&then))
+            .find(|(_, (now, then))| now != then)?
+            .0;
+        Some(format!(
+            "tick {tick}, {} of {}: {:?} recorded, {:?} replayed",
+            field.name,
+            M::CHANNEL,
+            self.recorded[tick],
+            sent
+        ))
     }
 }
 
@@ -144,7 +177,9 @@ fn replay(node: NodeId, scenario: &Scenario, recorded: &Recorded) -> Result<Repl
         feed!(true; measurement: Measurement, truth: Truth, estimate: Estimate, demand: Demand, field_command: FieldCommand, safe_field: SafeField, coil_field: CoilField);
         stage.tick(tick as u64)?;
         let difference = match node {
-            NodeId::Plant => measurement.difference(tick, &mut connections).or_else(|| truth.difference(tick, &mut connections)),
+            NodeId::Plant => measurement
+                .difference(tick, &mut connections)
+                .or_else(|| truth.difference(tick, &mut connections)),
             NodeId::Estimator => estimate.difference(tick, &mut connections),
             NodeId::Controller => demand.difference(tick, &mut connections),
             NodeId::Inverse => field_command.difference(tick, &mut connections),
@@ -153,9 +188,19 @@ fn replay(node: NodeId, scenario: &Scenario, recorded: &Recorded) -> Result<Repl
             NodeId::Recorder => None,
         };
         if difference.is_some() {
-            return Ok(Replayed { node, ticks: tick as u64, same: false, difference });
+            return Ok(Replayed {
+                node,
+                ticks: tick as u64,
+                same: false,
+                difference,
+            });
         }
         feed!(false; measurement: Measurement, truth: Truth, estimate: Estimate, demand: Demand, field_command: FieldCommand, safe_field: SafeField, coil_field: CoilField);
     }
-    Ok(Replayed { node, ticks: ticks as u64, same: true, difference: None })
+    Ok(Replayed {
+        node,
+        ticks: ticks as u64,
+        same: true,
+        difference: None,
+    })
 }

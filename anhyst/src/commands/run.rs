@@ -32,13 +32,20 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
         scenario.recording.live_port = arguments.live;
     }
     let folder = prepare(&scenario, arguments.out.as_deref())?;
-    let yields = if arguments.dedicated_cores { YIELDS_DEDICATED } else { YIELDS_SHARED };
+    let yields = if arguments.dedicated_cores {
+        YIELDS_DEDICATED
+    } else {
+        YIELDS_SHARED
+    };
     let bar = progress_bar(scenario.ticks(), &scenario.name);
     let outcome = if scenario.placement == Placement::Embedded {
         embedded(&scenario, &folder, &mut |tick| bar.set_position(tick))
     } else {
         launcher::sweep();
-        let options = launcher::Options { yields, reverse_start: arguments.reverse_start };
+        let options = launcher::Options {
+            yields,
+            reverse_start: arguments.reverse_start,
+        };
         launcher::launch(&scenario, &folder, options, &mut |tick| bar.set_position(tick)).map_err(RunError::from)
     };
     bar.finish_and_clear();
@@ -69,7 +76,11 @@ pub fn prepare(scenario: &Scenario, out: Option<&std::path::Path>) -> Result<Run
 ///
 /// # Errors
 /// What went wrong in the loop.
-pub fn embedded(scenario: &Scenario, folder: &RunFolder, progress: &mut dyn FnMut(u64)) -> Result<Vec<ProcessReport>, RunError> {
+pub fn embedded(
+    scenario: &Scenario,
+    folder: &RunFolder,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Vec<ProcessReport>, RunError> {
     let report = process::run("embedded", &NodeId::LOOP_ORDER, scenario, folder, None, progress)?;
     match report.error {
         Some(error) => Err(RunError::Setup(error)),
@@ -79,13 +90,23 @@ pub fn embedded(scenario: &Scenario, folder: &RunFolder, progress: &mut dyn FnMu
 
 fn finish(scenario: &Scenario, folder: &RunFolder, reports: &[ProcessReport], json: bool) -> miette::Result<Ending> {
     let summary = Summary::new(scenario, reports);
-    summary.write(folder).map_err(|cause| RunError::Write { path: folder.summary(), cause })?;
+    summary.write(folder).map_err(|cause| RunError::Write {
+        path: folder.summary(),
+        cause,
+    })?;
     if json {
-        println!("{}", serde_json::to_string_pretty(&summary).map_err(|error| RunError::Setup(error.to_string()))?);
+        println!(
+            "{}",
+            serde_json::to_string_pretty(&summary).map_err(|error| RunError::Setup(error.to_string()))?
+        );
     } else {
         println!("{}", summary.table());
         if summary.held {
-            println!("\nheld: every error after {} s is within ±{} µm", scenario.expect.settling_s, scenario.expect.tolerance_m * 1e6);
+            println!(
+                "\nheld: every error after {} s is within ±{} µm",
+                scenario.expect.settling_s,
+                scenario.expect.tolerance_m * 1e6
+            );
         } else {
             println!("\nNOT held: {}", summary.failures.join("; "));
         }

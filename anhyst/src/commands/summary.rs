@@ -5,7 +5,7 @@ use crate::judge::Verdict;
 use crate::process::ProcessReport;
 use crate::scenario::Scenario;
 use anhyst_ipc::{LinkReport, NodeId, NodeReport, combine};
-use comfy_table::{CellAlignment, Table, presets::UTF8_HORIZONTAL_ONLY};
+use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
 use serde::{Deserialize, Serialize};
 
 /// The machine-readable summary.
@@ -53,7 +53,10 @@ impl Summary {
         let mut nodes: Vec<&NodeReport> = reports.iter().flat_map(|report| &report.nodes).collect();
         nodes.sort_by_key(|report| report.node);
         let senders = || nodes.iter().filter(|report| report.node != NodeId::Recorder);
-        let verdict = reports.iter().find_map(|report| report.verdict.clone()).unwrap_or_default();
+        let verdict = reports
+            .iter()
+            .find_map(|report| report.verdict.clone())
+            .unwrap_or_default();
         let failures = verdict.failures(&scenario.expect);
         let ticks = senders().map(|report| report.ticks).min().unwrap_or_default();
         let loop_s = reports.iter().map(|report| report.loop_s).fold(0.0, f64::max);
@@ -75,7 +78,9 @@ impl Summary {
                 + reports.iter().map(|report| report.dropped_rows).sum::<u64>(),
             recorded_rows: reports.iter().map(|report| report.recorded_rows).sum(),
             digest: combine(senders().map(|report| (report.node.name(), report.digest))),
-            node_digests: senders().map(|report| (report.node, format!("{:016x}", report.digest))).collect(),
+            node_digests: senders()
+                .map(|report| (report.node, format!("{:016x}", report.digest)))
+                .collect(),
             links,
         }
     }
@@ -86,7 +91,11 @@ impl Summary {
     /// If a file cannot be written.
     pub fn write(&self, folder: &RunFolder) -> std::io::Result<()> {
         std::fs::write(folder.summary(), serde_json::to_string_pretty(self)? + "\n")?;
-        let nodes: String = self.node_digests.iter().map(|(node, digest)| format!("{digest}  {node}\n")).collect();
+        let nodes: String = self
+            .node_digests
+            .iter()
+            .map(|(node, digest)| format!("{digest}  {node}\n"))
+            .collect();
         std::fs::write(folder.digest(), format!("{}  run\n{nodes}", self.digest))
     }
 
@@ -99,17 +108,32 @@ impl Summary {
             table.add_row([name.to_owned(), value]);
         };
         row("error rms", um(verdict.error_rms_m));
-        row("error max", format!("{} at {:.3} s", um(verdict.error_max_m), verdict.error_max_at_s));
-        row("tolerance, margin", format!("±{}, {}", um(self.tolerance_m), um(self.tolerance_margin_m)));
-        row("a true, estimated", format!("{:.1}, {:.1} A/m", verdict.a_true_a_per_m, verdict.a_estimated_a_per_m));
-        row("a error rms, final", format!("{:.2}, {:.2} A/m", verdict.a_error_rms_a_per_m, self.a_final_error));
+        row(
+            "error max",
+            format!("{} at {:.3} s", um(verdict.error_max_m), verdict.error_max_at_s),
+        );
+        row(
+            "tolerance, margin",
+            format!("±{}, {}", um(self.tolerance_m), um(self.tolerance_margin_m)),
+        );
+        row(
+            "a true, estimated",
+            format!("{:.1}, {:.1} A/m", verdict.a_true_a_per_m, verdict.a_estimated_a_per_m),
+        );
+        row(
+            "a error rms, final",
+            format!("{:.2}, {:.2} A/m", verdict.a_error_rms_a_per_m, self.a_final_error),
+        );
         let (peak, limit) = (verdict.field_peak_a_per_m * 1e-3, self.field_limit_a_per_m * 1e-3);
         row("field used, limit", format!("{peak:.2}, {limit:.2} kA/m"));
         if verdict.guarded_ticks > 0 {
             row("guard acted in", format!("{} ticks", verdict.guarded_ticks));
         }
         row("ticks", format!("{} ({} lost)", self.ticks, self.lost_tokens));
-        row("ticks per second", format!("{:.0} ({:.2} times real time)", self.ticks_per_s, self.realtime_factor));
+        row(
+            "ticks per second",
+            format!("{:.0} ({:.2} times real time)", self.ticks_per_s, self.realtime_factor),
+        );
         row("digest", self.digest.clone());
         let mut text = table.to_string();
         if self.links.iter().any(|link| link.latency.count > 0) {
@@ -143,6 +167,6 @@ impl Summary {
 /// A table with thin lines, as all commands print it.
 pub fn plain_table() -> Table {
     let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
+    table.load_style(UTF8_FULL_CONDENSED);
     table
 }

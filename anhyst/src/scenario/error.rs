@@ -46,7 +46,9 @@ impl ScenarioError {
         let (line, column) = super::source::line_and_column(text, bytes.start);
         let file = path.display().to_string();
         // One line of a long value is enough to show where it is.
-        let shown = text.get(bytes.clone()).map_or(0, |value| value.lines().next().unwrap_or_default().len());
+        let shown = text
+            .get(bytes.clone())
+            .map_or(0, |value| value.lines().next().unwrap_or_default().len());
         Self::Refused {
             source_code: NamedSource::new(&file, text.to_owned()),
             place: (bytes.start, shown).into(),

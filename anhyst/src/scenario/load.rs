@@ -22,8 +22,13 @@ impl std::str::FromStr for Setting {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (path, value) = text.split_once('=').ok_or_else(|| format!("{text} has no '='; write path=value"))?;
-        Ok(Self { path: path.trim().into(), value: value.trim().into() })
+        let (path, value) = text
+            .split_once('=')
+            .ok_or_else(|| format!("{text} has no '='; write path=value"))?;
+        Ok(Self {
+            path: path.trim().into(),
+            value: value.trim().into(),
+        })
     }
 }
 
@@ -65,22 +70,40 @@ fn resolve(path: &Path, settings: &[Setting], depth: usize) -> Result<(PathBuf, 
     let derived: Derived = parse(path, &text)?;
     if depth > 8 {
         let bytes = place_of(&text, "based_on");
-        return Err(ScenarioError::at(path, &text, bytes, "is based on itself, more than 8 files deep".into()));
+        return Err(ScenarioError::at(
+            path,
+            &text,
+            bytes,
+            "is based on itself, more than 8 files deep".into(),
+        ));
     }
-    let mut all = vec![Setting { path: "name".into(), value: format!("\"{}\"", derived.name) }];
+    let mut all = vec![Setting {
+        path: "name".into(),
+        value: format!("\"{}\"", derived.name),
+    }];
     all.extend(derived.set.into_iter().map(|(path, value)| Setting { path, value }));
     all.extend_from_slice(settings);
-    resolve(&path.parent().unwrap_or(Path::new(".")).join(derived.based_on), &all, depth + 1)
+    resolve(
+        &path.parent().unwrap_or(Path::new(".")).join(derived.based_on),
+        &all,
+        depth + 1,
+    )
 }
 
 fn read(path: &Path) -> Result<String, ScenarioError> {
-    std::fs::read_to_string(path).map_err(|cause| ScenarioError::Unreadable { path: path.to_owned(), cause })
+    std::fs::read_to_string(path).map_err(|cause| ScenarioError::Unreadable {
+        path: path.to_owned(),
+        cause,
+    })
 }
 
 fn edit(text: &str, settings: &[Setting]) -> Result<String, ScenarioError> {
     let mut text = text.to_owned();
     for Setting { path, value } in settings {
-        let refuse = |sentence| ScenarioError::Setting { setting: format!("{path}={value}"), sentence };
+        let refuse = |sentence| ScenarioError::Setting {
+            setting: format!("{path}={value}"),
+            sentence,
+        };
         let place = source::read(&text).ok_or_else(|| refuse("the scenario is not readable RON".into()))?;
         text = place.set(&text, path, value).map_err(refuse)?;
     }
@@ -111,6 +134,13 @@ fn place_of(text: &str, path: &str) -> std::ops::Range<usize> {
 }
 
 fn byte_of(text: &str, line: usize, column: usize) -> usize {
-    let start: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
-    text[start..].char_indices().nth(column.saturating_sub(1)).map_or(text.len(), |(byte, _)| start + byte)
+    let start: usize = text
+        .split_inclusive('\n')
+        .take(line.saturating_sub(1))
+        .map(str::len)
+        .sum();
+    text[start..]
+        .char_indices()
+        .nth(column.saturating_sub(1))
+        .map_or(text.len(), |(byte, _)| start + byte)
 }

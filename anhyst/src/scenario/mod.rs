@@ -99,7 +99,9 @@ impl Placement {
             Placement::Separate => NodeId::LOOP_ORDER.iter().map(|node| vec![*node]).collect(),
             Placement::Embedded => vec![NodeId::LOOP_ORDER.to_vec()],
             Placement::Groups(groups) => {
-                let alone = NodeId::LOOP_ORDER.iter().filter(|node| !groups.iter().flatten().any(|named| named == *node));
+                let alone = NodeId::LOOP_ORDER
+                    .iter()
+                    .filter(|node| !groups.iter().flatten().any(|named| named == *node));
                 groups.iter().cloned().chain(alone.map(|node| vec![*node])).collect()
             }
         };
@@ -108,7 +110,10 @@ impl Placement {
             .filter(|group| !group.is_empty())
             .map(|mut group| {
                 group.sort();
-                (group.iter().map(|node| node.name()).collect::<Vec<_>>().join("+"), group)
+                (
+                    group.iter().map(|node| node.name()).collect::<Vec<_>>().join("+"),
+                    group,
+                )
             })
             .collect()
     }
@@ -151,7 +156,13 @@ pub struct Recording {
 
 impl Default for Recording {
     fn default() -> Self {
-        Self { on: true, block_ticks: 4000, plot_rate_hz: 4000.0, error_axis_nm: None, live_port: None }
+        Self {
+            on: true,
+            block_ticks: 4000,
+            plot_rate_hz: 4000.0,
+            error_axis_nm: None,
+            live_port: None,
+        }
     }
 }
 

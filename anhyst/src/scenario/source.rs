@@ -18,14 +18,20 @@ pub struct Place {
 enum Kind {
     Scalar,
     /// Named fields, or map entries with string keys; `end` is the closing bracket.
-    Struct { fields: Vec<(String, Place)>, end: usize },
+    Struct {
+        fields: Vec<(String, Place)>,
+        end: usize,
+    },
     /// Positions of a list, tuple or newtype.
     List(Vec<Place>),
 }
 
 /// Reads the structure of `text`; `None` if it is no RON (serde's own error is then the better one).
 pub fn read(text: &str) -> Option<Place> {
-    let mut scanner = Scanner { bytes: text.as_bytes(), at: 0 };
+    let mut scanner = Scanner {
+        bytes: text.as_bytes(),
+        at: 0,
+    };
     scanner.skip_attributes();
     scanner.value()
 }
@@ -74,7 +80,11 @@ impl Place {
                 None => return Err(format!("there is no {} in this scenario", segments[..=i].join("."))),
             }
         }
-        Ok(format!("{}{value}{}", &text[..place.value.start], &text[place.value.end..]))
+        Ok(format!(
+            "{}{value}{}",
+            &text[..place.value.start],
+            &text[place.value.end..]
+        ))
     }
 
     fn insert(&self, text: &str, name: &str, value: &str, path: &str) -> Result<String, String> {
@@ -121,7 +131,10 @@ impl Scanner<'_> {
                 }
             } else if self.starts("/*") {
                 let rest = &self.bytes[self.at..];
-                self.at += rest.windows(2).position(|pair| pair == b"*/").map_or(rest.len(), |end| end + 2);
+                self.at += rest
+                    .windows(2)
+                    .position(|pair| pair == b"*/")
+                    .map_or(rest.len(), |end| end + 2);
             } else if self.peek().is_some_and(|b| b.is_ascii_whitespace()) {
                 self.at += 1;
             } else {
@@ -161,12 +174,18 @@ impl Scanner<'_> {
                 }
             }
         };
-        Some(Place { value: start..self.at, kind })
+        Some(Place {
+            value: start..self.at,
+            kind,
+        })
     }
 
     fn word(&mut self) -> Option<String> {
         let start = self.at;
-        while self.peek().is_some_and(|b| b.is_ascii_alphanumeric() || b"_+-.#'".contains(&b)) {
+        while self
+            .peek()
+            .is_some_and(|b| b.is_ascii_alphanumeric() || b"_+-.#'".contains(&b))
+        {
             self.at += 1;
         }
         (self.at > start).then(|| String::from_utf8_lossy(&self.bytes[start..self.at]).into_owned())
@@ -194,13 +213,19 @@ impl Scanner<'_> {
                 let end = self.at;
                 self.at += 1;
                 let named = !fields.is_empty() || (items.is_empty() && close != b']');
-                return Some(if named { Kind::Struct { fields, end } } else { Kind::List(items) });
+                return Some(if named {
+                    Kind::Struct { fields, end }
+                } else {
+                    Kind::List(items)
+                });
             }
             let first = self.value()?;
             self.skip_blank();
             if self.peek() == Some(b':') {
                 self.at += 1;
-                let name = String::from_utf8_lossy(&self.bytes[first.value]).trim_matches('"').to_owned();
+                let name = String::from_utf8_lossy(&self.bytes[first.value])
+                    .trim_matches('"')
+                    .to_owned();
                 fields.push((name, self.value()?));
                 self.skip_blank();
             } else {
@@ -232,17 +257,33 @@ mod tests {
         assert_eq!(text_at("law.range.1"), "7300");
         assert_eq!(text_at("list.1.x"), "2");
         assert_eq!(text_at("limits.top"), "-1e-3");
-        assert_eq!(text_at("law.missing"), "Folded(rate_per_s: 40.0, range: (6300.0, 7300))");
+        assert_eq!(
+            text_at("law.missing"),
+            "Folded(rate_per_s: 40.0, range: (6300.0, 7300))"
+        );
     }
 
     #[test]
     fn sets_what_is_there_and_adds_what_is_not() {
         let place = read(TEXT).unwrap();
-        assert!(place.set(TEXT, "law.rate_per_s", "50").unwrap().contains("rate_per_s: 50, range"));
+        assert!(
+            place
+                .set(TEXT, "law.rate_per_s", "50")
+                .unwrap()
+                .contains("rate_per_s: 50, range")
+        );
         assert!(place.set(TEXT, "law.gain", "1").unwrap().contains("7300), gain: 1)"));
         assert!(place.set(TEXT, "seed", "7").unwrap().ends_with(",\nseed: 7)"));
-        assert!(place.set(TEXT, "limits.low", "0").unwrap().contains("top: -1e-3, low: 0"));
-        assert_eq!(place.set(TEXT, "no.such", "1"), Err("there is no no in this scenario".into()));
+        assert!(
+            place
+                .set(TEXT, "limits.low", "0")
+                .unwrap()
+                .contains("top: -1e-3, low: 0")
+        );
+        assert_eq!(
+            place.set(TEXT, "no.such", "1"),
+            Err("there is no no in this scenario".into())
+        );
     }
 
     #[test]

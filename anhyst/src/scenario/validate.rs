@@ -24,8 +24,14 @@ impl Scenario {
     pub fn validate(&self) -> Result<(), Invalid> {
         self.validate_run()?;
         let material = self.material()?;
-        material.hysteresis.validate().map_err(physical("material.hysteresis"))?;
-        material.magnetostriction.validate().map_err(physical("material.magnetostriction"))?;
+        material
+            .hysteresis
+            .validate()
+            .map_err(physical("material.hysteresis"))?;
+        material
+            .magnetostriction
+            .validate()
+            .map_err(physical("material.magnetostriction"))?;
         self.rod.constants.validate().map_err(physical("rod.constants"))?;
         if !(1..=MOST_ELEMENTS).contains(&self.rod.elements) {
             let sentence = format!("{} elements are outside [1, {MOST_ELEMENTS}]", self.rod.elements);
@@ -33,7 +39,9 @@ impl Scenario {
         }
         anhyst_plant_sim::validate_amplifier(&self.amplifier).map_err(|invalid| invalid.within("amplifier"))?;
         self.plant.validate().map_err(|invalid| invalid.within("plant"))?;
-        self.estimator.validate().map_err(|invalid| invalid.within("estimator"))?;
+        self.estimator
+            .validate()
+            .map_err(|invalid| invalid.within("estimator"))?;
         self.validate_shapes(&material.hysteresis)?;
         self.inverse.validate().map_err(|invalid| invalid.within("inverse"))?;
         Invalid::unless_between(
@@ -43,36 +51,60 @@ impl Scenario {
             self.guard.field_limit_a_per_m,
             "A/m",
         )?;
-        self.guard.validate(self.tick_s).map_err(|invalid| invalid.within("guard"))?;
-        self.controller.validate(self.tick_s, self.duration_s).map_err(|invalid| invalid.within("controller"))?;
+        self.guard
+            .validate(self.tick_s)
+            .map_err(|invalid| invalid.within("guard"))?;
+        self.controller
+            .validate(self.tick_s, self.duration_s)
+            .map_err(|invalid| invalid.within("controller"))?;
         self.validate_reach(&material.hysteresis)
     }
 
     fn validate_run(&self) -> Result<(), Invalid> {
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_".contains(c);
         if self.name.is_empty() || self.name.len() > 60 || !self.name.chars().all(plain) {
-            let sentence = format!("\"{}\" must be 1 to 60 letters, digits, '-' or '_': it names a folder", self.name);
+            let sentence = format!(
+                "\"{}\" must be 1 to 60 letters, digits, '-' or '_': it names a folder",
+                self.name
+            );
             return Err(Invalid::new("name", sentence));
         }
         Invalid::unless_between("tick_s", self.tick_s, 1e-6, 1.0, "s")?;
         Invalid::unless_positive("duration_s", self.duration_s, "s")?;
         let ticks = self.duration_s / self.tick_s;
         if !(1.0..=MOST_TICKS).contains(&ticks.round()) {
-            let sentence = format!("{} s are {ticks:.3e} ticks, outside [1, {MOST_TICKS:e}]", self.duration_s);
+            let sentence = format!(
+                "{} s are {ticks:.3e} ticks, outside [1, {MOST_TICKS:e}]",
+                self.duration_s
+            );
             return Err(Invalid::new("duration_s", sentence));
         }
         let Clock::Lockstep { receive_limit_s } = self.clock;
         Invalid::unless_between("clock.receive_limit_s", receive_limit_s, 0.01, 3600.0, "s")?;
         if let Placement::Groups(groups) = &self.placement {
             let named: Vec<&NodeId> = groups.iter().flatten().collect();
-            if let Some(twice) = named.iter().enumerate().find(|(i, node)| named[..*i].contains(node)).map(|(_, node)| node) {
-                return Err(Invalid::new("placement", format!("{twice} is in two groups; a node has one process")));
+            if let Some(twice) = named
+                .iter()
+                .enumerate()
+                .find(|(i, node)| named[..*i].contains(node))
+                .map(|(_, node)| node)
+            {
+                return Err(Invalid::new(
+                    "placement",
+                    format!("{twice} is in two groups; a node has one process"),
+                ));
             }
         }
         Invalid::unless_positive("expect.tolerance_m", self.expect.tolerance_m, "m")?;
         let last_s = self.duration_s - self.tick_s;
         Invalid::unless_between("expect.settling_s", self.expect.settling_s, 0.0, last_s, "s")?;
-        Invalid::unless_between("recording.block_ticks", self.recording.block_ticks as f64, 16.0, 65536.0, "ticks")?;
+        Invalid::unless_between(
+            "recording.block_ticks",
+            self.recording.block_ticks as f64,
+            16.0,
+            65536.0,
+            "ticks",
+        )?;
         Invalid::unless_positive("recording.plot_rate_hz", self.recording.plot_rate_hz, "Hz")
     }
 
@@ -114,7 +146,13 @@ impl Scenario {
     /// A refused setting, relative to the controller's settings.
     pub fn controller(&self) -> Result<Controller, Invalid> {
         // Loading has made paths absolute: the folder does not matter any more.
-        Controller::new(&self.controller, self.two_pole()?, self.material()?, self.tick_s, Path::new("."))
+        Controller::new(
+            &self.controller,
+            self.two_pole()?,
+            self.material()?,
+            self.tick_s,
+            Path::new("."),
+        )
     }
 
     /// The rod's two poles for a drive by free strain, computed from its elements.
@@ -122,7 +160,8 @@ impl Scenario {
     /// # Errors
     /// If the rod's constants cannot be used.
     pub fn two_pole(&self) -> Result<TwoPole, Invalid> {
-        let elements = RodElements::assemble(&self.rod.constants, self.rod.elements).map_err(physical("rod.constants"))?;
+        let elements =
+            RodElements::assemble(&self.rod.constants, self.rod.elements).map_err(physical("rod.constants"))?;
         Ok(elements.two_pole(1.0))
     }
 

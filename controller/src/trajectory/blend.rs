@@ -25,7 +25,11 @@ fn unit(s: f64) -> [f64; 5] {
 
 /// S alone; 1 where there is no length to blend over.
 pub(crate) fn blend(time_s: f64, length_s: f64) -> f64 {
-    if length_s > 0.0 { unit(time_s / length_s)[0] } else { 1.0 }
+    if length_s > 0.0 {
+        unit(time_s / length_s)[0]
+    } else {
+        1.0
+    }
 }
 
 /// A blend from 0 to 1 over a stretch of time.

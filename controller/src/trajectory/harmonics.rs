@@ -18,17 +18,30 @@ pub(crate) struct Harmonics {
 impl Harmonics {
     /// Terms of amplitude in m, frequency in Hz, phase in rad.
     pub fn new(mean_m: f64, terms: &[(f64, f64, f64)]) -> Self {
-        let terms = terms.iter().map(|&(amplitude_m, frequency_hz, phase)| (amplitude_m, TAU * frequency_hz, phase));
-        Self { mean_m, terms: terms.collect() }
+        let terms = terms
+            .iter()
+            .map(|&(amplitude_m, frequency_hz, phase)| (amplitude_m, TAU * frequency_hz, phase));
+        Self {
+            mean_m,
+            terms: terms.collect(),
+        }
     }
 
     pub fn at(&self, time_s: f64) -> Jet {
-        self.terms.iter().fold(Jet::constant(self.mean_m), |sum, &(amplitude_m, omega, phase)| {
-            let (sine, cosine) = libm::sincos(omega * time_s + phase);
-            let omega2 = omega * omega;
-            let unit = [sine, omega * cosine, -omega2 * sine, -omega2 * omega * cosine, omega2 * omega2 * sine];
-            sum.plus(Jet(unit).scaled(amplitude_m))
-        })
+        self.terms
+            .iter()
+            .fold(Jet::constant(self.mean_m), |sum, &(amplitude_m, omega, phase)| {
+                let (sine, cosine) = libm::sincos(omega * time_s + phase);
+                let omega2 = omega * omega;
+                let unit = [
+                    sine,
+                    omega * cosine,
+                    -omega2 * sine,
+                    -omega2 * omega * cosine,
+                    omega2 * omega2 * sine,
+                ];
+                sum.plus(Jet(unit).scaled(amplitude_m))
+            })
     }
 }
 
@@ -40,7 +53,10 @@ pub(crate) fn validate(mean_m: f64, terms: &[(f64, f64, f64)], tick_s: f64) -> R
     for (index, &(amplitude_m, frequency_hz, phase)) in terms.iter().enumerate() {
         let path = format!("terms.{index}");
         if !amplitude_m.is_finite() || !phase.is_finite() {
-            return Err(Invalid::new(path, format!("amplitude {amplitude_m} m and phase {phase} rad must be finite")));
+            return Err(Invalid::new(
+                path,
+                format!("amplitude {amplitude_m} m and phase {phase} rad must be finite"),
+            ));
         }
         unless_sampled(&path, frequency_hz, tick_s)?;
     }

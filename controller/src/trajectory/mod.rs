@@ -85,9 +85,11 @@ impl TrajectorySettings {
         match self {
             Self::Rest | Self::Table { .. } => Ok(()),
             Self::Harmonics { mean_m, terms } => harmonics::validate(*mean_m, terms, tick_s),
-            Self::Profile { spindle_rpm, mean_m, lobes } => {
-                profile::validate(*spindle_rpm, *mean_m, lobes, tick_s)
-            }
+            Self::Profile {
+                spindle_rpm,
+                mean_m,
+                lobes,
+            } => profile::validate(*spindle_rpm, *mean_m, lobes, tick_s),
             Self::SmoothRamps { points } => ramps::validate(points, tick_s),
         }
     }
@@ -114,19 +116,16 @@ impl Trajectory {
     ///
     /// # Errors
     /// If the numbers make no trajectory or the file cannot be read; the sentence names file, row and column.
-    pub fn load(
-        settings: &TrajectorySettings,
-        start_s: f64,
-        tick_s: f64,
-        base_dir: &Path,
-    ) -> Result<Self, Invalid> {
+    pub fn load(settings: &TrajectorySettings, start_s: f64, tick_s: f64, base_dir: &Path) -> Result<Self, Invalid> {
         settings.validate(tick_s)?;
         let kind = match settings {
             TrajectorySettings::Rest => Kind::Rest,
             TrajectorySettings::Harmonics { mean_m, terms } => Kind::Harmonics(Harmonics::new(*mean_m, terms)),
-            TrajectorySettings::Profile { spindle_rpm, mean_m, lobes } => {
-                Kind::Harmonics(profile::harmonics(*spindle_rpm, *mean_m, lobes))
-            }
+            TrajectorySettings::Profile {
+                spindle_rpm,
+                mean_m,
+                lobes,
+            } => Kind::Harmonics(profile::harmonics(*spindle_rpm, *mean_m, lobes)),
             TrajectorySettings::SmoothRamps { points } => Kind::SmoothRamps(SmoothRamps::new(points)),
             TrajectorySettings::Table { file, repeat } => Kind::Table(Table::load(&base_dir.join(file), *repeat)?),
         };
@@ -141,9 +140,32 @@ impl Trajectory {
             Kind::SmoothRamps(ramps) => ramps.at(time_s),
             Kind::Table(table) => table.at(time_s),
         };
-        let Jet([position_m, velocity_m_per_s, acceleration_m_per_s2, jerk_m_per_s3, snap_m_per_s4]) =
-            if self.starting(time_s) { jet.times(Blend { from_s: 0.0, length_s: self.start_s }.at(time_s)) } else { jet };
-        Motion { position_m, velocity_m_per_s, acceleration_m_per_s2, jerk_m_per_s3, snap_m_per_s4 }
+        let Jet(
+            [
+                position_m,
+                velocity_m_per_s,
+                acceleration_m_per_s2,
+                jerk_m_per_s3,
+                snap_m_per_s4,
+            ],
+        ) = if self.starting(time_s) {
+            jet.times(
+                Blend {
+                    from_s: 0.0,
+                    length_s: self.start_s,
+                }
+                .at(time_s),
+            )
+        } else {
+            jet
+        };
+        Motion {
+            position_m,
+            velocity_m_per_s,
+            acceleration_m_per_s2,
+            jerk_m_per_s3,
+            snap_m_per_s4,
+        }
     }
 
     /// True while the smooth start lasts.

@@ -19,12 +19,7 @@ pub(crate) fn harmonics(spindle_rpm: f64, mean_m: f64, lobes: &[(u32, f64, f64)]
 }
 
 /// Refuses a workpiece that does not turn, a lobe of number 0 (that is the mean), and what cannot be sampled.
-pub(crate) fn validate(
-    spindle_rpm: f64,
-    mean_m: f64,
-    lobes: &[(u32, f64, f64)],
-    tick_s: f64,
-) -> Result<(), Invalid> {
+pub(crate) fn validate(spindle_rpm: f64, mean_m: f64, lobes: &[(u32, f64, f64)], tick_s: f64) -> Result<(), Invalid> {
     Invalid::unless_positive("spindle_rpm", spindle_rpm, "rpm")?;
     if !mean_m.is_finite() {
         return Err(Invalid::new("mean_m", format!("{mean_m} m must be finite")));
@@ -35,7 +30,10 @@ pub(crate) fn validate(
             return Err(Invalid::new(path, "lobe number 0 does not turn: write it as mean_m"));
         }
         if !amplitude_m.is_finite() || !phase.is_finite() {
-            return Err(Invalid::new(path, format!("amplitude {amplitude_m} m and phase {phase} rad must be finite")));
+            return Err(Invalid::new(
+                path,
+                format!("amplitude {amplitude_m} m and phase {phase} rad must be finite"),
+            ));
         }
         unless_sampled(&path, frequency_hz(spindle_rpm, lobe), tick_s)?;
     }

@@ -32,15 +32,26 @@ impl Spline {
         let scaled: Vec<_> = points.iter().map(|&(time_s, x)| (time_s / mean_step_s, x)).collect();
         let slopes = slopes_and_curvatures(&scaled);
         let pieces = scaled.windows(2).zip(slopes.windows(2)).map(|(points, slopes)| {
-            piece(points[1].0 - points[0].0, points[1].1 - points[0].1, points[0].1, slopes[0], slopes[1])
+            piece(
+                points[1].0 - points[0].0,
+                points[1].1 - points[0].1,
+                points[0].1,
+                slopes[0],
+                slopes[1],
+            )
         });
-        Self { pieces: pieces.collect(), times_s: points.iter().map(|point| point.0).collect() }
+        Self {
+            pieces: pieces.collect(),
+            times_s: points.iter().map(|point| point.0).collect(),
+        }
     }
 
     /// Value and derivatives; beyond the ends it stands still.
     pub fn at(&self, time_s: f64) -> Jet {
         let next = self.times_s.partition_point(|&knot_s| knot_s <= time_s);
-        let (Some(first), Some(last)) = (self.pieces.first(), self.pieces.last()) else { return Jet::default() };
+        let (Some(first), Some(last)) = (self.pieces.first(), self.pieces.last()) else {
+            return Jet::default();
+        };
         if next == 0 {
             return Jet::constant(first[0]);
         }
@@ -93,9 +104,15 @@ fn slopes_and_curvatures(points: &[(f64, f64)]) -> Vec<Pair> {
         let (l2, r2) = (l * l, r * r);
         let lower = [[168.0 / (l2 * l), 24.0 / l2], [-24.0 / l2, -3.0 / l]];
         let cross = 36.0 * (1.0 / r2 - 1.0 / l2);
-        let mut diagonal = [[192.0 * (1.0 / (l2 * l) + 1.0 / (r2 * r)), cross], [cross, 9.0 * (1.0 / l + 1.0 / r)]];
+        let mut diagonal = [
+            [192.0 * (1.0 / (l2 * l) + 1.0 / (r2 * r)), cross],
+            [cross, 9.0 * (1.0 / l + 1.0 / r)],
+        ];
         let upper = [[168.0 / (r2 * r), -24.0 / r2], [24.0 / r2, -3.0 / r]];
-        let mut right = [360.0 * (dr / (r2 * r2) + dl / (l2 * l2)), 60.0 * (dr / (r2 * r) - dl / (l2 * l))];
+        let mut right = [
+            360.0 * (dr / (r2 * r2) + dl / (l2 * l2)),
+            60.0 * (dr / (r2 * r) - dl / (l2 * l)),
+        ];
         if let Some((factor, known)) = eliminated.last() {
             let product = multiply(&lower, factor);
             let moved = apply(&lower, known);

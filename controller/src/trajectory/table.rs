@@ -31,7 +31,10 @@ impl Table {
         if table.spline.is_finite() {
             return Ok(table);
         }
-        Err(refused(path, "the steps between its times are too unequal for a spline through its rows"))
+        Err(refused(
+            path,
+            "the steps between its times are too unequal for a spline through its rows",
+        ))
     }
 
     fn through(rows: &[(f64, f64)], repeat: bool) -> Result<Self, String> {
@@ -42,7 +45,10 @@ impl Table {
             return Err("it has 1 row, but a way needs at least 2".into());
         }
         if !repeat {
-            return Ok(Self { spline: Spline::new(rows), repeat: None });
+            return Ok(Self {
+                spline: Spline::new(rows),
+                repeat: None,
+            });
         }
         if (last_m - first_m).abs() > CLOSURE_M {
             return Err(format!(
@@ -51,13 +57,19 @@ impl Table {
             ));
         }
         let period_s = last_s - first_s;
-        Ok(Self { spline: Spline::new(&unrolled(rows, period_s)), repeat: Some((first_s, period_s)) })
+        Ok(Self {
+            spline: Spline::new(&unrolled(rows, period_s)),
+            repeat: Some((first_s, period_s)),
+        })
     }
 
     pub fn at(&self, time_s: f64) -> Jet {
-        let Some((first_s, period_s)) = self.repeat else { return self.spline.at(time_s) };
+        let Some((first_s, period_s)) = self.repeat else {
+            return self.spline.at(time_s);
+        };
         let elapsed_s = time_s - first_s;
-        self.spline.at(first_s + (elapsed_s - (elapsed_s / period_s).floor() * period_s))
+        self.spline
+            .at(first_s + (elapsed_s - (elapsed_s / period_s).floor() * period_s))
     }
 }
 
@@ -66,7 +78,11 @@ fn unrolled(rows: &[(f64, f64)], period_s: f64) -> Vec<(f64, f64)> {
     let period = &rows[..rows.len() - 1];
     let around = ROWS_OF_INFLUENCE.div_ceil(period.len()) as i64;
     (-around..=around)
-        .flat_map(|turn| period.iter().map(move |&(time_s, x)| (time_s + turn as f64 * period_s, x)))
+        .flat_map(|turn| {
+            period
+                .iter()
+                .map(move |&(time_s, x)| (time_s + turn as f64 * period_s, x))
+        })
         .collect()
 }
 
@@ -81,10 +97,16 @@ fn read(path: &Path) -> Result<Vec<(f64, f64)>, String> {
         .comment(Some(b'#'))
         .from_path(path)
         .map_err(|error| format!("cannot be read: {error}"))?;
-    let header = reader.headers().map_err(|error| format!("cannot be read: {error}"))?.clone();
+    let header = reader
+        .headers()
+        .map_err(|error| format!("cannot be read: {error}"))?
+        .clone();
     let column = |name: &str| {
         header.iter().position(|title| title == name).ok_or_else(|| {
-            format!("row 1 has no column \"{name}\", only: {}", header.iter().collect::<Vec<_>>().join(", "))
+            format!(
+                "row 1 has no column \"{name}\", only: {}",
+                header.iter().collect::<Vec<_>>().join(", ")
+            )
         })
     };
     let (time_column, position_column) = (column("time_s")?, column("position_m")?);

@@ -18,7 +18,10 @@ pub fn rod() -> TwoPole {
 
 /// 50 Hz and 150 Hz, ±40 µm together at most.
 pub fn two_tones() -> TrajectorySettings {
-    TrajectorySettings::Harmonics { mean_m: 0.0, terms: vec![(40e-6, 50.0, 0.0), (12e-6, 150.0, 0.3)] }
+    TrajectorySettings::Harmonics {
+        mean_m: 0.0,
+        terms: vec![(40e-6, 50.0, 0.0), (12e-6, 150.0, 0.3)],
+    }
 }
 
 pub fn settings(trajectory: TrajectorySettings) -> ControllerSettings {
@@ -72,17 +75,23 @@ impl Rig {
     /// One tick with the cutting force (N) at its beginning and end; gives the demand and the displacement at t_k.
     pub fn step(&mut self, force_n: (f64, f64)) -> (Demand, f64) {
         let displacement_m = self.state.displacement_m;
-        let measurement = Measurement { displacement_m, ..Measurement::default() };
+        let measurement = Measurement {
+            displacement_m,
+            ..Measurement::default()
+        };
         let inputs = (Now(measurement), Previous(self.safe), Previous(self.command));
         let (demand,) = self.controller.step(self.tick, inputs);
-        let reached = demand.magnetization_a_per_m.clamp(-self.limit_a_per_m, self.limit_a_per_m);
+        let reached = demand
+            .magnetization_a_per_m
+            .clamp(-self.limit_a_per_m, self.limit_a_per_m);
         self.command = FieldCommand {
             reached_magnetization_a_per_m: reached,
             status: u64::from(reached != demand.magnetization_a_per_m),
             ..FieldCommand::default()
         };
         for part in 0..SUBSTEPS {
-            let [from, to] = [part, part + 1].map(|part| self.acceleration(f64::from(part) / f64::from(SUBSTEPS), force_n));
+            let [from, to] =
+                [part, part + 1].map(|part| self.acceleration(f64::from(part) / f64::from(SUBSTEPS), force_n));
             self.state = self.propagator.advance(self.state, from, to);
         }
         self.on_the_way = [self.on_the_way[1], reached];
@@ -100,7 +109,9 @@ impl Rig {
 
     /// Errors (reference − displacement) at every tick of a run without force.
     pub fn errors(&mut self, duration_s: f64) -> Vec<f64> {
-        (0..(duration_s / TICK_S) as u64).map(|_| self.step((0.0, 0.0)).0.error_m).collect()
+        (0..(duration_s / TICK_S) as u64)
+            .map(|_| self.step((0.0, 0.0)).0.error_m)
+            .collect()
     }
 }
 

@@ -125,7 +125,7 @@ impl SharedContext {
         Ok(())
     }
 
-    /// Says that this process has finished `phase` of the start and waits until all have: 1 ports created, 2 connected.
+    /// Says that this process has finished `phase` and waits until all have: 1 ports created, 2 connected, 3 at the end.
     ///
     /// # Errors
     /// [`LinkError::Absent`] naming the process that does not follow.

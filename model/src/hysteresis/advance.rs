@@ -8,7 +8,7 @@
 use super::stepping::Coefficients;
 use super::{Hysteresis, MagneticState};
 use crate::Anhysteretic;
-use crate::curve::{Curve, IsingEverywhere, LangevinByRange};
+use crate::curve::{Curve, Fraction, IsingEverywhere, LangevinByRange};
 
 /// More substeps than this are not taken in one call; the rest of the way, far in saturation, follows Man.
 pub(crate) const MOST_SUBSTEPS: u32 = 100_000;
@@ -91,15 +91,15 @@ impl Hysteresis {
         let (mut field, mut magnetization) = (state.field_a_per_m, state.magnetization_a_per_m);
         let mut fraction = coefficients.curve::<C>(field, magnetization);
         if coefficients.lag(&fraction, magnetization) * direction < 0.0 {
-            let bending = self.frozen(state);
-            if (bending.switch_field - field_to) * direction >= 0.0 {
-                let magnetization = self.bend::<C>(&coefficients, &bending, state, field_to);
+            let (bent, still_frozen) = self.bend::<C>(&coefficients, &fraction, state, field_to);
+            if still_frozen {
                 return MagneticState {
                     field_a_per_m: field_to,
-                    magnetization_a_per_m: magnetization,
+                    magnetization_a_per_m: bent,
                 };
             }
-            (field, magnetization) = bending.switch_from(field, magnetization, direction);
+            // Only now is the switch field worth its inverse curve.
+            (field, magnetization) = self.frozen(state).switch_from(field, magnetization, direction);
             fraction = coefficients.curve::<C>(field, magnetization);
         }
         let mut first = coefficients.slope_from(&fraction, magnetization);
@@ -142,31 +142,42 @@ impl Hysteresis {
         }
     }
 
-    /// Solves M = (1 − c)·Mirr + c·Man(H + αM) by Newton inside its bracket ±c·Ms.
+    /// Solves M = (1 − c)·Mirr + c·Man(H + αM) by Newton inside its bracket ±c·Ms, from the tangent at the present state;
+    /// also says whether δ̂ is still 0 there, that is, whether Man has not passed Mirr.
+    #[inline(always)]
     fn bend<C: Curve<f64>>(
         &self,
         coefficients: &Coefficients<f64>,
-        bending: &Bending,
+        present: &Fraction<f64>,
         state: MagneticState,
         field: f64,
-    ) -> f64 {
+    ) -> (f64, bool) {
         let c = self.reversibility;
-        let frozen = (1.0 - c) * bending.irreversible;
-        let spread = c * self.saturation_magnetization_a_per_m;
+        let saturation = self.saturation_magnetization_a_per_m;
+        let direction = if field > state.field_a_per_m { 1.0 } else { -1.0 };
+        let q = present.denominator;
+        let man = saturation * (present.x * present.numerator) / q;
+        let irreversible = (state.magnetization_a_per_m - c * man) / (1.0 - c);
+        let frozen = (1.0 - c) * irreversible;
+        let spread = c * saturation;
         let (mut low, mut high) = (frozen - spread, frozen + spread);
-        let tolerance = 1e-16 * self.saturation_magnetization_a_per_m;
-        let mut magnetization = state.magnetization_a_per_m;
+        let bending = coefficients.reversible_gain * present.derivative;
+        let tangent = bending / (q * q - coefficients.coupling * bending);
+        let guess = state.magnetization_a_per_m + tangent * (field - state.field_a_per_m);
+        let mut magnetization = if guess >= low && guess <= high { guess } else { frozen };
+        let mut man_there = man;
         for _ in 0..60 {
             let fraction = coefficients.curve::<C>(field, magnetization);
             let q = fraction.denominator;
-            let man = self.saturation_magnetization_a_per_m * (fraction.x * fraction.numerator) / q;
-            let excess = magnetization - frozen - c * man;
+            let q_squared = q * q;
+            let man = saturation * (fraction.x * fraction.numerator) * q;
+            let excess = (magnetization - frozen) * q_squared - c * man;
             if excess > 0.0 {
                 high = magnetization;
             } else {
                 low = magnetization;
             }
-            let steepness = 1.0 - coefficients.coupling * coefficients.reversible_gain * fraction.derivative / (q * q);
+            let steepness = q_squared - coefficients.coupling * coefficients.reversible_gain * fraction.derivative;
             let next = magnetization - excess / steepness;
             let next = if next >= low && next <= high {
                 next
@@ -174,13 +185,14 @@ impl Hysteresis {
                 0.5 * (low + high)
             };
             let moved = (next - magnetization).abs();
+            man_there = man / q_squared;
             magnetization = next;
-            // Newton converges quadratically: once it moves by 1e-9 Ms the next move is below rounding.
-            if moved <= tolerance || (moved <= 1e-9 * spread && steepness > 0.5) {
+            // Newton converges quadratically: after a move of 1e-9 the next one is below rounding.
+            if moved <= 1e-9 * spread {
                 break;
             }
         }
-        magnetization
+        (magnetization, (man_there - irreversible) * direction <= 0.0)
     }
 }
 
