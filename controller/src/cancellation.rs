@@ -1,6 +1,6 @@
 //! u_k = Re Σ Cᵢ·e^{jωᵢt_{k+2}},  Cᵢ ← Cᵢ + 2κT·e_k·e^{−jωᵢt_k}/Tᵢ: adaptive feedforward cancellation of known frequencies.
 //!
-//! Transfer function from e to u: a resonator Σ 2κT·Re[z²e^{…}/(1 − e^{jωT}z⁻¹)/Tᵢ] with infinite gain at ωᵢ. Tᵢ is the way from u
+//! Transfer function: u/e = Σ κT·[cᵢ/(1 − e^{jωᵢT}z⁻¹) + c̄ᵢ/(1 − e^{−jωᵢT}z⁻¹)], cᵢ = e^{2jωᵢT}/Tᵢ: infinite gain at ωᵢ. Tᵢ is the way from u
 //! to y at ωᵢ *with the PID closed*, P/(1 + KPe^{−2jωT}): P the rod with its hold, K the PID, two ticks of delay in the loop (the
 //! demand is made for t_{k+2}, so the delay is not in Tᵢ itself). Dividing by Tᵢ compensates the phase: the error's component at ωᵢ
 //! dies as e^{−κt}, whatever the rod does there. Averaging over a period needs κ well below every ω and their distances.

@@ -123,7 +123,7 @@ fn pieces_meet_smoothly() {
             0.04 * (f64::from(row / 80) + part + 0.002 * (3.0 * TAU * part).sin())
         });
         for joint_s in [0.01, 0.03, 0.05, 0.09, 0.1].into_iter().chain(rows) {
-            let outside = name == "table" && (joint_s < 1e-6 || joint_s > 0.0399);
+            let outside = name == "table" && !(1e-6..0.0399).contains(&joint_s);
             let [before, after] = [-1e-10, 1e-10].map(|off| derivatives(trajectory.at(joint_s + off)));
             for order in 0..if outside { 3 } else { 5 } {
                 let jump = (after[order] - before[order]).abs() / scale[order];

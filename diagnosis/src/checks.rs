@@ -38,7 +38,11 @@ const LIMITS: &[(Quantity, f64, &str, &str)] = &[
 ];
 
 /// Refuses a value beyond what any material or coil reaches: its unit is then another one.
-pub(crate) fn magnitude(quantity: Quantity, value: f64, place: impl FnOnce() -> Place) -> Result<(), DiagnosisError> {
+pub(crate) fn magnitude(
+    quantity: Quantity,
+    value: f64,
+    place: impl FnOnce() -> Box<Place>,
+) -> Result<(), DiagnosisError> {
     let Some((.., limit, unit, reason)) = LIMITS.iter().find(|(of, ..)| *of == quantity) else {
         return Ok(());
     };

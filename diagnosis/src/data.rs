@@ -143,13 +143,14 @@ impl Table<'_> {
         }
     }
 
-    pub fn place(&self, row: u64, line: u64, quantity: Quantity) -> Place {
-        Place {
-            file: self.file_name(),
+    pub fn place(&self, row: u64, line: u64, quantity: Quantity) -> Box<Place> {
+        let (file, column) = (self.file_name(), self.header(quantity));
+        Box::new(Place {
+            file,
             row,
             line,
-            column: self.header(quantity),
-        }
+            column,
+        })
     }
 
     pub fn file_name(&self) -> PathBuf {
@@ -193,11 +194,14 @@ impl Table<'_> {
             return Ok(None);
         };
         let text = record.get(column.index).unwrap_or_default();
-        let place = || Place {
-            file: self.file_name(),
-            row,
-            line,
-            column: column.header.clone(),
+        let place = || {
+            let (file, column) = (self.file_name(), column.header.clone());
+            Box::new(Place {
+                file,
+                row,
+                line,
+                column,
+            })
         };
         let raw: f64 = text.parse().map_err(|_| DiagnosisError::NotANumber {
             place: place(),

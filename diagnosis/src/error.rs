@@ -51,9 +51,9 @@ pub enum DiagnosisError {
         second: String,
     },
     #[error("{place}: \"{text}\" is not a number")]
-    NotANumber { place: Place, text: String },
+    NotANumber { place: Box<Place>, text: String },
     #[error("{place}: the value is {value}, but every value must be finite. Drop the row or mend the file")]
-    NotFinite { place: Place, value: f64 },
+    NotFinite { place: Box<Place>, value: f64 },
     #[error(
         "{file}, loop {loop_id}: column \"{column}\" is {value} in all {rows} rows, so nothing can be learnt from it"
     )]
@@ -72,7 +72,11 @@ pub enum DiagnosisError {
         least: usize,
     },
     #[error("{place}: time is {value} s after {previous} s, but it must increase from row to row")]
-    TimeRunsBack { place: Place, value: f64, previous: f64 },
+    TimeRunsBack {
+        place: Box<Place>,
+        value: f64,
+        previous: f64,
+    },
     #[error(
         "{file}, loop {loop_id}: the field turns round {reversals} times in {rows} rows, at most {limit} can be a sweep. \
          Are the rows sorted, is column \"{column}\" the field, and is it free of noise?"
@@ -89,7 +93,7 @@ pub enum DiagnosisError {
         "{place}: the {quantity} is {value:.4e} {unit}, but {limit} {unit} is never exceeded: {reason}. Is the unit right? Give a scale with {quantity_key}=HEADER*SCALE"
     )]
     UnitSuspected {
-        place: Place,
+        place: Box<Place>,
         quantity: &'static str,
         quantity_key: &'static str,
         value: f64,

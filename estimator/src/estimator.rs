@@ -8,6 +8,7 @@
 use crate::coil_field::{CoilFieldModel, FieldKnowledge};
 use crate::law::{AnyLaw, Correction, Law, Prediction};
 use crate::rods::Rods;
+use crate::washout::Washout;
 use crate::{EstimatorError, EstimatorSettings, FixedShape, Folded, Grid, LawSettings};
 use anhyst_model::{AmplifierConstants, Bank, Magnetostriction, Material, TwoPole};
 use serde::{Deserialize, Serialize};
@@ -33,6 +34,7 @@ pub struct Estimator {
     magnetostriction: Magnetostriction,
     strains: Vec<f64>,
     rods: Rods,
+    washout: Option<Washout>,
     law: AnyLaw,
 }
 
@@ -75,6 +77,9 @@ impl Estimator {
             magnetostriction: material.magnetostriction,
             strains: vec![0.0; members],
             rods: Rods::new(two_pole_per_strain, tick_s, members)?,
+            washout: settings
+                .washout_hz
+                .map(|corner_hz| Washout::new(corner_hz, members, tick_s)),
             law,
         })
     }
@@ -96,12 +101,19 @@ impl Estimator {
         if tick > 0 {
             self.rods.advance(&self.strains);
         }
+        let (displacements_m, measured_m) = match &mut self.washout {
+            None => (self.rods.displacements_m(), measured_displacement_m),
+            Some(washout) => {
+                let measured_m = washout.measured(measured_displacement_m);
+                (washout.predicted(self.rods.displacements_m()), measured_m)
+            }
+        };
         let prediction = Prediction {
             grid: &self.grid,
             strains: &self.strains,
-            displacements_m: self.rods.displacements_m(),
+            displacements_m,
         };
-        let correction = self.law.correct(prediction, measured_displacement_m);
+        let correction = self.law.correct(prediction, measured_m);
         Estimation {
             field,
             magnetization_a_per_m: self.grid.cubic(self.bank.magnetizations(), correction.shape_a_per_m),

@@ -15,6 +15,7 @@ mod law;
 mod node;
 mod rods;
 mod settings;
+mod washout;
 
 pub use coil_field::{CoilFieldModel, FieldKnowledge};
 pub use covers::{CoverPoint, Covers};

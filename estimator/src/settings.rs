@@ -12,6 +12,9 @@ const MOST_MEMBERS: usize = 512;
 pub struct EstimatorSettings {
     /// What drives the models.
     pub field: FieldSource,
+    /// Corner of a high-pass on measured and predicted displacement alike; none: both are used as they are. Where the rod
+    /// expands or a cut pushes it, a corner well below the profile's frequency keeps that out of the estimate.
+    pub washout_hz: Option<f64>,
     /// How `a` is corrected.
     pub law: LawSettings,
 }
@@ -76,7 +79,7 @@ pub struct FoldedSettings {
 impl Default for FoldedSettings {
     /// Tuned in the loop on 40 µm at 50 Hz and 12 µm at 150 Hz, 20 kHz ticks, 10 nm rms sensor noise, `a` drifting by
     /// 200 A/m per second. The dead zone is 1.25 times the noise that the filter lets through (σ √(κ dt/2) = 1.6 nm) and
-    /// leaves ε/φ*, below 1 A/m, undetermined. The sensitivity is the rms of dY/da of that motion. Faster adaptation lags
+    /// leaves ε/φ*, below 1 A/m, undetermined. The sensitivity is about the largest dY/da of that motion. Faster adaptation lags
     /// less and lets more noise into the estimate. A window over all of Θ leaves about 20 A/m when `a` falls.
     fn default() -> Self {
         Self {
@@ -170,6 +173,9 @@ impl EstimatorSettings {
                 "field.play_a_per_m",
                 format!("{play_a_per_m} A/m must be finite and not below 0 A/m"),
             ));
+        }
+        if let Some(corner_hz) = self.washout_hz {
+            Invalid::unless_positive("washout_hz", corner_hz, "Hz")?;
         }
         self.law.validate().map_err(|invalid| invalid.within("law"))
     }

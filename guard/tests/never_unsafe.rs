@@ -79,3 +79,34 @@ proptest! {
         }
     }
 }
+
+proptest! {
+    // 100 000 single faults: a healthy tick at any field, then a tick of nothing but random bits, then a healthy one.
+    #![proptest_config(ProptestConfig { cases: 100_000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn one_tick_of_random_bits_is_harmless(
+        settings in settings(),
+        part in -1.5..1.5f64,
+        command in any::<[u64; 5]>(),
+        measurement in any::<[u64; 3]>(),
+        ticks in any::<[u64; 2]>(),
+    ) {
+        let mut guard = Guard::new(&settings, TICK_S).unwrap();
+        let limit = settings.field_limit_a_per_m;
+        let healthy = FieldCommand { field_a_per_m: part * limit, ..FieldCommand::default() };
+        let (first,) = guard.step(0, (Now(healthy), Now(Measurement::default())));
+        let wild = FieldCommand::from_words(ticks[0] % 8, &command);
+        let wild_measurement = Measurement::from_words(ticks[1] % 8, &measurement);
+        let (second,) = guard.step(1, (Now(wild), Now(wild_measurement)));
+        let (third,) = guard.step(2, (Now(FieldCommand { tick: 2, ..healthy }), Now(Measurement { tick: 2, ..Measurement::default() })));
+        let slew = settings.slew_limit_a_per_m_s.unwrap_or(f64::INFINITY).max(settings.ramp_slew_a_per_m_s());
+        let mut before = 0.0;
+        for safe in [first, second, third] {
+            let field: f64 = safe.field_a_per_m;
+            prop_assert!(field.is_finite() && field.abs() <= limit, "{field} A/m, limit {limit} A/m");
+            prop_assert!((field - before).abs() <= slew * TICK_S + limit * f64::EPSILON, "from {before} to {field} A/m");
+            before = field;
+        }
+    }
+}

@@ -16,7 +16,11 @@ pub(crate) struct Spread {
 
 impl Default for Spread {
     fn default() -> Self {
-        Self { bins: [0; BINS], count: 0, largest_m: 0.0 }
+        Self {
+            bins: [0; BINS],
+            count: 0,
+            largest_m: 0.0,
+        }
     }
 }
 

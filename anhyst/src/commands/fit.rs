@@ -1,16 +1,187 @@
-//! `anhyst fit`: a material from measured loops. (arguments placeholder until diagnosis is there)
+//! `anhyst fit`: a material from measured loops, with standard deviations, warnings and a picture.
 
 use super::Ending;
-use clap::Args;
+use super::summary::plain_table;
+use crate::assemble::RunError;
+use crate::scenario::to_ron;
+use anhyst_diagnosis::{
+    ColumnMapping, Curves, DiagnosisError, Fit, FitOptions, FitReport, Fixed, MeasuredLoops, Progress, ReadOptions,
+    RowRange, fit, material_text, picture,
+};
+use anhyst_model::Anhysteretic;
+use clap::{Args, ValueEnum};
+use std::path::{Path, PathBuf};
 
 /// `fit`
 #[derive(Debug, Args)]
-pub struct FitArguments {}
+pub struct FitArguments {
+    /// Measured loops (CSV with a header).
+    pub data: PathBuf,
+    /// Name a column: `--column field=H_raw*1000` (quantities: loop, time, field, flux, magnetization, strain).
+    #[arg(long = "column", value_name = "QUANTITY=HEADER[*SCALE]")]
+    pub columns: Vec<ColumnMapping>,
+    /// Leave rows out, counted from 0 after the header: `--drop-rows 1139..`
+    #[arg(long, value_name = "FROM..TO")]
+    pub drop_rows: Vec<RowRange>,
+    /// Hold a parameter: `--fix alpha=-0.01`
+    #[arg(long, value_name = "PARAMETER=VALUE")]
+    pub fix: Vec<Fixed>,
+    /// Which anhysteretic curve.
+    #[arg(long, value_enum, default_value_t = Curve::Both)]
+    pub curve: Curve,
+    /// Random parameter sets that are tried first.
+    #[arg(long, default_value_t = FitOptions::default().candidates)]
+    pub candidates: usize,
+    /// How many of them are polished.
+    #[arg(long, default_value_t = FitOptions::default().starts)]
+    pub starts: usize,
+    /// Weight of the squared strain error against that of the magnetization.
+    #[arg(long, default_value_t = FitOptions::default().strain_weight)]
+    pub strain_weight: f64,
+    /// Name of the material (default: the file's).
+    #[arg(long)]
+    pub name: Option<String>,
+    /// Folder of the results: material.ron, fit.json, fit.svg (default: runs/fit-NAME).
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+    /// Print the report as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The anhysteretic curves to try.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Curve {
+    /// Try both and keep the better.
+    Both,
+    /// coth x − 1/x
+    Langevin,
+    /// tanh x
+    Ising,
+}
 
 /// Runs the command.
 ///
 /// # Errors
-/// Bad data.
-pub fn run(_arguments: &FitArguments) -> miette::Result<Ending> {
-    Err(miette::miette!("not there yet"))
+/// Bad data, or a result that cannot be written.
+pub fn run(arguments: &FitArguments) -> miette::Result<Ending> {
+    let refused = |error: DiagnosisError| miette::miette!("{error}");
+    let reading = ReadOptions {
+        mappings: arguments.columns.clone(),
+        drop_rows: arguments.drop_rows.clone(),
+    };
+    let measured = MeasuredLoops::read(&arguments.data, &reading).map_err(refused)?;
+    let options = FitOptions {
+        curves: match arguments.curve {
+            Curve::Both => Curves::Both,
+            Curve::Langevin => Curves::Only(Anhysteretic::Langevin),
+            Curve::Ising => Curves::Only(Anhysteretic::Ising),
+        },
+        fixed: arguments.fix.clone(),
+        candidates: arguments.candidates,
+        starts: arguments.starts,
+        strain_weight: arguments.strain_weight,
+        ..FitOptions::default()
+    };
+    let bar = super::progress_bar(1, "fit");
+    let found = fit(&measured, &options, &mut |progress| show(&bar, progress)).map_err(refused)?;
+    bar.finish_and_clear();
+    let stem = arguments
+        .data
+        .file_stem()
+        .map_or_else(|| "loops".into(), |stem| stem.to_string_lossy().into_owned());
+    let name = arguments.name.clone().unwrap_or(stem);
+    let out = arguments
+        .out
+        .clone()
+        .unwrap_or_else(|| Path::new("runs").join(format!("fit-{name}")));
+    write(&found, &name, &out)?;
+    if arguments.json {
+        println!(
+            "{}",
+            serde_json::to_string_pretty(&found.report).map_err(|error| RunError::Setup(error.to_string()))?
+        );
+    } else {
+        print_report(&found.report);
+        println!("\nresults: {}", out.display());
+    }
+    Ok(Ending::Held)
+}
+
+fn show(bar: &indicatif::ProgressBar, progress: Progress) {
+    bar.set_length(progress.total as u64);
+    bar.set_position(progress.done as u64);
+    bar.set_prefix(format!("{}, best {:.3} %", progress.stage, 100.0 * progress.best_nrmse));
+}
+
+fn write(found: &Fit, name: &str, out: &Path) -> Result<(), RunError> {
+    let setup = |error: String| RunError::Setup(error);
+    // Loops without strain give no material that could move anything: their hysteresis is written alone.
+    let (file, text) = if found.magnetostriction.is_some() {
+        (
+            "material.ron",
+            material_text(found, name).map_err(|error| setup(error.to_string()))?,
+        )
+    } else {
+        (
+            "hysteresis.ron",
+            to_ron(&found.hysteresis).map_err(|error| setup(error.to_string()))? + "\n",
+        )
+    };
+    let report = serde_json::to_string_pretty(&found.report).map_err(|error| setup(error.to_string()))? + "\n";
+    let drawing = picture(found).map_err(|error| setup(error.to_string()))?;
+    let save = |file: &str, text: &str| {
+        let path = out.join(file);
+        std::fs::create_dir_all(out)
+            .and_then(|()| std::fs::write(&path, text))
+            .map_err(|cause| RunError::Write { path, cause })
+    };
+    save(file, &text)?;
+    save("fit.json", &report)?;
+    save("fit.svg", &drawing)
+}
+
+fn print_report(report: &FitReport) {
+    let mut table = plain_table();
+    table.set_header(["parameter", "value", "standard deviation", "unit"]);
+    for fitted in &report.parameters {
+        let deviation = fitted
+            .standard_deviation
+            .map_or_else(|| "held".into(), |deviation| format!("{deviation:.3e}"));
+        table.add_row([
+            fitted.symbol.clone(),
+            format!("{:.6e}", fitted.value),
+            deviation,
+            fitted.unit.clone(),
+        ]);
+    }
+    let effective = report.effective_shape_a_per_m;
+    let (value, deviation) = (
+        format!("{:.6e}", effective.value),
+        format!("{:.3e}", effective.standard_deviation),
+    );
+    table.add_row(["a - alpha Ms s".into(), value, deviation, "A/m".to_owned()]);
+    println!("{table}");
+    println!(
+        "\n{:?} curve; magnetization {:.3} % of its range rms over all loops",
+        report.anhysteretic,
+        100.0 * report.magnetization_nrmse
+    );
+    if let Some(strain) = report.strain_nrmse {
+        println!("strain {:.3} % of its range rms", 100.0 * strain);
+    }
+    for measured in &report.loops {
+        println!(
+            "  loop {}: {:.3} % up to {} A/m",
+            measured.id,
+            100.0 * measured.magnetization_nrmse,
+            measured.largest_field_a_per_m
+        );
+    }
+    for assumption in &report.assumptions {
+        println!("assumed: {assumption}");
+    }
+    for warning in &report.warnings {
+        println!("WARNING: {warning}");
+    }
 }

@@ -185,7 +185,8 @@ impl Hysteresis {
                 0.5 * (low + high)
             };
             let moved = (next - magnetization).abs();
-            man_there = man / q_squared;
+            let susceptibility = saturation * coefficients.inverse_shape * fraction.derivative;
+            man_there = (man + coefficients.coupling * susceptibility * (next - magnetization)) / q_squared;
             magnetization = next;
             // Newton converges quadratically: after a move of 1e-9 the next one is below rounding.
             if moved <= 1e-9 * spread {

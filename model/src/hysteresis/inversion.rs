@@ -85,6 +85,7 @@ impl Hysteresis {
         }
         let coefficients = Coefficients::of(self, direction);
         let (mut field, mut magnetization) = (state.field_a_per_m, state.magnetization_a_per_m);
+        let mut switched = false;
         let mut fraction = coefficients.curve::<C>(field, magnetization);
         if coefficients.lag(&fraction, magnetization) * direction < 0.0 {
             let bending = self.frozen(state);
@@ -104,6 +105,7 @@ impl Hysteresis {
             }
             (field, magnetization) = bending.switch_from(field, magnetization, direction);
             fraction = coefficients.curve::<C>(field, magnetization);
+            switched = true;
         }
         let tolerance = 4.0 * f64::EPSILON * self.saturation_magnetization_a_per_m;
         let mut search = Search {
@@ -121,6 +123,8 @@ impl Hysteresis {
             magnetization_a_per_m: search.magnetization,
         };
         match outcome {
+            // A hair past the switch the forward model may still call the walls frozen: take its word for it.
+            Outcome::Met if switched => ended(self.advance(state, end.field_a_per_m), false),
             Outcome::Met => ended(end, false),
             Outcome::AtLimit => ended(end, true),
             Outcome::GaveUp => ended(self.advance(state, limit_field), true),
