@@ -73,6 +73,24 @@ impl Observation {
         nuisance
     }
 
+    /// Derivative by one of the instrument's numbers where no simulation is needed: the zero of a loop that starts from
+    /// the demagnetised state only shifts its residual.
+    pub fn known_column(&self, number: usize) -> Option<DVector<f64>> {
+        let (mut next, mut first_row) = (0, 0);
+        for measured in &self.loops {
+            let count = measured.field_a_per_m.len();
+            if self.free_offset && next == number {
+                let weight = 1.0 / (self.loops.len() as f64 * count as f64).sqrt();
+                let rows = first_row..first_row + count;
+                let column = DVector::from_fn(self.length(), |row, _| if rows.contains(&row) { weight } else { 0.0 });
+                return (measured.beginning == Beginning::Cycled).then_some(column);
+            }
+            next += usize::from(self.free_offset) + usize::from(measured.beginning == Beginning::Fitted);
+            first_row += count;
+        }
+        None
+    }
+
     pub fn nuisance_count(&self) -> usize {
         let fitted = self
             .loops
@@ -211,12 +229,15 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for FitProblem<'_> {
 
     fn jacobian(&self) -> Option<DMatrix<f64>> {
         let steps = vec![DIFFERENCE_STEP; self.numbers.len()];
+        let material_count = self.coordinates.count();
+        let known = |column: usize| self.observation.known_column(column.checked_sub(material_count)?);
         Some(central_differences(
             self.numbers.as_slice(),
             &steps,
             &self.residuals,
+            known,
             |numbers| {
-                let (material, instrument) = numbers.split_at(self.coordinates.count());
+                let (material, instrument) = numbers.split_at(material_count);
                 let hysteresis = self.coordinates.hysteresis(material)?;
                 Some(
                     self.observation
@@ -227,15 +248,20 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for FitProblem<'_> {
     }
 }
 
-/// ∂r/∂p by central differences; one-sided where the other side is not valid, zero where both are not.
+/// ∂r/∂p by central differences except for columns that are known; one-sided where the other side is not valid, zero where both are not.
 pub(crate) fn central_differences(
     at: &[f64],
     steps: &[f64],
     centre: &DVector<f64>,
+    known_column: impl Fn(usize) -> Option<DVector<f64>>,
     residuals: impl Fn(&[f64]) -> Option<DVector<f64>>,
 ) -> DMatrix<f64> {
     let mut jacobian = DMatrix::zeros(centre.len(), at.len());
     for (column, &step) in steps.iter().enumerate() {
+        if let Some(slope) = known_column(column) {
+            jacobian.set_column(column, &slope);
+            continue;
+        }
         let moved = |by: f64| {
             let mut numbers = at.to_vec();
             numbers[column] += by;

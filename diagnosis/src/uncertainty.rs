@@ -99,7 +99,8 @@ fn sensitivities(
     let scales: Vec<f64> = free.iter().map(|parameter| scale(*parameter, hysteresis)).collect();
     let count = free.len() + observation.nuisance_count();
     let at = vec![0.0; count];
-    central_differences(&at, &vec![DIFFERENCE_STEP; count], centre, |moves| {
+    let known = |column: usize| observation.known_column(column.checked_sub(free.len())?);
+    central_differences(&at, &vec![DIFFERENCE_STEP; count], centre, known, |moves| {
         let (material, instrument) = moves.split_at(free.len());
         let mut moved = *hysteresis;
         for ((parameter, scale), by) in free.iter().zip(&scales).zip(material) {

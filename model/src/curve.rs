@@ -76,25 +76,6 @@ const LANGEVIN_20_DENOMINATOR: [f64; 12] = [
     3.400298203294582e-25,
     5.2893073993700585e-30,
 ];
-const TANH_8_NUMERATOR: [f64; 7] = [
-    0.9999999999999621,
-    0.14725498514250737,
-    0.0053033525599931915,
-    6.927309999908493e-05,
-    3.599871275128678e-07,
-    6.827345224127577e-10,
-    3.1955272926344084e-13,
-];
-const TANH_8_DENOMINATOR: [f64; 8] = [
-    1.0,
-    0.4805883184755903,
-    0.03216612538554541,
-    0.000681126399765082,
-    5.60929195393667e-06,
-    1.8025730977422213e-08,
-    1.8478367851216053e-11,
-    2.659971834703104e-15,
-];
 const TANH_20_NUMERATOR: [f64; 12] = [
     0.9999999999999994,
     0.15493876494387537,
@@ -230,44 +211,6 @@ impl Curve<f64> for LangevinByRange {
     #[inline(always)]
     fn inverse(y: f64) -> f64 {
         inverse_langevin(y)
-    }
-}
-
-/// Ising (tanh) for |x| ≤ 8, relative error 4e-14: for banks, whose stepping error is larger.
-pub(crate) struct IsingToEight;
-impl<N: Number> Curve<N> for IsingToEight {
-    #[inline(always)]
-    fn fraction(x: N) -> Fraction<N> {
-        let s = x * x;
-        tanh(
-            x,
-            s,
-            polynomial(&TANH_8_NUMERATOR, s),
-            polynomial(&TANH_8_DENOMINATOR, s),
-        )
-    }
-    #[inline(always)]
-    fn inverse(y: N) -> N {
-        inverse_tanh(y)
-    }
-}
-
-/// Ising (tanh) for |x| ≤ 20.
-pub(crate) struct IsingToTwenty;
-impl<N: Number> Curve<N> for IsingToTwenty {
-    #[inline(always)]
-    fn fraction(x: N) -> Fraction<N> {
-        let s = x * x;
-        tanh(
-            x,
-            s,
-            polynomial(&TANH_20_NUMERATOR, s),
-            polynomial(&TANH_20_DENOMINATOR, s),
-        )
-    }
-    #[inline(always)]
-    fn inverse(y: N) -> N {
-        inverse_tanh(y)
     }
 }
 
