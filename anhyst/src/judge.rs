@@ -107,7 +107,7 @@ impl Verdict {
         if !(self.error_max_m <= expect.tolerance_m) {
             let (max, at, limit) = (um(self.error_max_m), self.error_max_at_s, um(expect.tolerance_m));
             failures.push(format!(
-                "largest error {max:.4} µm at {at:.4} s exceeds the tolerance of {limit} µm"
+                "largest error {max:.4} µm at {at:.4} s exceeds the tolerance of {limit:.4} µm"
             ));
         }
         if let Some(limit) = expect.error_rms_m.filter(|limit| !(self.error_rms_m <= *limit)) {

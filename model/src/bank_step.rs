@@ -216,7 +216,11 @@ fn integrate<C: Curve<Vector>>(
         let steepest = if coupling > 0.0 { first.largest() } else { 0.0 };
         let stride = stride(step.longest, coupling, steepest);
         let last = left <= stride;
-        let part = if last { to - field } else { way * Vector::splat(stride / longest_way) };
+        let part = if last {
+            to - field
+        } else {
+            way * Vector::splat(stride / longest_way)
+        };
         // One call in the loop's body: inlined twice, it would double the time that this file takes to compile.
         magnetization = coefficients.step_from::<C>(field, magnetization, part, first);
         if last {

@@ -7,7 +7,7 @@ use crate::error::Writing as _;
 use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, Transform3D};
 
 /// Width and height of the box that every loop is drawn in.
-pub(crate) const BOX: [f64; 2] = [1.5, 1.0];
+pub(crate) const BOX: [f64; 2] = [1.15, 1.0];
 
 const FRAME: u32 = 0x9CA3_AFFF;
 const GRID: u32 = 0x9CA3_AF38;
@@ -26,7 +26,7 @@ impl Range {
     /// The smallest range of whole steps around the values; steps are 1, 2 or 5 times a power of ten.
     pub fn around(low: f64, high: f64) -> Self {
         let width = (high - low).max(1e-9);
-        let step = nice(width / 4.0);
+        let step = nice(width / 6.0);
         Self {
             low: (low / step).floor() * step,
             high: (high / step).ceil() * step,
@@ -109,14 +109,21 @@ impl Axes {
     }
 
     /// Writes transform, frame, grid and labels below `entity`; data belongs below `{entity}/raw`.
-    pub fn write(&self, stream: &RecordingStream, entity: &str, names: [&str; 2]) -> Result<(), RecorderError> {
+    pub fn write(
+        &self,
+        stream: &RecordingStream,
+        entity: &str,
+        names: [&str; 2],
+        curves: &[(&str, u32)],
+    ) -> Result<(), RecorderError> {
         let [(x, x0), (y, y0)] = self.maps().map(|(scale, shift)| (scale as f32, shift as f32));
         let transform = Transform3D::from_translation_scale([x0, y0, 0.0], [x, y, 1.0]);
         stream
             .log_static(format!("{entity}/raw"), &transform)
             .writing("the scale of a loop")?;
         self.write_lines(stream, entity)?;
-        self.write_labels(stream, entity, names)
+        self.write_labels(stream, entity, names)?;
+        write_legend(stream, entity, curves)
     }
 
     fn write_lines(&self, stream: &RecordingStream, entity: &str) -> Result<(), RecorderError> {
@@ -144,7 +151,7 @@ impl Axes {
         let lines = LineStrips2D::new(strips)
             .with_colors(colors.into_iter().map(Color::from_u32))
             .with_radii([Radius::new_ui_points(0.5)])
-            .with_draw_order(-10.0);
+            .with_draw_order(10.0);
         stream
             .log_static(format!("{entity}/axes/lines"), &lines)
             .writing("the axes of a loop")
@@ -164,7 +171,7 @@ impl Axes {
         });
         let names = [
             ([width / 2.0, height + 0.1], names[0].to_owned()),
-            ([0.08, -0.13], names[1].to_owned()),
+            ([0.12, -0.13], names[1].to_owned()),
         ];
         let (places, texts): (Vec<[f32; 2]>, Vec<String>) = x_ticks.chain(y_ticks).chain(names).unzip();
         let labels = Points2D::new(places)
@@ -176,6 +183,19 @@ impl Axes {
             .log_static(format!("{entity}/axes/labels"), &labels)
             .writing("the labels of a loop")
     }
+}
+
+/// Names of the curves in their colours, above the box.
+fn write_legend(stream: &RecordingStream, entity: &str, curves: &[(&str, u32)]) -> Result<(), RecorderError> {
+    let places = (0..curves.len()).map(|at| [BOX[0] as f32 * (0.45 + 0.22 * at as f32), -0.13]);
+    let legend = Points2D::new(places)
+        .with_labels(curves.iter().map(|(name, _)| *name))
+        .with_show_labels(true)
+        .with_colors(curves.iter().map(|(_, color)| Color::from_u32(*color)))
+        .with_radii([Radius::new_ui_points(3.0)]);
+    stream
+        .log_static(format!("{entity}/axes/legend"), &legend)
+        .writing("the legend of a loop")
 }
 
 /// A tick's number without digits that say nothing.
@@ -195,7 +215,7 @@ mod tests {
             let range = Range::around(low, high);
             assert!(range.low <= low && range.high >= high, "{range:?}");
             let ticks = range.ticks().count();
-            assert!((2..=7).contains(&ticks), "{ticks} ticks in {range:?}");
+            assert!((2..=9).contains(&ticks), "{ticks} ticks in {range:?}");
         }
         let labels: Vec<_> = Range::around(-33.2, 41.0).ticks().map(number).collect();
         assert_eq!(labels, ["-40", "-20", "0", "20", "40", "60"]);

@@ -139,12 +139,11 @@ pub(crate) const FLAGS: [Flag; 12] = [
 ];
 
 /// The producers with a state lane, and their states when no bit is set.
-pub(crate) const LANES: [(Channel, &str); 5] = [
+pub(crate) const LANES: [(Channel, &str); 4] = [
     (Channel::Estimate, "dead zone"),
     (Channel::Demand, "tracking"),
     (Channel::FieldCommand, "inverting"),
     (Channel::SafeField, "passing"),
-    (Channel::CoilField, "following"),
 ];
 
 /// The status word of a channel.
@@ -161,10 +160,11 @@ pub(crate) fn status(channel: Channel, row: &Row) -> u64 {
 
 /// The number that helps most in understanding a change of a channel's status.
 pub(crate) fn detail(channel: Channel, row: &Row) -> String {
-    let field = |a_per_m: f64| format!("field {:.2} kA/m", a_per_m * 1e-3);
+    // Rounded before 0.0 is added, so that no −0.00 is told.
+    let field = |a_per_m: f64| format!("field {:.2} kA/m", (a_per_m * 0.1).round() * 1e-2 + 0.0);
     match channel {
         Channel::Estimate => format!("a = {:.1} A/m", row.estimate.shape_a_per_m),
-        Channel::Demand => format!("error {:.0} nm", row.demand.error_m * 1e9),
+        Channel::Demand => format!("error {:.0} nm", (row.demand.error_m * 1e9).round() + 0.0),
         Channel::FieldCommand => field(row.field_command.field_a_per_m),
         Channel::SafeField => field(row.safe_field.field_a_per_m),
         Channel::CoilField => field(row.coil_field.field_a_per_m),

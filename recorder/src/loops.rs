@@ -19,6 +19,8 @@ struct Curve {
     name: &'static str,
     color: u32,
     radius: f32,
+    /// Higher is drawn later.
+    order: f32,
     least_distance: f64,
     point: fn(&Row) -> [f64; 2],
     exists: fn(Presence) -> bool,
@@ -54,9 +56,10 @@ fn displacement(row: &Row) -> [f64; 2] {
 
 const fn history(point: fn(&Row) -> [f64; 2]) -> Curve {
     Curve {
-        name: "history",
-        color: 0x9CA3_AF28,
+        name: "before",
+        color: 0x6B72_80FF,
         radius: 0.5,
+        order: 20.0,
         least_distance: COARSE,
         point,
         exists: |_| true,
@@ -73,6 +76,7 @@ const PLANES: [Plane; 2] = [
                 name: "true",
                 color: 0x22C5_5EFF,
                 radius: 2.0,
+                order: 30.0,
                 least_distance: FINE,
                 point: true_magnetization,
                 exists: |has| has.truth,
@@ -81,6 +85,7 @@ const PLANES: [Plane; 2] = [
                 name: "estimated",
                 color: 0xF59E_0BFF,
                 radius: 0.8,
+                order: 40.0,
                 least_distance: FINE,
                 point: estimated_magnetization,
                 exists: |_| true,
@@ -96,6 +101,7 @@ const PLANES: [Plane; 2] = [
                 name: "measured",
                 color: 0xF59E_0BFF,
                 radius: 1.0,
+                order: 40.0,
                 least_distance: FINE,
                 point: displacement,
                 exists: |_| true,
@@ -105,7 +111,7 @@ const PLANES: [Plane; 2] = [
 ];
 
 /// Entities of the curves that show the whole run; all others show the zoomed time only.
-pub(crate) const HISTORIES: [&str; 2] = ["loops/magnetization/raw/history", "loops/displacement/raw/history"];
+pub(crate) const HISTORIES: [&str; 2] = ["loops/magnetization/raw/before", "loops/displacement/raw/before"];
 
 /// A curve being drawn.
 struct Drawing {
@@ -171,7 +177,8 @@ impl Loops {
                 let entity = format!("{}/raw/{}", plane.entity, curve.name);
                 let style = LineStrips2D::update_fields()
                     .with_colors([Color::from_u32(curve.color)])
-                    .with_radii([Radius::new_ui_points(curve.radius)]);
+                    .with_radii([Radius::new_ui_points(curve.radius)])
+                    .with_draw_order(curve.order);
                 stream.log_static(entity.as_str(), &style).writing(&entity)?;
                 drawings.push(Drawing {
                     entity,
@@ -237,7 +244,11 @@ impl Sheet {
         let axes = Axes { x, y };
         if self.axes != Some(axes) {
             self.axes = Some(axes);
-            axes.write(stream, self.plane.entity, self.plane.axes)?;
+            let curves = self
+                .drawings
+                .iter()
+                .map(|drawing| (drawing.curve.name, drawing.curve.color));
+            axes.write(stream, self.plane.entity, self.plane.axes, &curves.collect::<Vec<_>>())?;
         }
         Ok(())
     }

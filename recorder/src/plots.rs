@@ -1,4 +1,5 @@
-//! What is plotted, in the units of people: one table of entities, each a few signals in one wide row.
+//! What is plotted, in the units of people: one table of entities, each a few signals in one wide row. Names are short,
+//! because legends cover plots; the unit stands in the view's title.
 
 use crate::row::{Presence, Row};
 use crate::run::RunInfo;
@@ -30,6 +31,7 @@ const VIOLET: u32 = 0xA78B_FAFF;
 const GREY: u32 = 0x9CA3_AFFF;
 const DIM: u32 = 0x9CA3_AF90;
 const BAND: u32 = 0x9CA3_AF30;
+const FAINT_BLUE: u32 = 0x93C5_FD48;
 const PALE_BLUE: u32 = 0x93C5_FD90;
 
 const fn line(name: &'static str, color: u32, width: f32, value: fn(&Row, &RunInfo) -> f64) -> Series {
@@ -69,7 +71,7 @@ pub(crate) const PLOTS: &[Plot] = &[
     lines(
         "track/band",
         // Alternates between the two limits: plots have no filled areas, but show the envelope of what is too dense to draw.
-        &[line("tolerance [µm]", BAND, 1.5, |row, run| {
+        &[line("± tolerance", BAND, 1.5, |row, run| {
             let side = if row.tick % 2 == 0 { -1.0 } else { 1.0 };
             (row.demand.reference_m + side * run.tolerance_m) * 1e6
         })],
@@ -77,42 +79,38 @@ pub(crate) const PLOTS: &[Plot] = &[
     lines(
         "track/lines",
         &[
-            line("reference − tolerance [µm]", DIM, 1.0, |row, run| {
+            line("± tolerance", DIM, 1.0, |row, run| {
                 (row.demand.reference_m - run.tolerance_m) * 1e6
             }),
-            line("reference + tolerance [µm]", DIM, 1.0, |row, run| {
+            line("± tolerance", DIM, 1.0, |row, run| {
                 (row.demand.reference_m + run.tolerance_m) * 1e6
             }),
-            line("reference [µm]", BLUE, 3.0, |row, _| row.demand.reference_m * 1e6),
-            line("position, measured [µm]", ORANGE, 1.5, |row, _| {
-                row.measurement.displacement_m * 1e6
-            }),
+            line("reference", BLUE, 3.0, |row, _| row.demand.reference_m * 1e6),
+            line("position", ORANGE, 1.5, |row, _| row.measurement.displacement_m * 1e6),
         ],
     ),
     lines(
         "error/lines",
         &[
-            line("error, measured [nm]", PALE_BLUE, 1.0, |row, _| {
-                row.demand.error_m * 1e9
-            }),
+            line("measured", PALE_BLUE, 1.0, |row, _| row.demand.error_m * 1e9),
             when(
                 |has| has.truth,
-                line("error, true [nm]", RED, 1.0, |row, _| row.true_error_m() * 1e9),
+                line("true", RED, 1.0, |row, _| row.true_error_m() * 1e9),
             ),
         ],
     ),
     limits(
         "error/tolerance",
         &[
-            line("+ tolerance [nm]", GREY, 1.0, |_, run| run.tolerance_m * 1e9),
-            line("− tolerance [nm]", GREY, 1.0, |_, run| -run.tolerance_m * 1e9),
+            line("± tolerance", GREY, 1.0, |_, run| run.tolerance_m * 1e9),
+            line("± tolerance", GREY, 1.0, |_, run| -run.tolerance_m * 1e9),
         ],
     ),
     limits(
         "shape/range",
         &[
-            line("largest a [A/m]", DIM, 1.0, |_, run| run.parameter_range[1]),
-            line("smallest a [A/m]", DIM, 1.0, |_, run| run.parameter_range[0]),
+            line("range", DIM, 1.0, |_, run| run.parameter_range[1]),
+            line("range", DIM, 1.0, |_, run| run.parameter_range[0]),
         ],
     ),
     lines(
@@ -120,81 +118,73 @@ pub(crate) const PLOTS: &[Plot] = &[
         &[
             when(
                 |has| has.deviation,
-                line("estimate + 2σ [A/m]", PALE_BLUE, 1.0, |row, _| {
+                line("± 2σ", PALE_BLUE, 1.0, |row, _| {
                     row.estimate.shape_a_per_m + 2.0 * row.estimate.standard_deviation_a_per_m
                 }),
             ),
             when(
                 |has| has.deviation,
-                line("estimate − 2σ [A/m]", PALE_BLUE, 1.0, |row, _| {
+                line("± 2σ", PALE_BLUE, 1.0, |row, _| {
                     row.estimate.shape_a_per_m - 2.0 * row.estimate.standard_deviation_a_per_m
                 }),
             ),
             when(
                 |has| has.truth,
-                line("true a [A/m]", GREEN, 3.0, |row, _| row.truth.shape_a_per_m),
+                line("true", GREEN, 3.0, |row, _| row.truth.shape_a_per_m),
             ),
-            line("estimated a [A/m]", BLUE, 1.5, |row, _| row.estimate.shape_a_per_m),
+            line("estimated", BLUE, 1.5, |row, _| row.estimate.shape_a_per_m),
         ],
     ),
     lines(
         "covers",
         &[
-            line("lower cover [µm]", VIOLET, 1.0, |row, _| {
-                row.estimate.lower_cover_m * 1e6
-            }),
-            line("predicted output f(a) [µm]", ORANGE, 1.5, |row, _| {
+            line("lower cover", VIOLET, 1.0, |row, _| row.estimate.lower_cover_m * 1e6),
+            line("predicted output f(a)", ORANGE, 1.5, |row, _| {
                 row.estimate.predicted_output_m * 1e6
             }),
-            line("upper cover [µm]", GREEN, 1.0, |row, _| {
-                row.estimate.upper_cover_m * 1e6
-            }),
+            line("upper cover", GREEN, 1.0, |row, _| row.estimate.upper_cover_m * 1e6),
         ],
     ),
     lines(
         "output_error",
-        &[line("predicted − measured output [nm]", VIOLET, 1.0, |row, _| {
+        &[line("predicted − measured", VIOLET, 1.0, |row, _| {
             row.estimate.output_error_m * 1e9
         })],
     ),
     limits(
         "field/limit",
         &[
-            line("+ limit [kA/m]", RED, 1.0, |_, run| run.field_limit_a_per_m * 1e-3),
-            line("− limit [kA/m]", RED, 1.0, |_, run| -run.field_limit_a_per_m * 1e-3),
+            line("± limit", RED, 1.0, |_, run| run.field_limit_a_per_m * 1e-3),
+            line("± limit", RED, 1.0, |_, run| -run.field_limit_a_per_m * 1e-3),
         ],
     ),
     lines(
         "field/lines",
         &[
-            line("safe field (from the guard) [kA/m]", BLUE, 3.0, |row, _| {
+            line("from the guard", BLUE, 3.0, |row, _| {
                 row.safe_field.field_a_per_m * 1e-3
             }),
-            line("field in the coil [kA/m]", ORANGE, 1.5, |row, _| {
-                row.coil_field.field_a_per_m * 1e-3
-            }),
+            line("in the coil", ORANGE, 1.5, |row, _| row.coil_field.field_a_per_m * 1e-3),
         ],
     ),
     lines(
         "magnetization",
         &[
-            line("demanded for t+2 [kA/m]", BLUE, 3.0, |row, _| {
+            line("demanded, two ticks ahead", BLUE, 3.0, |row, _| {
                 row.demand.magnetization_a_per_m * 1e-3
             }),
             when(
                 |has| has.truth,
-                line("true [kA/m]", GREEN, 2.0, |row, _| {
-                    row.truth.magnetization_a_per_m * 1e-3
-                }),
+                line("true", GREEN, 2.0, |row, _| row.truth.magnetization_a_per_m * 1e-3),
             ),
-            line("estimated [kA/m]", ORANGE, 1.0, |row, _| {
+            line("estimated", ORANGE, 1.0, |row, _| {
                 row.estimate.magnetization_a_per_m * 1e-3
             }),
         ],
     ),
     lines(
         "feedback",
-        &[line("feedback part [kA/m]", BLUE, 1.0, |row, _| {
+        &[line("feedback part", BLUE, 1.0, |row, _| {
             row.demand.feedback_a_per_m * 1e-3
         })],
     ),
@@ -203,11 +193,11 @@ pub(crate) const PLOTS: &[Plot] = &[
         &[
             when(
                 |has| has.truth,
-                line("rod, true [°C]", RED, 1.5, |row, _| row.truth.temperature_k - CELSIUS),
+                line("true", RED, 1.5, |row, _| row.truth.temperature_k - CELSIUS),
             ),
             when(
                 |has| has.thermometer,
-                line("rod, measured [°C]", ORANGE, 1.0, |row, _| {
+                line("measured", ORANGE, 1.0, |row, _| {
                     row.measurement.temperature_k - CELSIUS
                 }),
             ),
@@ -217,7 +207,7 @@ pub(crate) const PLOTS: &[Plot] = &[
         "force",
         &[when(
             |has| has.force,
-            line("cutting force [N]", VIOLET, 1.0, |row, _| row.truth.cutting_force_n),
+            line("cutting force", VIOLET, 1.0, |row, _| row.truth.cutting_force_n),
         )],
     ),
 ];

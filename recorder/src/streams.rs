@@ -188,7 +188,7 @@ impl Stream {
         for source in sources {
             let of_source = || events.iter().filter(|event| event.source == source);
             let columns = TextLog::update_fields()
-                .with_many_text(of_source().map(|event| event.text.as_str()))
+                .with_many_text(of_source().map(|event| format!("{}: {}", event.source, event.text)))
                 .with_many_level(of_source().map(|event| event.level.text()))
                 .columns_of_unit_batches()
                 .writing("events")?;

@@ -1,5 +1,5 @@
 //! Which views there are, where, and how they look. Left: is the reference tracked, how large is the error, is `a` found.
-//! Right: the loops and the field. Below: what happened, in which state the loop is, how warm the rod is.
+//! Right: the loops and the field. Below: what happened, in which state each node is, how warm the rod is.
 
 use crate::axes::BOX;
 use crate::layout::Layout;
@@ -67,14 +67,14 @@ impl Desk {
         let view: ContainerLike = Spatial2DView::new(name).with_origin(entity).into();
         let bounds = Range2D {
             x_range: [-0.2, BOX[0] + 0.05].into(),
-            y_range: [-0.2, BOX[1] + 0.2].into(),
+            y_range: [-0.2, BOX[1] + 0.24].into(),
         };
         self.property(&view, "VisualBounds2D", &VisualBounds2D::new(bounds));
         self.property(&view, "VisibleTimeRanges", &before_cursor(Some(seconds)));
         for history in HISTORIES.iter().filter(|history| history.starts_with(entity)) {
             self.property(
                 &view,
-                &format!("ViewContents/overrides/{history}/VisibleTimeRanges"),
+                &format!("ViewContents/overrides/{history}/visualizers"),
                 &before_cursor(None),
             );
         }
@@ -102,7 +102,7 @@ pub(crate) fn arrange(layout: &Layout) -> (ContainerLike, Vec<Property>) {
     let right = right(&mut desk, layout);
     let bottom = bottom(&mut desk);
     let top = Horizontal::new([left, right]).with_column_shares([1.0, 1.0]);
-    let root = Vertical::new([top.into(), bottom]).with_row_shares([3.4, 1.0]);
+    let root = Vertical::new([top.into(), bottom]).with_row_shares([2.8, 1.0]);
     (root.into(), desk.properties)
 }
 
@@ -115,7 +115,11 @@ fn left(desk: &mut Desk, layout: &Layout) -> ContainerLike {
     ]);
     let fits = layout.error_axis_nm.is_some_and(|height| layout.tolerance_nm <= height);
     let contents: &[&str] = if fits { &["/error/**"] } else { &["/error/lines"] };
-    let error = desk.plot("Tracking error [nm]", contents, Span::Run);
+    // The plot's own ticks are sparse where it is low, so the title tells its height.
+    let title = layout
+        .error_axis_nm
+        .map_or("Tracking error [nm]".into(), |nm| format!("Tracking error, ±{nm} nm"));
+    let error = desk.plot(&title, contents, Span::Run);
     if let Some(height) = layout.error_axis_nm {
         desk.property(&error, "ScalarAxis", &ScalarAxis::new().with_range([-height, height]));
     }
@@ -161,14 +165,7 @@ fn bottom(desk: &mut Desk) -> ContainerLike {
             visible: true.into(),
             timeline: TIMELINE.into(),
         }])
-        .with_text_log_columns(
-            [
-                TextLogColumnKind::LogLevel,
-                TextLogColumnKind::EntityPath,
-                TextLogColumnKind::Body,
-            ]
-            .map(column),
-        );
+        .with_text_log_columns([TextLogColumnKind::LogLevel, TextLogColumnKind::Body].map(column));
     desk.property(&events, "TextLogColumns", &columns);
     let states = StateTimelineView::new("States").with_origin("status").into();
     let around = Tabs::new([

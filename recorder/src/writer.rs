@@ -15,7 +15,7 @@ use std::time::Duration;
 /// How long the end of a run waits for the disk.
 const FLUSH_LIMIT: Duration = Duration::from_secs(60);
 /// The share of errors that the error plot has to hold.
-const USUAL: f64 = 0.98;
+const USUAL: f64 = 0.9;
 
 /// The far end of the pipe.
 pub(crate) struct Logger {
@@ -50,7 +50,7 @@ impl Logger {
         watch.about_run(
             0,
             Level::Info,
-            format!("run {} starts: {} (tick {tick_us} µs)", run.run_id, run.name),
+            format!("{} starts: {} (tick {tick_us} µs)", run.run_id, run.name),
         );
         Ok(Self {
             run,
@@ -87,7 +87,7 @@ impl Logger {
     fn sum_up(&mut self, totals: Totals) -> Result<(), RecorderError> {
         let (rows, dropped, seconds) = (totals.rows, totals.dropped, totals.rows as f64 * self.run.tick_s);
         let (level, end) = if totals.finished {
-            (Level::Info, "run ends")
+            (Level::Info, "the end")
         } else {
             (Level::Warning, "recording ends before the run was finished")
         };
@@ -113,7 +113,7 @@ impl Logger {
 
     fn fitting_axis_nm(&self) -> Option<f64> {
         let usual_m = self.errors.quantile_m(USUAL)?;
-        (usual_m > 0.0).then(|| nice(1.3e9 * usual_m))
+        (usual_m > 0.0).then(|| nice(2e9 * usual_m))
     }
 }
 

@@ -189,7 +189,7 @@ fn events_are_told() {
     told(3000, "inverse", "more field than the limit");
     told(5000, "guard", "seven happened");
     told(5000, "guard", "ramps to the safe field");
-    told(9999, "run", "run ends: 10000 ticks");
+    told(9999, "run", "the end: 10000 ticks");
     assert_eq!(events.len(), 7, "{events:#?}");
 }
 

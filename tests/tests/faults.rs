@@ -115,6 +115,7 @@ fn a_run_after_a_killed_launcher_is_clean() {
     }
     assert_readable(&out);
     let again = root.path().join("again");
+    let again_text = again.to_string_lossy();
     let short = [
         "--set",
         "duration_s=0.2",
@@ -123,7 +124,7 @@ fn a_run_after_a_killed_launcher_is_clean() {
         "--no-recording",
     ];
     let arguments = [
-        &["run", "scenarios/milling.ron", "--out", &again.to_string_lossy()],
+        &["run", "scenarios/milling.ron", "--out", &again_text],
         &short[..],
     ]
     .concat();

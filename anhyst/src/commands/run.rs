@@ -102,11 +102,8 @@ fn finish(scenario: &Scenario, folder: &RunFolder, reports: &[ProcessReport], js
     } else {
         println!("{}", summary.table());
         if summary.held {
-            println!(
-                "\nheld: every error after {} s is within ±{} µm",
-                scenario.expect.settling_s,
-                scenario.expect.tolerance_m * 1e6
-            );
+            let (settling_s, tolerance_um) = (scenario.expect.settling_s, scenario.expect.tolerance_m * 1e6);
+            println!("\nheld: every error after {settling_s} s is within ±{tolerance_um:.4} µm");
         } else {
             println!("\nNOT held: {}", summary.failures.join("; "));
         }

@@ -20,6 +20,6 @@ pub fn run(arguments: &ViewArguments) -> miette::Result<Ending> {
             recording.display()
         ));
     }
-    anhyst_recorder::view(&[recording]).map_err(|error| miette::miette!("{error}"))?;
+    anhyst_recorder::view(&[recording], None).map_err(|error| miette::miette!("{error}"))?;
     Ok(Ending::Held)
 }
