@@ -4,7 +4,10 @@
 use std::process::{Command, Output};
 
 fn anhyst(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_anhyst")).args(arguments).output().expect("the executable starts")
+    Command::new(env!("CARGO_BIN_EXE_anhyst"))
+        .args(arguments)
+        .output()
+        .expect("the executable starts")
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -16,7 +19,17 @@ fn help_names_every_process() {
     let output = anhyst(&["--help"]);
     assert!(output.status.success());
     let help = text(&output.stdout);
-    for name in ["run", "check", "graph", "compare", "replay", "view", "fit", "doctor", "completions"] {
+    for name in [
+        "run",
+        "check",
+        "graph",
+        "compare",
+        "replay",
+        "view",
+        "fit",
+        "doctor",
+        "completions",
+    ] {
         assert!(help.contains(name), "no {name} in\n{help}");
     }
     for node in anhyst_ipc::NodeId::LOOP_ORDER {
@@ -28,13 +41,20 @@ fn help_names_every_process() {
 fn completions_are_made_for_every_shell() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let output = anhyst(&["completions", shell]);
-        assert!(output.status.success() && text(&output.stdout).contains("plant-sim"), "{shell}");
+        assert!(
+            output.status.success() && text(&output.stdout).contains("plant-sim"),
+            "{shell}"
+        );
     }
 }
 
 #[test]
 fn bad_arguments_end_with_status_2() {
-    for arguments in [&["run"][..], &["run", "x.ron", "--set", "no_equals_sign"], &["no-such-command"]] {
+    for arguments in [
+        &["run"][..],
+        &["run", "x.ron", "--set", "no_equals_sign"],
+        &["no-such-command"],
+    ] {
         assert_eq!(anhyst(arguments).status.code(), Some(2), "{arguments:?}");
     }
 }

@@ -25,11 +25,14 @@ pub(crate) struct Range {
 impl Range {
     /// The smallest range of whole steps around the values; steps are 1, 2 or 5 times a power of ten.
     pub fn around(low: f64, high: f64) -> Self {
-        let width = (high - low).max(1e-9);
+        // Values that do not differ still need an axis of some length.
+        let width = (high - low).max(1e-3 * low.abs().max(high.abs())).max(1e-6);
         let step = nice(width / 6.0);
+        let first = (low / step).floor();
+        let last = (high / step).ceil().max(first + 1.0);
         Self {
-            low: (low / step).floor() * step,
-            high: (high / step).ceil() * step,
+            low: first * step,
+            high: last * step,
             step,
         }
     }

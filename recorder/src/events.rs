@@ -100,11 +100,11 @@ impl Watch {
 
     fn lanes(&mut self, tick: u64) {
         for (lane, (channel, idle)) in LANES.iter().enumerate() {
-            let shown = FLAGS
+            let mut shown = FLAGS
                 .iter()
                 .zip(&self.lamps)
                 .filter(|(flag, lamp)| flag.channel == *channel && lamp.shown);
-            let state = shown.last().map_or(*idle, |(flag, _)| flag.state);
+            let state = shown.next_back().map_or(*idle, |(flag, _)| flag.state);
             if self.states[lane] != Some(state) {
                 self.states[lane] = Some(state);
                 self.changes.push(StateChange { tick, lane, state });
@@ -156,7 +156,7 @@ mod tests {
     /// Guards: slow changes are all reported, at their tick.
     #[test]
     fn every_slow_change_is_reported() {
-        let bits = (0..100).map(|tick| tick >= 20 && tick < 60);
+        let bits = (0..100).map(|tick| (20..60).contains(&tick));
         assert_eq!(lamp_reports(bits), [(20, 1), (60, 1)]);
     }
 

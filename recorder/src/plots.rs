@@ -92,7 +92,7 @@ pub(crate) const PLOTS: &[Plot] = &[
     lines(
         "error/lines",
         &[
-            line("measured", PALE_BLUE, 1.0, |row, _| row.demand.error_m * 1e9),
+            line("measured", FAINT_BLUE, 1.0, |row, _| row.demand.error_m * 1e9),
             when(
                 |has| has.truth,
                 line("true", RED, 1.0, |row, _| row.true_error_m() * 1e9),

@@ -35,7 +35,7 @@ impl Default for RecorderSettings {
             plot_rate_hz: 4000.0,
             error_axis_nm: None,
             live: None,
-            live_rate_hz: 500.0,
+            live_rate_hz: 2000.0,
         }
     }
 }

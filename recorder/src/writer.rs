@@ -87,15 +87,15 @@ impl Logger {
     fn sum_up(&mut self, totals: Totals) -> Result<(), RecorderError> {
         let (rows, dropped, seconds) = (totals.rows, totals.dropped, totals.rows as f64 * self.run.tick_s);
         let (level, end) = if totals.finished {
-            (Level::Info, "the end")
+            (Level::Info, "ended")
         } else {
-            (Level::Warning, "recording ends before the run was finished")
+            (Level::Warning, "not finished, recording ended")
         };
         self.watch.about_run(
             self.last_tick,
             if dropped > 0 { Level::Warning } else { level },
             format!(
-                "{end}: {rows} ticks, {seconds:.3} s, {dropped} dropped; largest error after settling {:.1} nm",
+                "{end} after {rows} ticks ({seconds:.3} s), {dropped} dropped; largest error after settling {:.1} nm",
                 self.errors.largest_m() * 1e9
             ),
         );

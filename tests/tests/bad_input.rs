@@ -34,7 +34,7 @@ fn bad_scenarios_are_refused_with_place_value_and_limit() {
     let line_of = |needle: &str| good.lines().position(|line| line.contains(needle)).unwrap() + 1;
     let cases: [(&str, &str, &str, &[&str]); 9] = [
         ("seed: 1,", "sede: 1,", "seed: 1,", &["sede"]),
-        ("seed: 1,", "seed: \"one\",", "seed: 1,", &["nsigned"]),
+        ("seed: 1,", "seed: \"one\",", "seed: 1,", &["Expected integer"]),
         (
             "tick_s: 5e-5",
             "tick_s: NaN",

@@ -123,11 +123,7 @@ fn a_run_after_a_killed_launcher_is_clean() {
         "expect.settling_s=0.1",
         "--no-recording",
     ];
-    let arguments = [
-        &["run", "scenarios/milling.ron", "--out", &again_text],
-        &short[..],
-    ]
-    .concat();
+    let arguments = [&["run", "scenarios/milling.ron", "--out", &again_text], &short[..]].concat();
     let finished = Finished::run(&arguments, Duration::from_secs(60));
     assert!(matches!(finished.code, Some(0 | 1)), "{}", finished.err);
     assert_eq!(files_with(&prefix), Vec::<String>::new());

@@ -1,0 +1,121 @@
+//! Guards what the shipped scenarios promise: each holds what it expects, and the adaptive loop is worth its trouble.
+
+use anhyst_tests::{Finished, repository};
+use serde_json::Value;
+use std::time::Duration;
+
+const LIMIT: Duration = Duration::from_secs(120);
+
+fn run(scenario: &str) -> Value {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run");
+    let arguments = [
+        "run",
+        scenario,
+        "--embedded",
+        "--no-recording",
+        "--json",
+        "--out",
+        &out.to_string_lossy(),
+    ];
+    let finished = Finished::run(&arguments, LIMIT).expect(0);
+    let printed: Value = serde_json::from_str(&finished.out).unwrap();
+    let written: Value = serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
+    assert_eq!(printed, written);
+    printed
+}
+
+fn number(summary: &Value, name: &str) -> f64 {
+    summary[name]
+        .as_f64()
+        .unwrap_or_else(|| panic!("no number {name} in {summary}"))
+}
+
+#[test]
+fn milling_holds_60_nm_while_a_drifts() {
+    let summary = run("scenarios/milling.ron");
+    assert!(number(&summary, "error_max_m") <= 60e-9, "{summary}");
+    assert!(number(&summary, "a_final_error_A_per_m").abs() < 5.0, "{summary}");
+    // Lag while a rises by 200 A/m per second.
+    assert!(number(&summary, "a_error_rms_a_per_m") < 5.0, "{summary}");
+    assert_eq!(summary["held"], true);
+    assert_eq!(summary["ticks"], 90_000);
+    assert_eq!(summary["lost_tokens"], 0);
+}
+
+#[test]
+fn heavy_milling_holds_2_um() {
+    let summary = run("scenarios/milling_heavy.ron");
+    assert!(number(&summary, "error_max_m") <= 2e-6, "{summary}");
+    // The rod must really get warm and the field really be asked for, or the scenario shows nothing.
+    assert!(number(&summary, "temperature_peak_k") > 293.5, "{summary}");
+}
+
+#[test]
+fn a_measured_material_is_cut() {
+    let summary = run("scenarios/milling_measured_material.ron");
+    assert!(number(&summary, "error_max_m") <= 60e-9, "{summary}");
+}
+
+#[test]
+fn the_adaptive_loop_beats_a_fixed_inverse_and_a_pid_alone() {
+    let scenarios =
+        ["pid_alone", "feedforward_only", "fixed_inverse"].map(|name| format!("scenarios/milling_{name}.ron"));
+    let mut arguments = vec!["compare", "--json"];
+    arguments.extend(scenarios.iter().map(String::as_str));
+    arguments.push("scenarios/milling.ron");
+    let finished = Finished::run(&arguments, LIMIT).expect(0);
+    let summaries: Vec<Value> = serde_json::from_str(&finished.out).unwrap();
+    let [pid_alone, feedforward_only, fixed_inverse, adaptive] =
+        std::array::from_fn(|i| number(&summaries[i], "error_rms_m"));
+    assert!(pid_alone >= 300.0 * adaptive, "{pid_alone} m against {adaptive} m");
+    assert!(
+        fixed_inverse >= 15.0 * adaptive,
+        "{fixed_inverse} m against {adaptive} m"
+    );
+    assert!(
+        feedforward_only > fixed_inverse,
+        "{feedforward_only} m against {fixed_inverse} m"
+    );
+}
+
+/// Guards the exit status: what does not hold is 1, not 0.
+#[test]
+fn a_tolerance_that_is_too_tight_is_not_held() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run");
+    let tight = ["--set", "expect.tolerance_m=1e-9", "--set", "duration_s=0.6"];
+    let arguments = [
+        &[
+            "run",
+            "scenarios/milling.ron",
+            "--embedded",
+            "--no-recording",
+            "--out",
+            &out.to_string_lossy(),
+        ],
+        &tight[..],
+    ];
+    let finished = Finished::run(&arguments.concat(), LIMIT).expect(1);
+    assert!(finished.out.contains("NOT held: largest error "), "{}", finished.out);
+}
+
+#[test]
+fn every_shipped_scenario_passes_the_check() {
+    let folder = repository().join("scenarios");
+    let mut checked = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "ron") {
+            Finished::run(&["check", &path.to_string_lossy()], LIMIT).expect(0);
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert!(
+                text.starts_with("// "),
+                "{} does not open with what it shows",
+                path.display()
+            );
+            checked += 1;
+        }
+    }
+    assert!(checked >= 6, "only {checked} scenarios");
+}
