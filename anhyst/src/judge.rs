@@ -46,6 +46,11 @@ pub struct Verdict {
     pub first_event_tick: u64,
 }
 
+/// A value that is no number exceeds every limit: it must never pass for a good result.
+fn exceeds(value: f64, limit: f64) -> bool {
+    value > limit || value.is_nan()
+}
+
 impl Judge {
     /// A judge of what the scenario expects.
     pub fn new(expect: Expect, tick_s: f64) -> Self {
@@ -79,11 +84,10 @@ impl Judge {
         self.samples += 1;
         self.sum_of_squares_m2 += error_m * error_m;
         self.shape_error_sum_of_squares += verdict.a_final_error_a_per_m * verdict.a_final_error_a_per_m;
-        // `>=` would hide a NaN: what is not smaller is the new largest.
-        if !(error_m.abs() < verdict.error_max_m) {
+        if exceeds(error_m.abs(), verdict.error_max_m) {
             (verdict.error_max_m, verdict.error_max_at_s) = (error_m.abs(), time_s);
         }
-        if !(error_m.abs() <= self.expect.tolerance_m) && verdict.first_exceeded_at_s.is_none() {
+        if exceeds(error_m.abs(), self.expect.tolerance_m) && verdict.first_exceeded_at_s.is_none() {
             verdict.first_exceeded_at_s = Some(time_s);
         }
     }
@@ -104,13 +108,13 @@ impl Verdict {
     pub fn failures(&self, expect: &Expect) -> Vec<String> {
         let mut failures = Vec::new();
         let um = |m: f64| m * 1e6;
-        if !(self.error_max_m <= expect.tolerance_m) {
+        if exceeds(self.error_max_m, expect.tolerance_m) {
             let (max, at, limit) = (um(self.error_max_m), self.error_max_at_s, um(expect.tolerance_m));
             failures.push(format!(
                 "largest error {max:.4} µm at {at:.4} s exceeds the tolerance of {limit:.4} µm"
             ));
         }
-        if let Some(limit) = expect.error_rms_m.filter(|limit| !(self.error_rms_m <= *limit)) {
+        if let Some(limit) = expect.error_rms_m.filter(|limit| exceeds(self.error_rms_m, *limit)) {
             failures.push(format!(
                 "error rms {:.5} µm exceeds {} µm",
                 um(self.error_rms_m),
@@ -118,7 +122,10 @@ impl Verdict {
             ));
         }
         let final_error = self.a_final_error_a_per_m.abs();
-        if let Some(limit) = expect.a_final_error_a_per_m.filter(|limit| !(final_error <= *limit)) {
+        if let Some(limit) = expect
+            .a_final_error_a_per_m
+            .filter(|limit| exceeds(final_error, *limit))
+        {
             failures.push(format!("final error of a {final_error:.2} A/m exceeds {limit} A/m"));
         }
         failures

@@ -33,7 +33,7 @@ pub fn user_root() -> PathBuf {
 
 impl Resources {
     /// New resources, named after this process and the moment.
-    pub fn new() -> Self {
+    pub fn unique() -> Self {
         let id = format!("{}_{:x}", std::process::id(), anhyst_ipc::monotonic_ns());
         Self {
             prefix: format!("{PREFIX}{id}_"),
@@ -137,7 +137,7 @@ pub fn launch(
     options: Options,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<ProcessReport>, LaunchError> {
-    let resources = Resources::new();
+    let resources = Resources::unique();
     let mut children = Vec::new();
     let outcome = start(scenario, folder, options, &resources, &mut children)
         .and_then(|()| watch(scenario, folder, &resources, &mut children, progress));

@@ -1,6 +1,6 @@
 //! What the logger thread does with a block: rows to every stream, status words to the watch, and the layout at both ends.
 
-use crate::axes::nice;
+use crate::axes::{Extent, nice};
 use crate::error::Writing as _;
 use crate::events::Watch;
 use crate::layout::Layout;
@@ -20,12 +20,13 @@ const USUAL: f64 = 0.9;
 /// The far end of the pipe.
 pub(crate) struct Logger {
     run: RunInfo,
-    error_axis_nm: Option<f64>,
+    layout: Layout,
     streams: Vec<Stream>,
     watch: Watch,
     has: Option<Presence>,
     last_tick: u64,
     errors: Spread,
+    reference: Extent,
 }
 
 impl Logger {
@@ -39,6 +40,7 @@ impl Logger {
         streams.push(Stream::file(&run, settings)?);
         let layout = Layout {
             zoom_s: run.zoom_s(),
+            track_axis_um: None,
             error_axis_nm: settings.error_axis_nm,
             tolerance_nm: run.tolerance_m * 1e9,
         };
@@ -54,12 +56,13 @@ impl Logger {
         );
         Ok(Self {
             run,
-            error_axis_nm: settings.error_axis_nm,
+            layout,
             streams,
             watch,
             has: None,
             last_tick: 0,
             errors: Spread::default(),
+            reference: Extent::default(),
         })
     }
 
@@ -72,6 +75,24 @@ impl Logger {
             };
             self.errors.add(error);
         }
+    }
+
+    /// Keeps the zoomed tracking plot high enough. Live viewers are told at once: a range of their own choice would be
+    /// chosen anew whenever the window moves on, and the plot would never stand still.
+    fn fit_tracking(&mut self, rows: &[Row]) -> Result<(), RecorderError> {
+        for row in rows {
+            self.reference
+                .add((row.demand.reference_m - self.run.tolerance_m) * 1e6);
+            self.reference
+                .add((row.demand.reference_m + self.run.tolerance_m) * 1e6);
+        }
+        let axis = self.reference.range().map(|range| [range.low, range.high]);
+        if axis == self.layout.track_axis_um {
+            return Ok(());
+        }
+        self.layout.track_axis_um = axis;
+        let mut live = self.streams.iter().filter(|stream| stream.is_live());
+        live.try_for_each(|stream| self.layout.send(&stream.rerun))
     }
 
     fn send_events(&mut self) -> Result<(), RecorderError> {
@@ -100,15 +121,11 @@ impl Logger {
             ),
         );
         self.send_events()?;
-        let layout = Layout {
-            zoom_s: self.run.zoom_s(),
-            error_axis_nm: self.error_axis_nm.or(self.fitting_axis_nm()),
-            tolerance_nm: self.run.tolerance_m * 1e9,
-        };
+        self.layout.error_axis_nm = self.layout.error_axis_nm.or(self.fitting_axis_nm());
         for stream in &self.streams {
-            layout.send(&stream.rerun)?;
+            self.layout.send(&stream.rerun)?;
         }
-        layout.save(&self.run.path.with_extension("rbl"))
+        self.layout.save(&self.run.path.with_extension("rbl"))
     }
 
     fn fitting_axis_nm(&self) -> Option<f64> {
@@ -134,6 +151,7 @@ impl Consumer for Logger {
         for stream in &mut self.streams {
             stream.rows(&self.run, has, &block.rows)?;
         }
+        self.fit_tracking(&block.rows)?;
         self.last_tick = last.tick;
         self.send_events()
     }

@@ -13,23 +13,9 @@ pub enum ScenarioError {
         cause: std::io::Error,
     },
     /// A value is wrong.
-    #[error("{file}:{line}:{column}: {sentence}")]
-    Refused {
-        /// File as named by the user.
-        file: String,
-        /// From 1.
-        line: usize,
-        /// From 1.
-        column: usize,
-        /// Value, limit and reason.
-        sentence: String,
-        /// The text, for the picture.
-        #[source_code]
-        source_code: NamedSource<String>,
-        /// The value's place.
-        #[label("here")]
-        place: SourceSpan,
-    },
+    #[error(transparent)]
+    #[diagnostic(transparent)]
+    Refused(Box<Refusal>),
     /// A `--set` that cannot be done.
     #[error("--set {setting}: {sentence}")]
     Setting {
@@ -38,6 +24,26 @@ pub enum ScenarioError {
         /// Why not.
         sentence: String,
     },
+}
+
+/// A wrong value and its place.
+#[derive(Debug, thiserror::Error, Diagnostic)]
+#[error("{file}:{line}:{column}: {sentence}")]
+pub struct Refusal {
+    /// File as named by the user.
+    pub file: String,
+    /// From 1.
+    pub line: usize,
+    /// From 1.
+    pub column: usize,
+    /// Value, limit and reason.
+    pub sentence: String,
+    /// The text, for the picture.
+    #[source_code]
+    source_code: NamedSource<String>,
+    /// The value's place.
+    #[label("here")]
+    place: SourceSpan,
 }
 
 impl ScenarioError {
@@ -49,13 +55,13 @@ impl ScenarioError {
         let shown = text
             .get(bytes.clone())
             .map_or(0, |value| value.lines().next().unwrap_or_default().len());
-        Self::Refused {
+        Self::Refused(Box::new(Refusal {
             source_code: NamedSource::new(&file, text.to_owned()),
             place: (bytes.start, shown).into(),
             file,
             line,
             column,
             sentence,
-        }
+        }))
     }
 }
