@@ -3,27 +3,85 @@
 //! `cargo bench -p anhyst --bench loop`. Pairs are run in turn and their ratio is the median over the pairs, so that a machine
 //! whose speed drifts disturbs little. Quote ratios and multiples of real time, not nanoseconds.
 
-use std::process::Command;
+use rustix::process::Pid;
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
 const PAIRS: usize = 5;
 /// Three processes' worth of loop on one core, so that the recorder has the other.
 const LOOP_IN_ONE_PROCESS: &str = "placement=Groups([[plant, estimator, controller, inverse, guard, amplifier]])";
 
-/// Ticks per second of a run of the milling scenario, and whether every token arrived.
-fn ticks_per_s(more: &[&str]) -> f64 {
+/// How the processes are spread over two cores.
+#[derive(Clone, Copy, PartialEq)]
+enum Cores {
+    AsTheSystemLikes,
+    /// The loop on core 0, the recorder on core 1.
+    RecorderApart,
+}
+
+/// Ticks per second of a run of the milling scenario; every token must have arrived.
+fn ticks_per_s(cores: Cores, more: &[&str]) -> f64 {
     let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/milling.ron");
     let out = std::env::temp_dir().join(format!("anhyst-bench-{}", std::process::id()));
-    let output = Command::new(env!("CARGO_BIN_EXE_anhyst"))
+    let mut command = Command::new(env!("CARGO_BIN_EXE_anhyst"));
+    command
         .args(["run", scenario, "--json", "--out"])
         .arg(&out)
         .args(more)
-        .output()
-        .expect("the executable starts");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        .stdout(Stdio::piped());
+    let child = match cores {
+        Cores::AsTheSystemLikes => command.spawn(),
+        Cores::RecorderApart => spawn_apart(&mut command),
+    };
+    let output = child.and_then(Child::wait_with_output).expect("the executable runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stdout));
     let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("a summary");
     assert_eq!(summary["lost_tokens"], 0);
     std::fs::remove_dir_all(&out).expect("the results can be removed");
     summary["ticks_per_s"].as_f64().expect("a number")
+}
+
+/// Starts the run on core 0 and moves the recorder, with all its threads, to core 1 as soon as it lives.
+fn spawn_apart(command: &mut Command) -> std::io::Result<Child> {
+    let everywhere = sched_getaffinity(None)?;
+    sched_setaffinity(None, &only(0))?;
+    let child = command.spawn();
+    sched_setaffinity(None, &everywhere)?;
+    let child = child?;
+    // Threads that the recorder starts later inherit the core of the one that starts them.
+    for _ in 0..50 {
+        for task in recorder_threads(child.id()) {
+            let _ = sched_setaffinity(Pid::from_raw(task), &only(1));
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    Ok(child)
+}
+
+fn only(core: usize) -> CpuSet {
+    let mut set = CpuSet::new();
+    set.set(core);
+    set
+}
+
+fn recorder_threads(launcher: u32) -> Vec<i32> {
+    let children = std::fs::read_to_string(format!("/proc/{launcher}/task/{launcher}/children")).unwrap_or_default();
+    let is_recorder = |pid: &&str| {
+        std::fs::read_to_string(format!("/proc/{pid}/cmdline"))
+            .is_ok_and(|line| line.split('\0').nth(1) == Some("recorder"))
+    };
+    let threads = |pid: &str| {
+        std::fs::read_dir(format!("/proc/{pid}/task"))
+            .into_iter()
+            .flatten()
+            .flatten()
+    };
+    let recorders = children.split_whitespace().filter(is_recorder);
+    recorders
+        .flat_map(threads)
+        .filter_map(|task| task.file_name().to_string_lossy().parse().ok())
+        .collect()
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
@@ -31,8 +89,10 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-fn report(name: &str, with: &[&str], without: &[&str]) {
-    let pairs: Vec<(f64, f64)> = (0..PAIRS).map(|_| (ticks_per_s(with), ticks_per_s(without))).collect();
+fn report(name: &str, cores: Cores, with: &[&str], without: &[&str]) {
+    let pairs: Vec<(f64, f64)> = (0..PAIRS)
+        .map(|_| (ticks_per_s(cores, with), ticks_per_s(cores, without)))
+        .collect();
     let speed = |values: Vec<f64>| median(values) / 20e3;
     let (with, without) = (
         speed(pairs.iter().map(|p| p.0).collect()),
@@ -45,12 +105,25 @@ fn report(name: &str, with: &[&str], without: &[&str]) {
 }
 
 fn main() {
-    report("one process", &["--embedded"], &["--embedded", "--no-recording"]);
     let grouped = ["--set", LOOP_IN_ONE_PROCESS];
+    let unrecorded = [&grouped[..], &["--no-recording"]].concat();
+    report(
+        "one process",
+        Cores::AsTheSystemLikes,
+        &["--embedded"],
+        &["--embedded", "--no-recording"],
+    );
     report(
         "loop in one process, recorder in another",
+        Cores::AsTheSystemLikes,
         &grouped,
-        &[&grouped[..], &["--no-recording"]].concat(),
+        &unrecorded,
     );
-    report("seven processes", &[], &["--no-recording"]);
+    report("seven processes", Cores::AsTheSystemLikes, &[], &["--no-recording"]);
+    report(
+        "seven processes, the recorder's core free of the loop",
+        Cores::RecorderApart,
+        &[],
+        &["--no-recording"],
+    );
 }

@@ -203,7 +203,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let live = arguments.next().map(|text| text.parse()).transpose()?;
     let settings = RecorderSettings {
         live,
-        block_ticks: std::env::var("BT").map_or(4000, |t| t.parse().unwrap()),
         ..RecorderSettings::default()
     };
     let ticks = (seconds / TICK_S) as u64;

@@ -9,6 +9,8 @@ use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, Transform3D}
 /// Width and height of the box that every loop is drawn in.
 pub(crate) const BOX: [f64; 2] = [1.15, 1.0];
 
+/// About the largest number of steps of an axis.
+const STEPS: f64 = 6.0;
 const FRAME: u32 = 0x9CA3_AFFF;
 const GRID: u32 = 0x9CA3_AF38;
 const ZERO: u32 = 0x9CA3_AFA0;
@@ -23,11 +25,11 @@ pub(crate) struct Range {
 }
 
 impl Range {
-    /// The smallest range of whole steps around the values; steps are 1, 2 or 5 times a power of ten.
+    /// The smallest range of whole steps around the values; a step is 1, 2 or 5 times a power of ten.
     pub fn around(low: f64, high: f64) -> Self {
         // Values that do not differ still need an axis of some length.
         let width = (high - low).max(1e-3 * low.abs().max(high.abs())).max(1e-6);
-        let step = nice(width / 6.0);
+        let step = nice(width / STEPS);
         let first = (low / step).floor();
         let last = (high / step).ceil().max(first + 1.0);
         Self {

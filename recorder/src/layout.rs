@@ -19,8 +19,6 @@ use std::path::Path;
 pub(crate) struct Layout {
     /// Length of the zoomed plots.
     pub zoom_s: f64,
-    /// Range of the zoomed tracking plot; None: as the data want it.
-    pub track_axis_um: Option<[f64; 2]>,
     /// Half the height of the error plot; None: as the data want it.
     pub error_axis_nm: Option<f64>,
     /// The tolerance is drawn in the error plot if it fits.

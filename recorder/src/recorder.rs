@@ -55,7 +55,7 @@ impl Recorder {
         let path = run.path.clone();
         let patience = if settings.lossless { settings.patience_s } else { 0.0 };
         let pipe_settings = PipeSettings {
-            block_ticks: settings.block_ticks,
+            block_ticks: block_ticks(settings, &run),
             blocks: settings.blocks,
             patience: Duration::from_secs_f64(patience),
         };
@@ -90,6 +90,17 @@ impl Recorder {
                 bytes: std::fs::metadata(&self.path).map_or(0, |file| file.len()),
             }));
         }
+    }
+}
+
+/// Ticks of a block. Live viewers need the time before the cursor to move on by less than its length: the viewer draws the
+/// data of one frame and the axis of the next, and a window that jumps past itself shows nothing.
+fn block_ticks(settings: &RecorderSettings, run: &RunInfo) -> usize {
+    let quarter = (0.25 * run.zoom_s() / run.tick_s) as usize;
+    if settings.live.is_some() {
+        settings.block_ticks.min(quarter.max(16))
+    } else {
+        settings.block_ticks
     }
 }
 

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RecorderSettings {
-    /// Ticks that are written at a time. A killed run loses at most one block and the ones in the queue.
+    /// Ticks that are written at a time, fewer while live viewers are served. A killed run loses at most one block and the
+    /// ones in the queue.
     pub block_ticks: usize,
     /// Blocks that circulate between the loop and the logger: the depth of the queue.
     pub blocks: usize,

@@ -119,11 +119,6 @@ impl Stream {
         stream.flush_blocking().writing("the head")
     }
 
-    /// True for the stream to live viewers.
-    pub fn is_live(&self) -> bool {
-        !self.full_rate
-    }
-
     fn draw(&mut self, run: &RunInfo, has: Presence) -> Result<&mut Drawn, RecorderError> {
         let drawn = match self.drawn.take() {
             Some(drawn) => drawn,

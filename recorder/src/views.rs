@@ -109,11 +109,10 @@ pub(crate) fn arrange(layout: &Layout) -> (ContainerLike, Vec<Property>) {
 fn left(desk: &mut Desk, layout: &Layout) -> ContainerLike {
     let last = Span::Last(layout.zoom_s);
     let zoom_name = format!("Tracking, last {} s [µm]", layout.zoom_s);
-    let zoomed = desk.plot(&zoom_name, &["/track/**"], last);
-    if let Some(range) = layout.track_axis_um {
-        desk.property(&zoomed, "ScalarAxis", &ScalarAxis::new().with_range(range));
-    }
-    let tracking = Tabs::new([zoomed, desk.plot("Tracking, whole run [µm]", &["/track/**"], Span::Run)]);
+    let tracking = Tabs::new([
+        desk.plot(&zoom_name, &["/track/**"], last),
+        desk.plot("Tracking, whole run [µm]", &["/track/**"], Span::Run),
+    ]);
     let fits = layout.error_axis_nm.is_some_and(|height| layout.tolerance_nm <= height);
     let contents: &[&str] = if fits { &["/error/**"] } else { &["/error/lines"] };
     // The plot's own ticks are sparse where it is low, so the title tells its height.

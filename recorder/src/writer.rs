@@ -1,6 +1,6 @@
 //! What the logger thread does with a block: rows to every stream, status words to the watch, and the layout at both ends.
 
-use crate::axes::{Extent, nice};
+use crate::axes::nice;
 use crate::error::Writing as _;
 use crate::events::Watch;
 use crate::layout::Layout;
@@ -26,7 +26,6 @@ pub(crate) struct Logger {
     has: Option<Presence>,
     last_tick: u64,
     errors: Spread,
-    reference: Extent,
 }
 
 impl Logger {
@@ -40,7 +39,6 @@ impl Logger {
         streams.push(Stream::file(&run, settings)?);
         let layout = Layout {
             zoom_s: run.zoom_s(),
-            track_axis_um: None,
             error_axis_nm: settings.error_axis_nm,
             tolerance_nm: run.tolerance_m * 1e9,
         };
@@ -62,7 +60,6 @@ impl Logger {
             has: None,
             last_tick: 0,
             errors: Spread::default(),
-            reference: Extent::default(),
         })
     }
 
@@ -75,24 +72,6 @@ impl Logger {
             };
             self.errors.add(error);
         }
-    }
-
-    /// Keeps the zoomed tracking plot high enough. Live viewers are told at once: a range of their own choice would be
-    /// chosen anew whenever the window moves on, and the plot would never stand still.
-    fn fit_tracking(&mut self, rows: &[Row]) -> Result<(), RecorderError> {
-        for row in rows {
-            self.reference
-                .add((row.demand.reference_m - self.run.tolerance_m) * 1e6);
-            self.reference
-                .add((row.demand.reference_m + self.run.tolerance_m) * 1e6);
-        }
-        let axis = self.reference.range().map(|range| [range.low, range.high]);
-        if axis == self.layout.track_axis_um {
-            return Ok(());
-        }
-        self.layout.track_axis_um = axis;
-        let mut live = self.streams.iter().filter(|stream| stream.is_live());
-        live.try_for_each(|stream| self.layout.send(&stream.rerun))
     }
 
     fn send_events(&mut self) -> Result<(), RecorderError> {
@@ -151,7 +130,6 @@ impl Consumer for Logger {
         for stream in &mut self.streams {
             stream.rows(&self.run, has, &block.rows)?;
         }
-        self.fit_tracking(&block.rows)?;
         self.last_tick = last.tick;
         self.send_events()
     }

@@ -85,6 +85,31 @@ fn bad_scenarios_are_refused_with_place_value_and_limit() {
     }
 }
 
+/// Guards the check of materials: a coupling that folds the anhysteretic curve is refused where it stands, with the product.
+#[test]
+fn an_unphysical_material_is_refused_in_its_own_file() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = repository().join("scenarios");
+    std::fs::create_dir(root.path().join("materials")).unwrap();
+    let material = "materials/terfenol_nealis_smith.ron";
+    let text = std::fs::read_to_string(folder.join(material)).unwrap();
+    assert!(text.contains("coupling: -0.01"));
+    std::fs::write(
+        root.path().join(material),
+        text.replace("coupling: -0.01", "coupling: 0.05"),
+    )
+    .unwrap();
+    let scenario = std::fs::read_to_string(folder.join("milling.ron")).unwrap();
+    let refused = check(&scenario, root.path());
+    let line = text.lines().position(|line| line.contains("hysteresis: (")).unwrap() + 1;
+    assert!(
+        refused.err.contains(&format!("terfenol_nealis_smith.ron:{line}:")),
+        "{}",
+        refused.err
+    );
+    assert!(refused.err.contains("must stay below 1"), "{}", refused.err);
+}
+
 #[test]
 fn missing_files_and_bad_settings_are_refused() {
     let refused = Finished::run(&["run", "scenarios/no_such.ron"], Duration::from_secs(20)).expect(2);

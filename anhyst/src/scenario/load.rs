@@ -3,7 +3,7 @@
 use super::derive::{Derived, is_derived};
 use super::{MaterialSource, Scenario, ScenarioError, source};
 use anhyst_ipc::Invalid;
-use anhyst_model::Material;
+use anhyst_model::{Material, ModelError};
 use ron::extensions::Extensions;
 use ron::ser::PrettyConfig;
 use serde::de::DeserializeOwned;
@@ -122,7 +122,19 @@ fn load_material(file: &Path, scenario: &Path, text: &str) -> Result<Material, S
         let sentence = format!("the material file {} does not exist", file.display());
         return Err(ScenarioError::at(scenario, text, place_of(text, "material"), sentence));
     }
-    parse(file, &read(file)?)
+    let text = read(file)?;
+    let material: Material = parse(file, &text)?;
+    let refuse =
+        |path: &str, error: ModelError| ScenarioError::at(file, &text, place_of(&text, path), error.to_string());
+    material
+        .hysteresis
+        .validate()
+        .map_err(|error| refuse("hysteresis", error))?;
+    material
+        .magnetostriction
+        .validate()
+        .map_err(|error| refuse("magnetostriction", error))?;
+    Ok(material)
 }
 
 fn refuse(path: &Path, text: &str, invalid: &Invalid) -> ScenarioError {
