@@ -1,47 +1,17 @@
 //! From a scenario to blocks: the one place that knows all nodes.
 
+use crate::error::RunError;
 use crate::folder::RunFolder;
 use crate::judge::Judge;
-use crate::launcher::LaunchError;
-use crate::process::ProcessReport;
+use crate::report::ProcessReport;
 use crate::scenario::Scenario;
 use crate::scribe::Scribe;
 use anhyst_controller::Controller;
 use anhyst_estimator::Estimator;
 use anhyst_guard::Guard;
 use anhyst_inverse::Inverse;
-use anhyst_ipc::{Connections, Invalid, LinkError, Node, NodeId, Stage, Wire, wiring};
+use anhyst_ipc::{Connections, Node, NodeId, Stage, Wire, wiring};
 use anhyst_plant_sim::{AmplifierNode, PlantNode};
-use std::path::PathBuf;
-
-/// Why a run, or a process of it, could not go on.
-#[derive(Debug, thiserror::Error, miette::Diagnostic)]
-pub enum RunError {
-    /// A setting that only shows when the block is built.
-    #[error(transparent)]
-    Invalid(#[from] Invalid),
-    /// A link failed before the loop began.
-    #[error(transparent)]
-    Link(#[from] LinkError),
-    /// A process failed.
-    #[error(transparent)]
-    Launch(#[from] LaunchError),
-    /// A result cannot be written.
-    #[error("{path} cannot be written: {cause}", path = path.display())]
-    Write {
-        /// Which.
-        path: PathBuf,
-        /// What the system says.
-        cause: std::io::Error,
-    },
-    /// The recording cannot be written.
-    #[cfg(feature = "recorder")]
-    #[error(transparent)]
-    Recorder(#[from] anhyst_recorder::RecorderError),
-    /// Anything else, in a sentence.
-    #[error("{0}")]
-    Setup(String),
-}
 
 fn setup(error: impl std::fmt::Display) -> RunError {
     RunError::Setup(error.to_string())
@@ -93,7 +63,13 @@ pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -
         }
         NodeId::Controller => Box::new(Node::open(scenario.controller()?, connections, ticks, fault)?),
         NodeId::Inverse => {
-            let block = Inverse::new(&scenario.inverse, material.hysteresis, &scenario.amplifier).map_err(setup)?;
+            let block = Inverse::new(
+                &scenario.inverse,
+                material.hysteresis,
+                &scenario.amplifier,
+                scenario.guard.field_limit_a_per_m,
+            )
+            .map_err(setup)?;
             Box::new(Node::open(block, connections, ticks, fault)?)
         }
         NodeId::Guard => Box::new(Node::open(

@@ -79,8 +79,9 @@ pub struct RunArguments {
     /// Do not record.
     #[arg(long)]
     pub no_recording: bool,
-    /// Also stream to a Rerun viewer: opens this port on 127.0.0.1 (default 9876).
-    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "9876")]
+    /// Also stream to a Rerun viewer, which joins at rerun+http://127.0.0.1:PORT/proxy (default port 9877; an open viewer has
+    /// 9876 for itself).
+    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "9877")]
     pub live: Option<u16>,
     /// Every process has a core of its own: wait by polling, not by sleeping.
     #[arg(long)]

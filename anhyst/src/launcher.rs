@@ -1,10 +1,10 @@
 //! Starts the processes of a run, watches them, ends what it started, and leaves no shared memory behind.
 
 use crate::folder::RunFolder;
-use crate::process::ProcessReport;
+use crate::report::ProcessReport;
+use crate::resources::Resources;
 use crate::scenario::Scenario;
 use anhyst_ipc::{Observer, stop_requested};
-use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
@@ -12,56 +12,6 @@ use std::time::{Duration, Instant};
 const WATCH_PERIOD: Duration = Duration::from_millis(10);
 /// What a child that was asked to end gets before it is killed: time for the recorder to write its last block.
 const GRACE: Duration = Duration::from_millis(1200);
-
-/// A run's iceoryx2 resources: a prefix and a directory that no other run has.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Resources {
-    /// Prefix of the run's files in /dev/shm.
-    pub prefix: String,
-    /// Directory of the run's sockets and service files.
-    pub root: PathBuf,
-}
-
-/// Every prefix begins with this, so that leftovers of crashed runs can be told from other people's files.
-pub const PREFIX: &str = "anhyst_";
-
-/// The directory that holds the runs' roots: one a user, because iceoryx2's own default belongs to its first user.
-pub fn user_root() -> PathBuf {
-    // A socket path has 108 bytes, of which iceoryx2 needs about 60: TMPDIR may be too long, /tmp is not.
-    PathBuf::from("/tmp").join(format!("anhyst-{}", rustix::process::getuid().as_raw()))
-}
-
-impl Resources {
-    /// New resources, named after this process and the moment.
-    pub fn unique() -> Self {
-        let id = format!("{}_{:x}", std::process::id(), anhyst_ipc::monotonic_ns());
-        Self {
-            prefix: format!("{PREFIX}{id}_"),
-            root: user_root().join(id),
-        }
-    }
-
-    /// Removes everything that bears the prefix. Only when no process of the run lives.
-    ///
-    /// # Errors
-    /// If a file cannot be removed.
-    pub fn remove(&self) -> std::io::Result<()> {
-        for entry in std::fs::read_dir("/dev/shm")? {
-            let entry = entry?;
-            if entry.file_name().to_string_lossy().starts_with(&self.prefix) {
-                ignore_missing(std::fs::remove_file(entry.path()))?;
-            }
-        }
-        ignore_missing(std::fs::remove_dir_all(&self.root))
-    }
-}
-
-fn ignore_missing(result: std::io::Result<()>) -> std::io::Result<()> {
-    match result {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
-        other => other,
-    }
-}
 
 /// Why a run of processes did not reach its end.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -301,59 +251,4 @@ fn read_report(folder: &RunFolder, process: &str) -> Result<ProcessReport, Launc
     };
     let text = std::fs::read_to_string(folder.report(process)).map_err(|error| refused(error.to_string()))?;
     serde_json::from_str(&text).map_err(|error| refused(error.to_string()))
-}
-
-/// Removes what crashed runs have left. What cannot be removed (another user's) stays: it harms no other run.
-pub fn sweep() {
-    for leftover in leftovers().unwrap_or_default() {
-        let _ = leftover.remove();
-    }
-}
-
-/// Resources of launchers that no longer live: prefix and root of each.
-///
-/// # Errors
-/// If /dev/shm or the user's root cannot be listed.
-pub fn leftovers() -> std::io::Result<Vec<Resources>> {
-    let mut ids: Vec<String> = Vec::new();
-    let mut note = |id: &str| {
-        if !launcher_lives(id) && !ids.iter().any(|known| known == id) {
-            ids.push(id.into());
-        }
-    };
-    for name in names(Path::new("/dev/shm"))? {
-        if let Some(rest) = name.strip_prefix(PREFIX) {
-            note(&rest.split('_').take(2).collect::<Vec<_>>().join("_"));
-        }
-    }
-    for name in names(&user_root())? {
-        note(&name);
-    }
-    Ok(ids
-        .into_iter()
-        .map(|id| Resources {
-            prefix: format!("{PREFIX}{id}_"),
-            root: user_root().join(id),
-        })
-        .collect())
-}
-
-fn names(folder: &Path) -> std::io::Result<Vec<String>> {
-    match std::fs::read_dir(folder) {
-        Ok(entries) => entries
-            .map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned()))
-            .collect(),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),
-        Err(error) => Err(error),
-    }
-}
-
-/// An id begins with the launcher's process number. A number that was given to another program counts as dead.
-fn launcher_lives(id: &str) -> bool {
-    let pid = id.split('_').next().unwrap_or_default();
-    if pid.is_empty() || !pid.bytes().all(|byte| byte.is_ascii_digit()) {
-        // Not an id of ours (a prefix that a user chose): never touched.
-        return true;
-    }
-    std::fs::read_to_string(format!("/proc/{pid}/comm")).is_ok_and(|command| command.starts_with("anhyst"))
 }

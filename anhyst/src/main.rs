@@ -7,6 +7,10 @@ use std::process::ExitCode;
 const BAD_INPUT: u8 = 2;
 
 fn main() -> ExitCode {
+    // Long lines stay whole: a path that is broken in two cannot be copied. A hook can be set once, and this is the once.
+    let _ = miette::set_hook(Box::new(|_| {
+        Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).build())
+    }));
     match run(&Cli::parse().command) {
         Ok(ending) => ending.into(),
         Err(report) => {

@@ -1,14 +1,12 @@
 //! One process of a run: its nodes, opened, run to the end, and what they report.
 
-use crate::assemble::{self, RunError};
+use crate::assemble;
+use crate::error::RunError;
 use crate::folder::RunFolder;
-use crate::judge::Verdict;
+use crate::report::ProcessReport;
 use crate::scenario::{Clock, Scenario};
 use crate::scribe::Scribe;
-use anhyst_ipc::{
-    Connections, LinkError, Node, NodeId, NodeReport, SharedContext, SharedSettings, Stage, Wait, stop_requested,
-};
-use serde::{Deserialize, Serialize};
+use anhyst_ipc::{Connections, LinkError, Node, NodeId, SharedContext, SharedSettings, Stage, Wait, stop_requested};
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
@@ -20,31 +18,12 @@ pub struct Meeting {
     pub prefix: String,
     /// Directory of iceoryx2's files.
     pub root: PathBuf,
+    /// Fingerprint of the scenario: all processes must have the same.
+    pub agreement: u64,
     /// Polls before a waiting process sleeps.
     pub yields: u32,
     /// How long to wait for the others to appear.
     pub start_limit: Duration,
-}
-
-/// What a process reports.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct ProcessReport {
-    /// Its name.
-    pub process: String,
-    /// Its nodes.
-    pub nodes: Vec<NodeReport>,
-    /// The judge's verdict, from the process that has the recorder.
-    pub verdict: Option<Verdict>,
-    /// Rows that the recording holds.
-    pub recorded_rows: u64,
-    /// Rows that the recording lost.
-    pub dropped_rows: u64,
-    /// From tick 0 to the last.
-    pub loop_s: f64,
-    /// Why it ended early.
-    pub error: Option<String>,
-    /// True if it ended because it was asked to.
-    pub stopped: bool,
 }
 
 /// The reader must never be this far behind: its buffer is twice as deep.
@@ -103,6 +82,7 @@ fn open(
                 root: meeting.root.clone(),
                 process: process.into(),
                 processes,
+                agreement: meeting.agreement,
                 wait: if recorder_alone {
                     Wait::Poll {
                         period: Duration::from_millis(1),

@@ -1,6 +1,6 @@
 //! What the recorder has to know about a scenario.
 
-use crate::assemble::RunError;
+use crate::error::RunError;
 use crate::folder::RunFolder;
 use crate::scenario::Scenario;
 use crate::scribe::Scribe;

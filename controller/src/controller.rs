@@ -146,7 +146,7 @@ impl Controller {
         };
         let sentence = format!(
             "at {time_s} s the rod needs a quasi-static displacement of {:e} m, but magnetizations up to saturation, {} A/m, \
-             give only [{lowest_m:e}, {highest_m:e}] m",
+             give only [{lowest_m:.4e}, {highest_m:.4e}] m",
             self.needed_m(time_s),
             self.law.saturation_a_per_m()
         );

@@ -27,7 +27,7 @@ impl std::fmt::Display for Place {
 /// One refusal: value, limit, place and what to do about it.
 #[derive(Debug, Error)]
 pub enum DiagnosisError {
-    #[error("{file}: cannot be read: {source}")]
+    #[error("{file} cannot be read: {source}")]
     Unreadable { file: PathBuf, source: std::io::Error },
     #[error("{file}: is not a table of comma-separated values: {source}")]
     NotCsv { file: PathBuf, source: csv::Error },

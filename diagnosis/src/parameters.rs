@@ -5,7 +5,7 @@
 //!   a = a_eff·e^w,  α = (a − a_eff)/(s·Ms).
 //! Then α·χ₀ = 1 − e^(−w) stays below 1 by itself. Each coordinate v lies between bounds through a logistic function of a
 //! free number u: v = low·(high/low)^σ(u) or v = low + (high − low)·σ(u), σ(u) = 1/(1 + e^(−u)).
-//! Ms, a, k, a_eff in A/m; α, c, w without unit. Source: `notes/physics.md`; SCIENCE section 6.
+//! Ms, a, k, a_eff in A/m; α, c, w without unit. Source: the linearised anhysteretic curve, χ₀/(1 − αχ₀).
 
 use std::str::FromStr;
 

@@ -62,7 +62,7 @@ fn ambiguities(report: &FitReport) -> Vec<String> {
                 );
             }
             sentences.push(format!(
-                "{sentence}. Fix one of them, as in {}={:.4e}, or measure loops of other amplitudes",
+                "{sentence}. Hold one of them at a value you trust, as in --fix {}={:.4}, or measure loops of other amplitudes",
                 second.symbol, second.value
             ));
         }

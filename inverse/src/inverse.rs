@@ -4,7 +4,7 @@
 //! What the estimator knows holds at t_k; the field at t_k+1 is on its way already, so the state is first carried there with
 //! the model, and the field decided now takes it from t_k+1 to t_k+2, which is what the demand is about.
 //! Assumptions: parameters other than `a` are known; the amplifier adds no further ticks of delay.
-//! Source: the paper's inverse compensator (section 1), started from the present state (SCIENCE section 4).
+//! Source: the paper's inverse compensator (section 1), started from the present state (docs/paper-notes.md).
 
 use crate::lead::Lead;
 use crate::{InverseError, InverseSettings, Structure};
@@ -65,7 +65,7 @@ pub struct Inverse {
 }
 
 impl Inverse {
-    /// A demagnetised material behind an amplifier at rest. The material's own `a` is used by [`Structure::Gain`] only.
+    /// A demagnetised material behind an amplifier at rest; `guard_limit_a_per_m` is the limit where the settings give none. The material's own `a` is used by [`Structure::Gain`] only.
     ///
     /// # Errors
     /// A setting or a constant that cannot be used.
@@ -73,7 +73,9 @@ impl Inverse {
         settings: &InverseSettings,
         hysteresis: Hysteresis,
         amplifier: &AmplifierConstants,
+        guard_limit_a_per_m: f64,
     ) -> Result<Self, InverseError> {
+        let field_limit_a_per_m = settings.field_limit_a_per_m.unwrap_or(guard_limit_a_per_m);
         settings.validate()?;
         hysteresis.validate()?;
         amplifier.validate()?;
@@ -87,8 +89,8 @@ impl Inverse {
             structure: settings.structure,
             hysteresis,
             susceptibility: initial / (1.0 - hysteresis.coupling * initial),
-            field_limit_a_per_m: settings.field_limit_a_per_m,
-            lead: Lead::new(lag_s, settings.field_limit_a_per_m),
+            field_limit_a_per_m,
+            lead: Lead::new(lag_s, field_limit_a_per_m),
             last: Command::default(),
         })
     }

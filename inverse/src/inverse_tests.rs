@@ -8,14 +8,14 @@ const LIMIT: f64 = 30_000.0;
 fn inverse(structure: Structure) -> Inverse {
     let settings = InverseSettings {
         structure,
-        field_limit_a_per_m: LIMIT,
+        field_limit_a_per_m: Some(LIMIT),
         compensate_amplifier: true,
     };
     let amplifier = AmplifierConstants {
         bandwidth_hz: Some(2000.0),
         ..AmplifierConstants::default()
     };
-    Inverse::new(&settings, Hysteresis::terfenol_d(), &amplifier).unwrap()
+    Inverse::new(&settings, Hysteresis::terfenol_d(), &amplifier, f64::INFINITY).unwrap()
 }
 
 /// ±40 µm at 50 Hz plus 30 % at 150 Hz as a magnetization, at 20 kHz.
@@ -33,11 +33,11 @@ fn demand(k: u64) -> Wanted {
 #[test]
 fn the_demand_is_met_two_ticks_later() {
     let settings = InverseSettings {
-        field_limit_a_per_m: LIMIT,
+        field_limit_a_per_m: Some(LIMIT),
         ..InverseSettings::default()
     };
     let model = Hysteresis::terfenol_d();
-    let mut inverse = Inverse::new(&settings, model, &AmplifierConstants::default()).unwrap();
+    let mut inverse = Inverse::new(&settings, model, &AmplifierConstants::default(), 2.0 * LIMIT).unwrap();
     let (mut state, mut on_its_way) = (MagneticState::default(), 0.0);
     let mut due = [0.0; 2];
     for k in 0..2000 {
@@ -130,7 +130,7 @@ fn unusable_inputs_keep_the_last_command() {
 #[test]
 fn refusals_say_the_value() {
     let settings = InverseSettings {
-        field_limit_a_per_m: -3.0,
+        field_limit_a_per_m: Some(-3.0),
         ..InverseSettings::default()
     };
     assert!(

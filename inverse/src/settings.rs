@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 pub struct InverseSettings {
     /// Where the inversion starts from.
     pub structure: Structure,
-    /// No command goes beyond this field, either way.
-    pub field_limit_a_per_m: f64,
+    /// No command goes beyond this field, either way; none: the guard's limit.
+    pub field_limit_a_per_m: Option<f64>,
     /// Command u = H + τ dH/dt, so that the amplifier's first-order lag τ is made up for.
     pub compensate_amplifier: bool,
 }
@@ -34,7 +34,7 @@ impl Default for InverseSettings {
     fn default() -> Self {
         Self {
             structure: Structure::default(),
-            field_limit_a_per_m: 50_000.0,
+            field_limit_a_per_m: None,
             compensate_amplifier: true,
         }
     }
@@ -46,6 +46,8 @@ impl InverseSettings {
     /// # Errors
     /// The first setting that cannot be used.
     pub fn validate(&self) -> Result<(), Invalid> {
-        Invalid::unless_positive("field_limit_a_per_m", self.field_limit_a_per_m, "A/m")
+        self.field_limit_a_per_m.map_or(Ok(()), |limit| {
+            Invalid::unless_positive("field_limit_a_per_m", limit, "A/m")
+        })
     }
 }

@@ -2,6 +2,7 @@
 //! that of the tick before (at tick 0: the default token, all zero). The graph of the loop follows from these types alone.
 
 use crate::link::{Connections, Receiver, Sender};
+use crate::wire::Wire;
 use crate::{Channel, LinkError, Message, NodeId};
 
 /// A pure state machine: its own state and its inputs in, its outputs out; no clock, no I/O, no randomness of its own.
@@ -48,17 +49,6 @@ impl<M: Message> Edge for Previous<M> {
     fn from_token(token: M) -> Self {
         Self(token)
     }
-}
-
-/// One arrow of the loop's graph.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Wire {
-    /// What travels.
-    pub channel: Channel,
-    /// Who reads.
-    pub reader: NodeId,
-    /// By how many ticks it is late.
-    pub delay: u64,
 }
 
 /// A tuple of edges.

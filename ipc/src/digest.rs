@@ -78,6 +78,11 @@ impl Trail {
     }
 }
 
+/// A fingerprint of a text: equal texts have equal ones.
+pub fn fingerprint(text: &str) -> u64 {
+    xxh3_64_with_seed(text.as_bytes(), 0)
+}
+
 /// The digest of a whole run, 32 hexadecimal digits, from the nodes' names and last digests in loop order.
 pub fn combine<'a>(nodes: impl IntoIterator<Item = (&'a str, u64)>) -> String {
     let mut bytes = Vec::new();

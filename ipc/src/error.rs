@@ -49,6 +49,14 @@ pub enum LinkError {
         /// For how long others waited.
         waited_s: f64,
     },
+    /// Two processes of one run were given different scenarios.
+    #[error("{process} runs another scenario than {own}: give all processes of a run the same file and the same --set")]
+    Disagreement {
+        /// The other one.
+        process: String,
+        /// This one.
+        own: String,
+    },
     /// The run was told to end.
     #[error("stopped on request at tick {tick}")]
     Stopped {

@@ -19,10 +19,11 @@ mod node;
 mod shared;
 mod statistics;
 mod stop;
+mod wire;
 
-pub use block::{Block, Edge, Inputs, Now, Outputs, Previous, Seen, Wire, wiring};
+pub use block::{Block, Edge, Inputs, Now, Outputs, Previous, Seen, wiring};
 pub use clock::monotonic_ns;
-pub use digest::{Digest, Trail, combine};
+pub use digest::{Digest, Trail, combine, fingerprint};
 pub use embedded::Cells;
 pub use error::LinkError;
 pub use invalid::Invalid;
@@ -33,3 +34,4 @@ pub use node::{Node, NodeReport, OneUlp, Stage};
 pub use shared::{Observer, SharedContext, SharedSettings, Wait};
 pub use statistics::{LatencySummary, LinkReport};
 pub use stop::{request_stop, stop_flag, stop_requested};
+pub use wire::Wire;

@@ -1,9 +1,9 @@
 //! A link, whichever transport carries it, and the connections of one process.
 
-use crate::block::Wire;
 use crate::embedded::Cells;
 use crate::shared::{SharedContext, SharedReceiver, SharedSender};
 use crate::statistics::Latency;
+use crate::wire::Wire;
 use crate::{LinkError, LinkReport, Message, NodeId, monotonic_ns};
 use std::cell::Cell;
 use std::collections::BTreeSet;

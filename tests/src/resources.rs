@@ -36,6 +36,7 @@ impl SharedMemory {
                 .iter()
                 .map(|(name, nodes)| ((*name).to_owned(), nodes.to_vec()))
                 .collect(),
+            agreement: 7,
             wait: Wait::Bell { yields: 20 },
             receive_limit,
             start_limit: Duration::from_secs(20),

@@ -1,8 +1,8 @@
 //! `anhyst check`: is this scenario usable?
 
 use super::Ending;
-use crate::assemble::RunError;
 use crate::cli::CheckArguments;
+use crate::error::RunError;
 use crate::scenario::{load, to_ron};
 
 /// Runs the command.
@@ -20,9 +20,10 @@ pub fn run(arguments: &CheckArguments) -> miette::Result<Ending> {
         let ticks = scenario.ticks();
         let processes = scenario.placement.processes().len();
         println!(
-            "{}: good; {ticks} ticks of {} µs in {processes} processes",
+            "{}: good; {ticks} ticks of {} µs in {processes} {}",
             scenario.name,
-            scenario.tick_s * 1e6
+            scenario.tick_s * 1e6,
+            if processes == 1 { "process" } else { "processes" }
         );
     }
     Ok(Ending::Held)

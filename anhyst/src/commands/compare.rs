@@ -6,8 +6,8 @@ use super::Ending;
 use super::progress_bar;
 use super::run::{embedded, prepare};
 use super::summary::{Summary, plain_table};
-use crate::assemble::RunError;
 use crate::cli::CompareArguments;
+use crate::error::RunError;
 use crate::scenario::{Placement, Scenario, load};
 use crate::signals;
 use comfy_table::CellAlignment;
@@ -15,7 +15,10 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Runs the command.
+/// Where each scenario's results go.
+const RESULTS: &str = "runs/compare";
+
+/// Runs the command. What the scenarios expect is shown, not judged: comparisons are made with some that fail.
 ///
 /// # Errors
 /// A bad scenario, or a run that failed.
@@ -27,6 +30,17 @@ pub fn run(arguments: &CompareArguments) -> miette::Result<Ending> {
         scenario.placement = Placement::Embedded;
         scenario.recording.on = false;
         scenarios.push(scenario);
+    }
+    // Folders of an earlier comparison would lie between this one's.
+    match std::fs::remove_dir_all(RESULTS) {
+        Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => {
+            return Err(RunError::Write {
+                path: RESULTS.into(),
+                cause,
+            }
+            .into());
+        }
+        _ => {}
     }
     let summaries = run_all(&scenarios)?;
     if arguments.json {
@@ -68,7 +82,7 @@ fn run_all(scenarios: &[Scenario]) -> Result<Vec<Summary>, RunError> {
 }
 
 fn run_one(scenario: &Scenario, i: usize, progress: &mut dyn FnMut(u64)) -> Result<Summary, RunError> {
-    let out = PathBuf::from("runs/compare").join(format!("{}-{}", i + 1, scenario.name));
+    let out = PathBuf::from(RESULTS).join(format!("{}-{}", i + 1, scenario.name));
     let folder = prepare(scenario, Some(&out))?;
     let reports = embedded(scenario, &folder, progress)?;
     let summary = Summary::new(scenario, &reports);

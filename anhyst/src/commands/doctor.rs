@@ -1,9 +1,9 @@
 //! `anhyst doctor`: is this machine fit to run the loop, and has a crashed run left something?
 
 use super::Ending;
-use crate::assemble::RunError;
 use crate::cli::DoctorArguments;
-use crate::launcher;
+use crate::error::RunError;
+use crate::resources;
 use serde::Serialize;
 
 /// One finding.
@@ -23,12 +23,12 @@ const SHARED_MEMORY_NEEDED_BYTES: u64 = 256 << 20;
 /// If leftovers cannot be listed or removed.
 pub fn run(arguments: &DoctorArguments) -> miette::Result<Ending> {
     let failed = |cause: std::io::Error| RunError::Setup(format!("shared memory cannot be inspected: {cause}"));
-    let leftovers = launcher::leftovers().map_err(failed)?;
+    let leftovers = resources::leftovers().map_err(failed)?;
     let mut findings = vec![shared_memory(), rights(), cores()];
     if arguments.clean {
         leftovers
             .iter()
-            .try_for_each(launcher::Resources::remove)
+            .try_for_each(resources::Resources::remove)
             .map_err(failed)?;
         findings.push(Finding {
             what: "leftovers",
@@ -88,7 +88,7 @@ fn shared_memory() -> Finding {
 }
 
 fn rights() -> Finding {
-    let root = launcher::user_root();
+    let root = resources::user_root();
     let probe = root.join(format!("probe-{}", std::process::id()));
     let tried = std::fs::create_dir_all(&root)
         .and_then(|()| std::fs::write(&probe, b""))

@@ -2,7 +2,7 @@
 
 use super::Ending;
 use super::summary::plain_table;
-use crate::assemble::RunError;
+use crate::error::RunError;
 use crate::scenario::to_ron;
 use anhyst_diagnosis::{
     ColumnMapping, Curves, DiagnosisError, Fit, FitOptions, FitReport, Fixed, MeasuredLoops, Progress, ReadOptions,
@@ -41,7 +41,7 @@ pub struct FitArguments {
     /// Name of the material (default: the file's).
     #[arg(long)]
     pub name: Option<String>,
-    /// Folder of the results: material.ron, fit.json, fit.svg (default: runs/fit-NAME).
+    /// Folder of the results: material.ron (without strain: hysteresis.ron), fit.json, fit.svg (default: runs/fit-NAME).
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// Print the report as JSON.
@@ -160,7 +160,11 @@ fn print_report(report: &FitReport) {
         format!("{:.6e}", effective.value),
         format!("{:.3e}", effective.standard_deviation),
     );
-    table.add_row(["a - alpha Ms s".into(), value, deviation, "A/m".to_owned()]);
+    let combination = match report.anhysteretic {
+        Anhysteretic::Langevin => "a - alpha Ms/3",
+        Anhysteretic::Ising => "a - alpha Ms",
+    };
+    table.add_row([combination.to_owned(), value, deviation, "A/m".to_owned()]);
     println!("{table}");
     println!(
         "\n{:?} curve; magnetization {:.3} % of its range rms over all loops",

@@ -1,13 +1,13 @@
 //! One process of a run: `anhyst controller SCENARIO`, started by the launcher or by hand.
 
 use super::Ending;
-use crate::assemble::RunError;
 use crate::cli::NodeArguments;
+use crate::error::RunError;
 use crate::folder::RunFolder;
 use crate::process::{self, Meeting};
-use crate::scenario::load;
-use crate::{launcher, signals};
-use anhyst_ipc::NodeId;
+use crate::scenario::{load, to_ron};
+use crate::{resources, signals};
+use anhyst_ipc::{NodeId, fingerprint};
 use std::time::Duration;
 
 /// Runs the process that `node` belongs to.
@@ -21,6 +21,7 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
         let _ = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::TERM));
     }
     let mut scenario = load(&arguments.scenario, &arguments.settings)?;
+    let effective = to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?;
     if arguments.live.is_some() {
         scenario.recording.live_port = arguments.live;
     }
@@ -40,11 +41,25 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
         root: arguments
             .root
             .clone()
-            .unwrap_or_else(|| launcher::user_root().join("hand")),
+            .unwrap_or_else(|| resources::user_root().join("hand")),
+        agreement: fingerprint(&effective),
         yields: arguments.yields,
         start_limit: Duration::from_secs_f64(arguments.start_limit_s.clamp(0.1, 86_400.0)),
     };
-    let report = process::run(&process, &nodes, &scenario, &folder, Some(&meeting), &mut |_| {})?;
+    if node == NodeId::Recorder && !arguments.end_with_launcher {
+        // By hand there is no launcher to write it; replay needs it.
+        let path = folder.scenario();
+        std::fs::write(&path, effective).map_err(|cause| RunError::Write { path, cause })?;
+    }
+    let report = match process::run(&process, &nodes, &scenario, &folder, Some(&meeting), &mut |_| {}) {
+        Ok(report) => report,
+        // The scenario is good; another process did not come, or not as it should.
+        Err(RunError::Link(error)) => {
+            eprintln!("{error}");
+            return Ok(Ending::ProcessFailed);
+        }
+        Err(error) => return Err(error.into()),
+    };
     let path = folder.report(&process);
     let text = serde_json::to_string_pretty(&report).map_err(|error| RunError::Setup(error.to_string()))?;
     std::fs::write(&path, text).map_err(|cause| RunError::Write { path, cause })?;

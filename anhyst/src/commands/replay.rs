@@ -1,8 +1,8 @@
 //! `anhyst replay RUN`: feeds a recorded run's tokens to one node and compares its outputs bit by bit.
 
 use super::Ending;
-use crate::assemble::RunError;
 use crate::cli::ReplayArguments;
+use crate::error::RunError;
 use crate::folder::RunFolder;
 use crate::scenario::{Scenario, load};
 use anhyst_ipc::{
@@ -45,8 +45,8 @@ pub fn run(arguments: &ReplayArguments) -> miette::Result<Ending> {
     if nodes.is_empty() {
         let known: Vec<&str> = NODES.iter().map(|node| node.name()).collect();
         return Err(miette::miette!(
-            "{:?} is no node that can be replayed; there are {}",
-            arguments.node,
+            "{} is no node that can be replayed; there are {}",
+            arguments.node.as_deref().unwrap_or_default(),
             known.join(", ")
         ));
     }

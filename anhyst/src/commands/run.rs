@@ -2,12 +2,13 @@
 
 use super::summary::Summary;
 use super::{Ending, progress_bar};
-use crate::assemble::RunError;
 use crate::cli::RunArguments;
+use crate::error::RunError;
 use crate::folder::RunFolder;
-use crate::process::{self, ProcessReport};
+use crate::process;
+use crate::report::ProcessReport;
 use crate::scenario::{Placement, Scenario, load, to_ron};
-use crate::{launcher, signals};
+use crate::{launcher, resources, signals};
 use anhyst_ipc::NodeId;
 
 /// Polls before a waiting process sleeps, on a machine with fewer cores than processes.
@@ -31,6 +32,9 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
     if arguments.live.is_some() {
         scenario.recording.live_port = arguments.live;
     }
+    if let Some(port) = scenario.recording.live_port.filter(|_| scenario.recording.on) {
+        eprintln!("watch: rerun rerun+http://127.0.0.1:{port}/proxy");
+    }
     let folder = prepare(&scenario, arguments.out.as_deref())?;
     let yields = if arguments.dedicated_cores {
         YIELDS_DEDICATED
@@ -41,7 +45,7 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
     let outcome = if scenario.placement == Placement::Embedded {
         embedded(&scenario, &folder, &mut |tick| bar.set_position(tick))
     } else {
-        launcher::sweep();
+        resources::sweep();
         let options = launcher::Options {
             yields,
             reverse_start: arguments.reverse_start,

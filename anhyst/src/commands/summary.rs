@@ -2,7 +2,7 @@
 
 use crate::folder::RunFolder;
 use crate::judge::Verdict;
-use crate::process::ProcessReport;
+use crate::report::ProcessReport;
 use crate::scenario::Scenario;
 use anhyst_ipc::{LinkReport, NodeId, NodeReport, combine};
 use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
@@ -20,9 +20,6 @@ pub struct Summary {
     /// Error, estimate, field.
     #[serde(flatten)]
     pub verdict: Verdict,
-    /// Same as the verdict's, under the name that the unit suggests.
-    #[serde(rename = "a_final_error_A_per_m")]
-    pub a_final_error: f64,
     /// The workpiece's tolerance.
     pub tolerance_m: f64,
     /// Tolerance minus largest error.
@@ -42,7 +39,7 @@ pub struct Summary {
     /// Digest of all tokens of all nodes.
     pub digest: String,
     /// Digest of each node, in loop order.
-    pub node_digests: Vec<(NodeId, String)>,
+    pub node_digests: Vec<(String, String)>,
     /// Latencies of the links between processes.
     pub links: Vec<LinkReport>,
 }
@@ -66,7 +63,6 @@ impl Summary {
             scenario: scenario.name.clone(),
             held: failures.is_empty(),
             failures,
-            a_final_error: verdict.a_final_error_a_per_m,
             tolerance_m: scenario.expect.tolerance_m,
             tolerance_margin_m: scenario.expect.tolerance_m - verdict.error_max_m,
             field_limit_a_per_m: scenario.guard.field_limit_a_per_m,
@@ -79,7 +75,7 @@ impl Summary {
             recorded_rows: reports.iter().map(|report| report.recorded_rows).sum(),
             digest: combine(senders().map(|report| (report.node.name(), report.digest))),
             node_digests: senders()
-                .map(|report| (report.node, format!("{:016x}", report.digest)))
+                .map(|report| (report.node.name().to_owned(), format!("{:016x}", report.digest)))
                 .collect(),
             links,
         }
@@ -122,7 +118,10 @@ impl Summary {
         );
         row(
             "a error rms, final",
-            format!("{:.2}, {:.2} A/m", verdict.a_error_rms_a_per_m, self.a_final_error),
+            format!(
+                "{:.2}, {:.2} A/m",
+                verdict.a_error_rms_a_per_m, verdict.a_final_error_a_per_m
+            ),
         );
         let (peak, limit) = (verdict.field_peak_a_per_m * 1e-3, self.field_limit_a_per_m * 1e-3);
         row("field used, limit", format!("{peak:.2}, {limit:.2} kA/m"));

@@ -1,8 +1,8 @@
 //! A scenario that is another one with some values changed:
 //! `(based_on: "milling.ron", name: "fixed", set: { "estimator.law": "Fixed(a_per_m: 6800.0)" })`.
 
+use indexmap::IndexMap;
 use serde::Deserialize;
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// The text of a derived scenario.
@@ -13,9 +13,9 @@ pub struct Derived {
     pub based_on: PathBuf,
     /// The new name.
     pub name: String,
-    /// Paths and their new values, as after `--set`.
+    /// Paths and their new values, as after `--set`, worked in from top to bottom.
     #[serde(default)]
-    pub set: BTreeMap<String, String>,
+    pub set: IndexMap<String, String>,
 }
 
 /// True if the text is that of a derived scenario.

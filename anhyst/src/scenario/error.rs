@@ -17,7 +17,7 @@ pub enum ScenarioError {
     #[diagnostic(transparent)]
     Refused(Box<Refusal>),
     /// A `--set` that cannot be done.
-    #[error("--set {setting}: {sentence}")]
+    #[error("{setting} cannot be set: {sentence}")]
     Setting {
         /// As the user wrote it.
         setting: String,

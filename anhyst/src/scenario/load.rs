@@ -50,44 +50,58 @@ pub fn to_ron<T: serde::Serialize>(value: &T) -> Result<String, ron::Error> {
 /// # Errors
 /// The first thing that is wrong, with file, line and column.
 pub fn load(path: &Path, settings: &[Setting]) -> Result<Scenario, ScenarioError> {
-    let (path, text) = resolve(path, settings, 0)?;
-    let mut scenario: Scenario = parse(&path, &text)?;
-    let folder = path.parent().unwrap_or(Path::new("."));
-    if let MaterialSource::File(file) = &scenario.material {
-        scenario.material = MaterialSource::Inline(load_material(&folder.join(file), &path, &text)?);
+    let Resolved { file, shown, text } = resolve(path, settings, "--set", 0)?;
+    let mut scenario: Scenario = parse(&shown, &text)?;
+    let folder = file.parent().unwrap_or(Path::new("."));
+    if let MaterialSource::File(material) = &scenario.material {
+        scenario.material = MaterialSource::Inline(load_material(&folder.join(material), &shown, &text)?);
     }
     scenario.anchor(folder);
-    scenario.validate().map_err(|invalid| refuse(&path, &text, &invalid))?;
+    scenario.validate().map_err(|invalid| refuse(&shown, &text, &invalid))?;
     Ok(scenario)
 }
 
-/// The scenario's final text, with what it is based on and `--set` worked in, and the file that its lines belong to.
-fn resolve(path: &Path, settings: &[Setting], depth: usize) -> Result<(PathBuf, String), ScenarioError> {
+/// The scenario's final text, with what it is based on and `--set` worked in.
+struct Resolved {
+    /// The file that its lines belong to.
+    file: PathBuf,
+    /// That file in words for refusals: who has changed the text is part of it.
+    shown: PathBuf,
+    text: String,
+}
+
+fn resolve(path: &Path, settings: &[Setting], by: &str, depth: usize) -> Result<Resolved, ScenarioError> {
     let text = read(path)?;
     if !is_derived(&text) {
-        return Ok((path.to_owned(), edit(&text, settings)?));
+        let shown = match settings {
+            [] => path.to_owned(),
+            _ => format!("{} (as changed by {by})", path.display()).into(),
+        };
+        return Ok(Resolved {
+            file: path.to_owned(),
+            shown,
+            text: edit(&text, settings)?,
+        });
     }
     let derived: Derived = parse(path, &text)?;
     if depth > 8 {
         let bytes = place_of(&text, "based_on");
-        return Err(ScenarioError::at(
-            path,
-            &text,
-            bytes,
-            "is based on itself, more than 8 files deep".into(),
-        ));
+        let sentence = "is based on itself, more than 8 files deep".into();
+        return Err(ScenarioError::at(path, &text, bytes, sentence));
     }
+    let by = if settings.is_empty() {
+        path.display().to_string()
+    } else {
+        format!("{} and {by}", path.display())
+    };
     let mut all = vec![Setting {
         path: "name".into(),
         value: format!("\"{}\"", derived.name),
     }];
     all.extend(derived.set.into_iter().map(|(path, value)| Setting { path, value }));
     all.extend_from_slice(settings);
-    resolve(
-        &path.parent().unwrap_or(Path::new(".")).join(derived.based_on),
-        &all,
-        depth + 1,
-    )
+    let base = path.parent().unwrap_or(Path::new(".")).join(derived.based_on);
+    resolve(&base, &all, &by, depth + 1)
 }
 
 fn read(path: &Path) -> Result<String, ScenarioError> {

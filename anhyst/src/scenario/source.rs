@@ -66,18 +66,22 @@ impl Place {
         }
     }
 
-    /// `text` with `path` set to `value`: replaced where it stands, added to its struct where it does not.
+    /// `text` with `path` set to `value`: replaced where it stands, added where it does not, with the structs on the way to it.
+    /// Whether the names mean anything is serde's affair.
     ///
     /// # Errors
-    /// A sentence naming the part of the path that does not exist.
+    /// A sentence, if something on the way has no named fields.
     pub fn set(&self, text: &str, path: &str, value: &str) -> Result<String, String> {
         let mut place = self;
         let segments: Vec<&str> = path.split('.').collect();
         for (i, segment) in segments.iter().enumerate() {
             match place.child(segment) {
                 Some(child) => place = child,
-                None if i + 1 == segments.len() => return place.insert(text, segment, value, path),
-                None => return Err(format!("there is no {} in this scenario", segments[..=i].join("."))),
+                None => {
+                    let nested = |inner: String, name: &&str| format!("({name}: {inner})");
+                    let value = segments[i + 1..].iter().rev().fold(value.to_owned(), nested);
+                    return place.insert(text, segment, &value, path);
+                }
             }
         }
         Ok(format!(
@@ -280,10 +284,13 @@ mod tests {
                 .unwrap()
                 .contains("top: -1e-3, low: 0")
         );
-        assert_eq!(
-            place.set(TEXT, "no.such", "1"),
-            Err("there is no no in this scenario".into())
+        assert!(
+            place
+                .set(TEXT, "new.inner", "1")
+                .unwrap()
+                .ends_with(",\nnew: (inner: 1))")
         );
+        assert!(place.set(TEXT, "name.inner", "1").is_err());
     }
 
     #[test]

@@ -44,13 +44,13 @@ impl Scenario {
             .map_err(|invalid| invalid.within("estimator"))?;
         self.validate_shapes(&material.hysteresis)?;
         self.inverse.validate().map_err(|invalid| invalid.within("inverse"))?;
-        Invalid::unless_between(
-            "inverse.field_limit_a_per_m",
-            self.inverse.field_limit_a_per_m,
-            0.0,
-            self.guard.field_limit_a_per_m,
-            "A/m",
-        )?;
+        let guard_limit = self.guard.field_limit_a_per_m;
+        if let Some(limit) = self.inverse.field_limit_a_per_m.filter(|limit| *limit > guard_limit) {
+            return Err(Invalid::new(
+                "inverse.field_limit_a_per_m",
+                format!("{limit} A/m is above the guard's limit, guard.field_limit_a_per_m = {guard_limit} A/m"),
+            ));
+        }
         self.guard
             .validate(self.tick_s)
             .map_err(|invalid| invalid.within("guard"))?;

@@ -37,6 +37,8 @@ pub struct SharedSettings {
     pub process: String,
     /// All processes of the run and the nodes in each.
     pub processes: Vec<(String, Vec<NodeId>)>,
+    /// Fingerprint of what all processes must have been told alike ([`crate::fingerprint`] of the scenario).
+    pub agreement: u64,
     /// How this process waits.
     pub wait: Wait,
     /// How long a token may take to come.
@@ -73,7 +75,7 @@ impl SharedContext {
             .listener_builder()
             .create()
             .map_err(refused("create a listener"))?;
-        let status = OwnStatus::create(&node, &settings.process)?;
+        let status = OwnStatus::create(&node, &settings.process, settings.agreement)?;
         let mut context = Self {
             settings,
             status,
@@ -102,6 +104,12 @@ impl SharedContext {
                 self.still_waiting(start, &process, 0)?;
                 std::thread::sleep(STEP);
             };
+            if status.agreement != self.settings.agreement {
+                return Err(LinkError::Disagreement {
+                    process,
+                    own: self.settings.process.clone(),
+                });
+            }
             let bell = event(&self.node, &process)?
                 .notifier_builder()
                 .create()

@@ -9,6 +9,7 @@ use iceoryx2::prelude::*;
 const PHASE: u64 = 0;
 const ASLEEP: u64 = 1;
 const TICK: u64 = 2;
+const AGREEMENT: u64 = 3;
 
 fn service_name(process: &str) -> Result<ServiceName, LinkError> {
     ServiceName::new(&format!("status/{process}")).map_err(refused("name a status service"))
@@ -23,7 +24,7 @@ pub struct OwnStatus {
 }
 
 impl OwnStatus {
-    pub fn create(node: &Node<ipc::Service>, process: &str) -> Result<Self, LinkError> {
+    pub fn create(node: &Node<ipc::Service>, process: &str, agreement: u64) -> Result<Self, LinkError> {
         let service = node
             .service_builder(&service_name(process)?)
             .blackboard_creator::<u64>()
@@ -32,6 +33,7 @@ impl OwnStatus {
             .add::<u64>(PHASE, 0)
             .add::<u64>(ASLEEP, 0)
             .add::<u64>(TICK, 0)
+            .add::<u64>(AGREEMENT, agreement)
             .create()
             .map_err(refused(format!(
                 "create the status of {process} (is a process of that name already running under this prefix?)"
@@ -64,6 +66,8 @@ impl OwnStatus {
 
 /// The reading end: another process's status.
 pub struct PeerStatus {
+    /// Fingerprint of the scenario that the process runs.
+    pub agreement: u64,
     phase: EntryHandle<ipc::Service, u64, u64>,
     asleep: EntryHandle<ipc::Service, u64, u64>,
     tick: EntryHandle<ipc::Service, u64, u64>,
@@ -86,7 +90,9 @@ impl PeerStatus {
             .create()
             .map_err(refused("create a status reader"))?;
         let entry = |key| reader.entry::<u64>(&key).map_err(refused("open a status entry"));
+        let agreement = *entry(AGREEMENT)?.get();
         Ok(Some(Self {
+            agreement,
             phase: entry(PHASE)?,
             asleep: entry(ASLEEP)?,
             tick: entry(TICK)?,

@@ -1,0 +1,26 @@
+//! What a process says of itself when its part of a run is over; the launcher reads it from the run's folder.
+
+use crate::judge::Verdict;
+use anhyst_ipc::NodeReport;
+use serde::{Deserialize, Serialize};
+
+/// What a process reports.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ProcessReport {
+    /// Its name.
+    pub process: String,
+    /// Its nodes.
+    pub nodes: Vec<NodeReport>,
+    /// The judge's verdict, from the process that has the recorder.
+    pub verdict: Option<Verdict>,
+    /// Rows that the recording holds.
+    pub recorded_rows: u64,
+    /// Rows that the recording lost.
+    pub dropped_rows: u64,
+    /// From tick 0 to the last.
+    pub loop_s: f64,
+    /// Why it ended early.
+    pub error: Option<String>,
+    /// True if it ended because it was asked to.
+    pub stopped: bool,
+}

@@ -1,0 +1,136 @@
+//! The iceoryx2 resources of a run: names that no other run has, their removal, and what crashed runs have left.
+
+use std::path::{Path, PathBuf};
+
+/// A run's iceoryx2 resources: a prefix and a directory that no other run has.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Resources {
+    /// Prefix of the run's files in /dev/shm.
+    pub prefix: String,
+    /// Directory of the run's sockets and service files.
+    pub root: PathBuf,
+}
+
+/// What stands for the launcher's number in the names of processes that were started by hand.
+pub const HAND: &str = "hand";
+
+/// Every prefix begins with this, so that leftovers of crashed runs can be told from other people's files.
+pub const PREFIX: &str = "anhyst_";
+
+/// The directory that holds the runs' roots: one a user, because iceoryx2's own default belongs to its first user.
+pub fn user_root() -> PathBuf {
+    // A socket path has 108 bytes, of which iceoryx2 needs about 60: TMPDIR may be too long, /tmp is not.
+    PathBuf::from("/tmp").join(format!("anhyst-{}", rustix::process::getuid().as_raw()))
+}
+
+impl Resources {
+    /// New resources, named after this process and the moment.
+    pub fn unique() -> Self {
+        let id = format!("{}_{:x}", std::process::id(), anhyst_ipc::monotonic_ns());
+        Self {
+            prefix: format!("{PREFIX}{id}_"),
+            root: user_root().join(id),
+        }
+    }
+
+    /// Removes everything that bears the prefix. Only when no process of the run lives.
+    ///
+    /// # Errors
+    /// If a file cannot be removed.
+    pub fn remove(&self) -> std::io::Result<()> {
+        for entry in std::fs::read_dir("/dev/shm")? {
+            let entry = entry?;
+            if entry.file_name().to_string_lossy().starts_with(&self.prefix) {
+                ignore_missing(std::fs::remove_file(entry.path()))?;
+            }
+        }
+        ignore_missing(std::fs::remove_dir_all(&self.root))
+    }
+}
+
+fn ignore_missing(result: std::io::Result<()>) -> std::io::Result<()> {
+    match result {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        other => other,
+    }
+}
+
+/// Removes what crashed runs have left. What cannot be removed (another user's) stays: it harms no other run.
+pub fn sweep() {
+    for leftover in leftovers().unwrap_or_default() {
+        let _ = leftover.remove();
+    }
+}
+
+/// Resources of launchers that no longer live: prefix and root of each.
+///
+/// # Errors
+/// If /dev/shm or the user's root cannot be listed.
+pub fn leftovers() -> std::io::Result<Vec<Resources>> {
+    let mut ids: Vec<String> = Vec::new();
+    let mut note = |id: &str| {
+        if !launcher_lives(id) && !ids.iter().any(|known| known == id) {
+            ids.push(id.into());
+        }
+    };
+    for name in names(Path::new("/dev/shm"))? {
+        if let Some(rest) = name.strip_prefix(PREFIX) {
+            let parts = if rest.starts_with(HAND) { 1 } else { 2 };
+            note(&rest.split('_').take(parts).collect::<Vec<_>>().join("_"));
+        }
+    }
+    for name in names(&user_root())? {
+        note(&name);
+    }
+    Ok(ids
+        .into_iter()
+        .map(|id| Resources {
+            prefix: format!("{PREFIX}{id}_"),
+            root: user_root().join(id),
+        })
+        .collect())
+}
+
+fn names(folder: &Path) -> std::io::Result<Vec<String>> {
+    match std::fs::read_dir(folder) {
+        Ok(entries) => entries
+            .map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned()))
+            .collect(),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),
+        Err(error) => Err(error),
+    }
+}
+
+/// An id begins with the launcher's process number. A number that was given to another program counts as dead. Processes
+/// that were started by hand have no launcher: their default prefix is alive while any of them is.
+fn launcher_lives(id: &str) -> bool {
+    let pid = id.split('_').next().unwrap_or_default();
+    if pid == HAND {
+        return processes().any(|pid| is_ours(&pid) && started_by_hand(&pid));
+    }
+    if pid.is_empty() || !pid.bytes().all(|byte| byte.is_ascii_digit()) {
+        // Not an id of ours (a prefix that a user chose): never touched.
+        return true;
+    }
+    is_ours(pid)
+}
+
+fn processes() -> impl Iterator<Item = String> {
+    let entries = std::fs::read_dir("/proc").into_iter().flatten().flatten();
+    entries
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .filter(|name| name.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
+fn is_ours(pid: &str) -> bool {
+    std::fs::read_to_string(format!("/proc/{pid}/comm")).is_ok_and(|command| command.starts_with("anhyst"))
+}
+
+fn started_by_hand(pid: &str) -> bool {
+    let command = std::fs::read_to_string(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+    let mut words = command.split('\0').skip(1);
+    let node = words
+        .next()
+        .is_some_and(|word| anhyst_ipc::NodeId::LOOP_ORDER.iter().any(|node| node.name() == word));
+    node && !words.any(|word| word == "--end-with-launcher")
+}
