@@ -145,7 +145,7 @@ impl Controller {
             return Ok(());
         };
         let sentence = format!(
-            "at {time_s} s the rod needs a quasi-static displacement of {:e} m, but magnetizations up to saturation, {} A/m, \
+            "at {time_s:.4} s the rod needs a quasi-static displacement of {:.4e} m, but magnetizations up to saturation, {} A/m, \
              give only [{lowest_m:.4e}, {highest_m:.4e}] m",
             self.needed_m(time_s),
             self.law.saturation_a_per_m()

@@ -19,8 +19,8 @@ pub struct EstimatorSettings {
     pub law: LawSettings,
 }
 
-/// Best knowledge of the coil field. A noisy field must never drive a rate-independent model directly: every sign change
-/// of its noise is a reversal to the model, and 1 A/m rms of it costs 300 nm.
+/// Best knowledge of the coil field. A noisy field must not drive a rate-independent model directly: where the field moves
+/// more slowly than its noise (at rest, in slow sweeps) every sign change of the noise is a reversal to the model.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum FieldSource {
