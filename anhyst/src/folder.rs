@@ -14,7 +14,7 @@ impl RunFolder {
     pub fn create(wanted: Option<&Path>, name: &str) -> std::io::Result<Self> {
         let path = match wanted {
             Some(path) => path.to_owned(),
-            None => Self::unused(name),
+            None => Self::create_unused(name)?,
         };
         let folder = Self(path);
         folder.make_result_folders()?;
@@ -33,21 +33,22 @@ impl RunFolder {
         Ok(folder)
     }
 
-    /// `runs/NAME-UTC`, with a counter if two runs start in one second.
-    fn unused(name: &str) -> PathBuf {
-        let time = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S").to_string();
-        let candidates = (1..).map(|n| {
-            if n == 1 {
-                format!("{name}-{time}")
-            } else {
-                format!("{name}-{time}-{n}")
+    /// Creates `runs/NAME-UTC`, with a counter if two runs start in one second. Creating is the test: of two runs that start at
+    /// once only one gets a name.
+    fn create_unused(name: &str) -> std::io::Result<PathBuf> {
+        let runs = Path::new("runs");
+        std::fs::create_dir_all(runs)?;
+        let time = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S");
+        let mut candidate = runs.join(format!("{name}-{time}"));
+        let mut n = 1;
+        loop {
+            match std::fs::create_dir(&candidate) {
+                Ok(()) => return Ok(candidate),
+                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => n += 1,
+                Err(error) => return Err(error),
             }
-        });
-        // Creating is the test: of two runs that start at once only one gets a name.
-        let mut paths = candidates.map(|candidate| Path::new("runs").join(candidate));
-        paths
-            .find(|path| create_new(path))
-            .unwrap_or_else(|| Path::new("runs").join(name))
+            candidate = runs.join(format!("{name}-{time}-{n}"));
+        }
     }
 
     /// Makes the folders within it that processes write to.
@@ -103,10 +104,4 @@ impl RunFolder {
     pub fn trail(&self, node: &str) -> PathBuf {
         self.0.join("digests").join(format!("{node}.u64"))
     }
-}
-
-fn create_new(path: &Path) -> bool {
-    path.parent()
-        .is_some_and(|parent| std::fs::create_dir_all(parent).is_ok())
-        && !matches!(std::fs::create_dir(path), Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists)
 }
