@@ -9,7 +9,7 @@ use crate::coil_field::{CoilFieldModel, FieldKnowledge};
 use crate::law::{AnyLaw, Correction, Law, Prediction};
 use crate::rods::Rods;
 use crate::washout::Washout;
-use crate::{EstimatorError, EstimatorSettings, FixedShape, Folded, Grid, LawSettings};
+use crate::{EstimatorError, EstimatorSettings, FixedShape, Folded, GaussNewton, Grid, LawSettings};
 use anhyst_model::{AmplifierConstants, Bank, Magnetostriction, Material, TwoPole};
 use serde::{Deserialize, Serialize};
 
@@ -54,20 +54,16 @@ impl Estimator {
     ) -> Result<Self, EstimatorError> {
         settings.validate()?;
         material.validate()?;
-        let (grid, law) = match settings.law {
-            LawSettings::FixedShape { shape_a_per_m } => (
-                Grid::new(shape_a_per_m, shape_a_per_m, 1),
-                AnyLaw::FixedShape(FixedShape::new(shape_a_per_m)),
+        let (members, law) = match settings.law {
+            LawSettings::FixedShape { shape_a_per_m } => (1, AnyLaw::FixedShape(FixedShape::new(shape_a_per_m))),
+            LawSettings::Folded(folded) => (folded.members, AnyLaw::Folded(Folded::new(&folded, tick_s))),
+            LawSettings::GaussNewton(gauss_newton) => (
+                gauss_newton.members,
+                AnyLaw::GaussNewton(GaussNewton::new(&gauss_newton, tick_s)),
             ),
-            LawSettings::Folded(folded) => {
-                let (lower, upper) = folded.range_a_per_m;
-                (
-                    Grid::new(lower, upper, folded.members),
-                    AnyLaw::Folded(Folded::new(&folded, tick_s)),
-                )
-            }
         };
-        let members = grid.shapes_a_per_m().len();
+        let (lower, upper) = settings.law.range_a_per_m();
+        let grid = Grid::new(lower, upper, members);
         let bank = Bank::new(material.hysteresis, grid.shapes_a_per_m())?;
         Ok(Self {
             field: CoilFieldModel::new(settings.field, amplifier, tick_s)?,

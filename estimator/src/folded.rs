@@ -34,11 +34,9 @@
 //! ±2h z_ε φ*θ̃ cancel only if the step used that same γ.)
 
 use crate::covers::{CoverPoint, Covers};
+use crate::law::is_credible;
 use crate::{Correction, FoldedSettings, Law, Prediction};
 use serde::{Deserialize, Serialize};
-
-/// A displacement beyond this is no measurement of a rod: it would fill the filters with nonsense for a long time.
-const CREDIBLE_DISPLACEMENT_M: f64 = 1.0;
 
 /// Which cover goes with ỹ > 0.
 #[derive(Clone, Copy, PartialEq)]
@@ -119,7 +117,7 @@ impl Folded {
             predicted_output_m: predicted,
             lower_cover_m: lower.value,
             upper_cover_m: upper.value,
-            held: !(-CREDIBLE_DISPLACEMENT_M..=CREDIBLE_DISPLACEMENT_M).contains(&measured_m),
+            held: !is_credible(measured_m),
             ..Correction::default()
         };
         if !correction.held {
@@ -143,8 +141,7 @@ impl Folded {
                 .fold((f64::MAX, f64::MIN), |(l, m), &y| (l.min(y), m.max(y)));
             correction.held = most - least <= self.dead_zone_m;
         }
-        let shape = self.shape_a_per_m;
-        correction.at_edge = shape <= grid.lower_a_per_m() || shape >= grid.upper_a_per_m();
+        correction.at_edge = grid.is_edge(self.shape_a_per_m);
         correction
     }
 }

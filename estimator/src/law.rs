@@ -3,8 +3,16 @@
 //! A law sees every member's strain and displacement at t_k and the measured displacement at t_k; it owns its state and
 //! its estimate. One file per law; the scenario chooses by name ([`crate::LawSettings`]).
 
-use crate::{FixedShape, Folded, Grid};
+use crate::{FixedShape, Folded, GaussNewton, Grid};
 use serde::{Deserialize, Serialize};
+
+/// A displacement beyond this is no measurement of a rod: it would fill a law's filters with nonsense for a long time.
+const CREDIBLE_DISPLACEMENT_M: f64 = 1.0;
+
+/// Whether a law may use the measurement at all.
+pub(crate) fn is_credible(displacement_m: f64) -> bool {
+    displacement_m.abs() <= CREDIBLE_DISPLACEMENT_M
+}
 
 /// The bank at t_k, member by member in the order of the grid.
 #[derive(Debug, Clone, Copy)]
@@ -30,7 +38,7 @@ pub struct Correction {
     pub lower_cover_m: f64,
     /// Concave cover of f there, m.
     pub upper_cover_m: f64,
-    /// Slope of the cover that was used, φ*, m per A/m.
+    /// Slope that was used, m per A/m: φ* of a cover, or dY/da.
     pub slope_m_per_a_per_m: f64,
     /// Standard deviation of the estimate, A/m; 0 where the law gives none.
     pub standard_deviation_a_per_m: f64,
@@ -59,6 +67,8 @@ pub enum AnyLaw {
     FixedShape(FixedShape),
     /// Min-max law on outputs folded through the rod.
     Folded(Folded),
+    /// Recursive Gauss-Newton.
+    GaussNewton(GaussNewton),
 }
 
 impl Law for AnyLaw {
@@ -66,6 +76,7 @@ impl Law for AnyLaw {
         match self {
             AnyLaw::FixedShape(law) => law.correct(prediction, measured_displacement_m),
             AnyLaw::Folded(law) => law.correct(prediction, measured_displacement_m),
+            AnyLaw::GaussNewton(law) => law.correct(prediction, measured_displacement_m),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Adaptive estimation of the shape parameter `a` of the anhysteretic curve, and of the magnetization with it.
 //!
 //! A bank of models over the range of `a`, driven by the best knowledge of the coil field ([`Estimator`]); covers of their
-//! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`FixedShape`]).
+//! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`GaussNewton`], [`FixedShape`]).
 //! `node.rs` is the only file that knows messages.
 
 mod coil_field;
@@ -10,11 +10,13 @@ mod error;
 mod estimator;
 mod fixed_shape;
 mod folded;
+mod gauss_newton;
 mod grid;
 mod law;
 mod node;
 mod rods;
 mod settings;
+mod smooth;
 mod washout;
 
 pub use coil_field::{CoilFieldModel, FieldKnowledge};
@@ -23,6 +25,8 @@ pub use error::EstimatorError;
 pub use estimator::{Estimation, Estimator};
 pub use fixed_shape::FixedShape;
 pub use folded::Folded;
+pub use gauss_newton::GaussNewton;
 pub use grid::Grid;
 pub use law::{AnyLaw, Correction, Law, Prediction};
-pub use settings::{EstimatorSettings, FieldSource, FoldedSettings, LawSettings};
+pub use settings::{EstimatorSettings, FieldSource, FoldedSettings, GaussNewtonSettings, LawSettings};
+pub use smooth::SmoothPoint;

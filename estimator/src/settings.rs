@@ -1,5 +1,9 @@
 //! What a scenario says about the estimator: where the field comes from, which law corrects, how fast and how carefully.
 
+mod gauss_newton;
+
+pub use gauss_newton::GaussNewtonSettings;
+
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
 
@@ -45,6 +49,8 @@ pub enum LawSettings {
     },
     /// The min-max law on outputs folded through the rod.
     Folded(FoldedSettings),
+    /// Recursive Gauss-Newton with a standard deviation.
+    GaussNewton(GaussNewtonSettings),
 }
 
 impl Default for LawSettings {
@@ -106,31 +112,7 @@ impl FoldedSettings {
     /// # Errors
     /// The first setting that cannot be used.
     pub fn validate(&self) -> Result<(), Invalid> {
-        let (lower, upper) = self.range_a_per_m;
-        Invalid::unless_positive("range_a_per_m", lower, "A/m")?;
-        Invalid::unless_positive("range_a_per_m", upper, "A/m")?;
-        if lower >= upper {
-            return Err(Invalid::new(
-                "range_a_per_m",
-                format!("the lower edge {lower} A/m must be below the upper edge {upper} A/m"),
-            ));
-        }
-        let start = self.start_a_per_m;
-        if !(lower..=upper).contains(&start) {
-            return Err(Invalid::new(
-                "start_a_per_m",
-                format!("{start} A/m is outside the range [{lower}, {upper}] A/m, which the estimate may not leave"),
-            ));
-        }
-        if !(2..=MOST_MEMBERS).contains(&self.members) {
-            return Err(Invalid::new(
-                "members",
-                format!(
-                    "{} models cannot span a range; 2 to {MOST_MEMBERS} are possible",
-                    self.members
-                ),
-            ));
-        }
+        validate_bank(self.range_a_per_m, self.start_a_per_m, self.members, 2)?;
         Invalid::unless_positive("filter_per_s", self.filter_per_s, "1/s")?;
         Invalid::unless_positive("dead_zone_m", self.dead_zone_m, "m")?;
         if let Some(window) = self.window_a_per_m {
@@ -149,13 +131,48 @@ impl FoldedSettings {
     }
 }
 
+/// A range that can be spanned, a start inside it, and a bank of at least `least` and not too many members.
+fn validate_bank((lower, upper): (f64, f64), start: f64, members: usize, least: usize) -> Result<(), Invalid> {
+    Invalid::unless_positive("range_a_per_m", lower, "A/m")?;
+    Invalid::unless_positive("range_a_per_m", upper, "A/m")?;
+    if lower >= upper {
+        return Err(Invalid::new(
+            "range_a_per_m",
+            format!("the lower edge {lower} A/m must be below the upper edge {upper} A/m"),
+        ));
+    }
+    if !(lower..=upper).contains(&start) {
+        return Err(Invalid::new(
+            "start_a_per_m",
+            format!("{start} A/m is outside the range [{lower}, {upper}] A/m, which the estimate may not leave"),
+        ));
+    }
+    if !(least..=MOST_MEMBERS).contains(&members) {
+        return Err(Invalid::new(
+            "members",
+            format!("{members} models cannot span a range; {least} to {MOST_MEMBERS} are possible"),
+        ));
+    }
+    Ok(())
+}
+
 impl LawSettings {
+    /// The shapes that the estimate may take, A/m; twice the same where it is fixed.
+    pub fn range_a_per_m(&self) -> (f64, f64) {
+        match self {
+            LawSettings::FixedShape { shape_a_per_m } => (*shape_a_per_m, *shape_a_per_m),
+            LawSettings::Folded(folded) => folded.range_a_per_m,
+            LawSettings::GaussNewton(gauss_newton) => gauss_newton.range_a_per_m,
+        }
+    }
+
     fn validate(&self) -> Result<(), Invalid> {
         match self {
             LawSettings::FixedShape { shape_a_per_m } => {
                 Invalid::unless_positive("shape_a_per_m", *shape_a_per_m, "A/m")
             }
             LawSettings::Folded(folded) => folded.validate(),
+            LawSettings::GaussNewton(gauss_newton) => gauss_newton.validate(),
         }
     }
 }
