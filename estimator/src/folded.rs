@@ -136,10 +136,6 @@ impl Folded {
             correction.output_error_m = error;
             correction.slope_m_per_a_per_m = cover.slope;
             correction.adapting = outside != 0.0;
-            let (least, most) = outputs
-                .iter()
-                .fold((f64::MAX, f64::MIN), |(l, m), &y| (l.min(y), m.max(y)));
-            correction.held = most - least <= self.dead_zone_m;
         }
         correction.at_edge = grid.is_edge(self.shape_a_per_m);
         correction
@@ -149,6 +145,10 @@ impl Folded {
 impl Law for Folded {
     fn correct(&mut self, prediction: Prediction<'_>, measured_displacement_m: f64) -> Correction {
         self.correct_paired(prediction, measured_displacement_m, Pairing::Derived)
+    }
+
+    fn shape_a_per_m(&self) -> f64 {
+        self.shape_a_per_m
     }
 }
 

@@ -72,6 +72,10 @@ impl Law for GaussNewton {
         correction.at_edge = grid.is_edge(self.shape_a_per_m);
         correction
     }
+
+    fn shape_a_per_m(&self) -> f64 {
+        self.shape_a_per_m
+    }
 }
 
 #[cfg(test)]

@@ -46,8 +46,7 @@ pub struct Correction {
     pub adapting: bool,
     /// The estimate stands at an edge of Θ.
     pub at_edge: bool,
-    /// Nothing could be learnt: no usable measurement, or an input that tells the members of the bank apart by less
-    /// than the dead zone.
+    /// Nothing is learnt: no usable measurement, or a motion that does not inform ([`crate::Excitation`]).
     pub held: bool,
     /// The scenario fixes the estimate.
     pub fixed: bool,
@@ -58,6 +57,14 @@ pub trait Law {
     /// Corrects the estimate with the measurement of this tick. Finite predictions give finite answers, whatever the
     /// measurement.
     fn correct(&mut self, prediction: Prediction<'_>, measured_displacement_m: f64) -> Correction;
+
+    /// Where the estimate stands, A/m.
+    fn shape_a_per_m(&self) -> f64;
+
+    /// A tick in which nothing can be learnt: the estimate stays. The same as a tick without a measurement.
+    fn hold(&mut self, prediction: Prediction<'_>) -> Correction {
+        self.correct(prediction, f64::NAN)
+    }
 }
 
 /// The laws that a scenario can choose, with their states.
@@ -71,12 +78,30 @@ pub enum AnyLaw {
     GaussNewton(GaussNewton),
 }
 
+impl AnyLaw {
+    fn law(&self) -> &dyn Law {
+        match self {
+            AnyLaw::FixedShape(law) => law,
+            AnyLaw::Folded(law) => law,
+            AnyLaw::GaussNewton(law) => law,
+        }
+    }
+
+    fn law_mut(&mut self) -> &mut dyn Law {
+        match self {
+            AnyLaw::FixedShape(law) => law,
+            AnyLaw::Folded(law) => law,
+            AnyLaw::GaussNewton(law) => law,
+        }
+    }
+}
+
 impl Law for AnyLaw {
     fn correct(&mut self, prediction: Prediction<'_>, measured_displacement_m: f64) -> Correction {
-        match self {
-            AnyLaw::FixedShape(law) => law.correct(prediction, measured_displacement_m),
-            AnyLaw::Folded(law) => law.correct(prediction, measured_displacement_m),
-            AnyLaw::GaussNewton(law) => law.correct(prediction, measured_displacement_m),
-        }
+        self.law_mut().correct(prediction, measured_displacement_m)
+    }
+
+    fn shape_a_per_m(&self) -> f64 {
+        self.law().shape_a_per_m()
     }
 }

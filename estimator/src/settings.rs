@@ -1,7 +1,9 @@
 //! What a scenario says about the estimator: where the field comes from, which law corrects, how fast and how carefully.
 
+mod excitation;
 mod gauss_newton;
 
+pub use excitation::ExcitationSettings;
 pub use gauss_newton::GaussNewtonSettings;
 
 use anhyst_ipc::Invalid;
@@ -19,6 +21,8 @@ pub struct EstimatorSettings {
     /// Corner of a high-pass on measured and predicted displacement alike; none: both are used as they are. Where the rod
     /// expands or a cut pushes it, a corner well below the profile's frequency keeps that out of the estimate.
     pub washout_hz: Option<f64>,
+    /// When a motion informs about `a`; the estimate is held while it does not.
+    pub excitation: ExcitationSettings,
     /// How `a` is corrected.
     pub law: LawSettings,
 }
@@ -194,6 +198,9 @@ impl EstimatorSettings {
         if let Some(corner_hz) = self.washout_hz {
             Invalid::unless_positive("washout_hz", corner_hz, "Hz")?;
         }
+        self.excitation
+            .validate()
+            .map_err(|invalid| invalid.within("excitation"))?;
         self.law.validate().map_err(|invalid| invalid.within("law"))
     }
 }
@@ -263,6 +270,43 @@ mod tests {
                 .to_string()
                 .contains("field.play_a_per_m: -1 A/m")
         );
+    }
+
+    // Guards the other laws' sentences, and that the path names the part of the settings.
+    #[test]
+    fn every_part_is_checked() {
+        let refused = |gauss_newton| {
+            let law = LawSettings::GaussNewton(gauss_newton);
+            let settings = EstimatorSettings {
+                law,
+                ..EstimatorSettings::default()
+            };
+            settings.validate().unwrap_err().to_string()
+        };
+        let base = GaussNewtonSettings::default();
+        assert!(refused(GaussNewtonSettings { members: 4, ..base }).contains("5 to 512"));
+        assert!(
+            refused(GaussNewtonSettings {
+                noise_m: 1e-200,
+                ..base
+            })
+            .contains("its square is 0")
+        );
+        let drift = refused(GaussNewtonSettings {
+            drift_variance_per_s: -1.0,
+            ..base
+        });
+        assert!(drift.starts_with("law.drift_variance_per_s: -1 (A/m)^2/s"), "{drift}");
+        let excitation = ExcitationSettings {
+            memory_s: 0.0,
+            ..ExcitationSettings::default()
+        };
+        let monitor = EstimatorSettings {
+            excitation,
+            ..EstimatorSettings::default()
+        };
+        let memory = monitor.validate().unwrap_err().to_string();
+        assert!(memory.starts_with("excitation.memory_s: 0 s"), "{memory}");
     }
 
     // Guards against misspelt settings that would silently keep their defaults.
