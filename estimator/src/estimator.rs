@@ -10,7 +10,9 @@ use crate::excitation::{Excitation, ExcitationMonitor};
 use crate::law::{AnyLaw, Correction, Law, Prediction, is_credible};
 use crate::rods::Rods;
 use crate::washout::Washout;
-use crate::{EstimatorError, EstimatorSettings, FixedShape, Folded, FoldedSettings, GaussNewton, Grid, LawSettings};
+use crate::{
+    EstimatorError, EstimatorSettings, FixedShape, Folded, FoldedSettings, GaussNewton, Gradient, Grid, LawSettings,
+};
 use anhyst_model::{AmplifierConstants, Bank, Magnetostriction, Material, TwoPole};
 use serde::{Deserialize, Serialize};
 
@@ -65,9 +67,11 @@ impl Estimator {
                 gauss_newton.members,
                 AnyLaw::GaussNewton(GaussNewton::new(&gauss_newton, tick_s)),
             ),
+            LawSettings::Gradient(gradient) => (gradient.members, AnyLaw::Gradient(Gradient::new(&gradient, tick_s))),
         };
         let folded = match settings.law {
             LawSettings::Folded(folded) => folded,
+            LawSettings::Gradient(gradient) => gradient.with_covers(),
             _ => FoldedSettings::default(),
         };
         let monitor = match settings.law {

@@ -67,7 +67,7 @@ pub struct Folded {
 }
 
 /// z of the file's head for a drive R ≥ 0: two straight pieces that meet at z = ε.
-fn output_error(drive: f64, h: f64, gap: f64, damping: f64, dead_zone: f64) -> f64 {
+pub(crate) fn output_error(drive: f64, h: f64, gap: f64, damping: f64, dead_zone: f64) -> f64 {
     let inside = drive / (1.0 + h + h * gap / dead_zone);
     if inside <= dead_zone {
         return inside;

@@ -3,7 +3,7 @@
 //! A law sees every member's strain and displacement at t_k and the measured displacement at t_k; it owns its state and
 //! its estimate. One file per law; the scenario chooses by name ([`crate::LawSettings`]).
 
-use crate::{FixedShape, Folded, GaussNewton, Grid};
+use crate::{FixedShape, Folded, GaussNewton, Gradient, Grid};
 use serde::{Deserialize, Serialize};
 
 /// A displacement beyond this is no measurement of a rod: it would fill a law's filters with nonsense for a long time.
@@ -76,6 +76,8 @@ pub enum AnyLaw {
     Folded(Folded),
     /// Recursive Gauss-Newton.
     GaussNewton(GaussNewton),
+    /// Plain gradient.
+    Gradient(Gradient),
 }
 
 impl AnyLaw {
@@ -84,6 +86,7 @@ impl AnyLaw {
             AnyLaw::FixedShape(law) => law,
             AnyLaw::Folded(law) => law,
             AnyLaw::GaussNewton(law) => law,
+            AnyLaw::Gradient(law) => law,
         }
     }
 
@@ -92,6 +95,7 @@ impl AnyLaw {
             AnyLaw::FixedShape(law) => law,
             AnyLaw::Folded(law) => law,
             AnyLaw::GaussNewton(law) => law,
+            AnyLaw::Gradient(law) => law,
         }
     }
 }

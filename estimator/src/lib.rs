@@ -1,7 +1,7 @@
 //! Adaptive estimation of the shape parameter `a` of the anhysteretic curve, and of the magnetization with it.
 //!
 //! A bank of models over the range of `a`, driven by the best knowledge of the coil field ([`Estimator`]); covers of their
-//! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`GaussNewton`], [`FixedShape`]).
+//! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`GaussNewton`], [`Gradient`], [`FixedShape`]).
 //! A monitor of what the motion can say about `a` ([`ExcitationMonitor`]) holds every law while that is too little.
 //! `node.rs` is the only file that knows messages.
 
@@ -13,6 +13,7 @@ mod excitation;
 mod fixed_shape;
 mod folded;
 mod gauss_newton;
+mod gradient;
 mod grid;
 mod law;
 mod node;
@@ -29,9 +30,11 @@ pub use excitation::{Excitation, ExcitationMonitor};
 pub use fixed_shape::FixedShape;
 pub use folded::Folded;
 pub use gauss_newton::GaussNewton;
+pub use gradient::Gradient;
 pub use grid::Grid;
 pub use law::{AnyLaw, Correction, Law, Prediction};
 pub use settings::{
-    EstimatorSettings, ExcitationSettings, FieldSource, FoldedSettings, GaussNewtonSettings, LawSettings,
+    EstimatorSettings, ExcitationSettings, FieldSource, FoldedSettings, GaussNewtonSettings, GradientSettings,
+    LawSettings,
 };
 pub use smooth::SmoothPoint;

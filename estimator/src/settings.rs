@@ -2,9 +2,11 @@
 
 mod excitation;
 mod gauss_newton;
+mod gradient;
 
 pub use excitation::ExcitationSettings;
 pub use gauss_newton::GaussNewtonSettings;
+pub use gradient::GradientSettings;
 
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
@@ -55,6 +57,8 @@ pub enum LawSettings {
     Folded(FoldedSettings),
     /// Recursive Gauss-Newton with a standard deviation.
     GaussNewton(GaussNewtonSettings),
+    /// Plain gradient, for comparison.
+    Gradient(GradientSettings),
 }
 
 impl Default for LawSettings {
@@ -167,6 +171,7 @@ impl LawSettings {
             LawSettings::FixedShape { shape_a_per_m } => (*shape_a_per_m, *shape_a_per_m),
             LawSettings::Folded(folded) => folded.range_a_per_m,
             LawSettings::GaussNewton(gauss_newton) => gauss_newton.range_a_per_m,
+            LawSettings::Gradient(gradient) => gradient.range_a_per_m,
         }
     }
 
@@ -177,6 +182,7 @@ impl LawSettings {
             }
             LawSettings::Folded(folded) => folded.validate(),
             LawSettings::GaussNewton(gauss_newton) => gauss_newton.validate(),
+            LawSettings::Gradient(gradient) => gradient.validate(),
         }
     }
 }
