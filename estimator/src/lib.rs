@@ -2,6 +2,7 @@
 //!
 //! A bank of models over the range of `a`, driven by the best knowledge of the coil field ([`Estimator`]); covers of their
 //! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`GaussNewton`], [`Gradient`], [`FixedShape`]).
+//! The paper's scalar form stands beside them for simulations ([`Scalar`]).
 //! A monitor of what the motion can say about `a` ([`ExcitationMonitor`]) holds every law while that is too little.
 //! `node.rs` is the only file that knows messages.
 
@@ -18,6 +19,7 @@ mod grid;
 mod law;
 mod node;
 mod rods;
+mod scalar;
 mod settings;
 mod smooth;
 mod washout;
@@ -33,6 +35,7 @@ pub use gauss_newton::GaussNewton;
 pub use gradient::Gradient;
 pub use grid::Grid;
 pub use law::{AnyLaw, Correction, Law, Prediction};
+pub use scalar::{Scalar, ScalarPlant, ScalarSettings};
 pub use settings::{
     EstimatorSettings, ExcitationSettings, FieldSource, FoldedSettings, GaussNewtonSettings, GradientSettings,
     LawSettings,
