@@ -29,7 +29,7 @@ fn run_info(scenario: &Scenario, folder: &RunFolder) -> Result<RunInfo, RunError
     let shape = scenario.material()?.hysteresis.shape_a_per_m;
     let parameter_range = match scenario.estimator.law {
         LawSettings::FixedShape { .. } => [0.9 * shape, 1.1 * shape],
-        LawSettings::Folded(folded) => [folded.range_a_per_m.0, folded.range_a_per_m.1],
+        adaptive => adaptive.range_a_per_m().into(),
     };
     Ok(RunInfo {
         path: folder.recording(),

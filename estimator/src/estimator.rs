@@ -6,10 +6,13 @@
 //! Source: the paper's section 3, made exact for any input by the bank (docs/paper-notes.md).
 
 use crate::coil_field::{CoilFieldModel, FieldKnowledge};
-use crate::law::{AnyLaw, Correction, Law, Prediction};
+use crate::excitation::{Excitation, ExcitationMonitor};
+use crate::law::{AnyLaw, Correction, Law, Prediction, is_credible};
 use crate::rods::Rods;
 use crate::washout::Washout;
-use crate::{EstimatorError, EstimatorSettings, FixedShape, Folded, Grid, LawSettings};
+use crate::{
+    EstimatorError, EstimatorSettings, FixedShape, Folded, FoldedSettings, GaussNewton, Gradient, Grid, LawSettings,
+};
 use anhyst_model::{AmplifierConstants, Bank, Magnetostriction, Material, TwoPole};
 use serde::{Deserialize, Serialize};
 
@@ -22,6 +25,8 @@ pub struct Estimation {
     pub magnetization_a_per_m: f64,
     /// What the law found.
     pub correction: Correction,
+    /// What the recent motion says about `a`; nothing where `a` is fixed.
+    pub excitation: Excitation,
 }
 
 /// The estimator: everything it remembers.
@@ -35,6 +40,7 @@ pub struct Estimator {
     strains: Vec<f64>,
     rods: Rods,
     washout: Option<Washout>,
+    monitor: Option<ExcitationMonitor>,
     law: AnyLaw,
 }
 
@@ -54,20 +60,26 @@ impl Estimator {
     ) -> Result<Self, EstimatorError> {
         settings.validate()?;
         material.validate()?;
-        let (grid, law) = match settings.law {
-            LawSettings::FixedShape { shape_a_per_m } => (
-                Grid::new(shape_a_per_m, shape_a_per_m, 1),
-                AnyLaw::FixedShape(FixedShape::new(shape_a_per_m)),
+        let (members, law) = match settings.law {
+            LawSettings::FixedShape { shape_a_per_m } => (1, AnyLaw::FixedShape(FixedShape::new(shape_a_per_m))),
+            LawSettings::Folded(folded) => (folded.members, AnyLaw::Folded(Folded::new(&folded, tick_s))),
+            LawSettings::GaussNewton(gauss_newton) => (
+                gauss_newton.members,
+                AnyLaw::GaussNewton(GaussNewton::new(&gauss_newton, tick_s)),
             ),
-            LawSettings::Folded(folded) => {
-                let (lower, upper) = folded.range_a_per_m;
-                (
-                    Grid::new(lower, upper, folded.members),
-                    AnyLaw::Folded(Folded::new(&folded, tick_s)),
-                )
-            }
+            LawSettings::Gradient(gradient) => (gradient.members, AnyLaw::Gradient(Gradient::new(&gradient, tick_s))),
         };
-        let members = grid.shapes_a_per_m().len();
+        let folded = match settings.law {
+            LawSettings::Folded(folded) => folded,
+            LawSettings::Gradient(gradient) => gradient.with_covers(),
+            _ => FoldedSettings::default(),
+        };
+        let monitor = match settings.law {
+            LawSettings::FixedShape { .. } => None,
+            _ => Some(ExcitationMonitor::new(&settings.excitation, &folded, tick_s)),
+        };
+        let (lower, upper) = settings.law.range_a_per_m();
+        let grid = Grid::new(lower, upper, members);
         let bank = Bank::new(material.hysteresis, grid.shapes_a_per_m())?;
         Ok(Self {
             field: CoilFieldModel::new(settings.field, amplifier, tick_s)?,
@@ -80,6 +92,7 @@ impl Estimator {
             washout: settings
                 .washout_hz
                 .map(|corner_hz| Washout::new(corner_hz, members, tick_s)),
+            monitor,
             law,
         })
     }
@@ -113,11 +126,19 @@ impl Estimator {
             strains: &self.strains,
             displacements_m,
         };
-        let correction = self.law.correct(prediction, measured_m);
+        let excitation = self.monitor.as_mut().map(|monitor| {
+            let output = self.grid.smooth(displacements_m, self.law.shape_a_per_m());
+            monitor.observe(output, is_credible(measured_m))
+        });
+        let correction = match excitation {
+            Some(Excitation { informed: false, .. }) => self.law.hold(prediction),
+            _ => self.law.correct(prediction, measured_m),
+        };
         Estimation {
             field,
             magnetization_a_per_m: self.grid.cubic(self.bank.magnetizations(), correction.shape_a_per_m),
             correction,
+            excitation: excitation.unwrap_or_default(),
         }
     }
 }

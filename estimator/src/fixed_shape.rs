@@ -38,4 +38,8 @@ impl Law for FixedShape {
             ..Correction::default()
         }
     }
+
+    fn shape_a_per_m(&self) -> f64 {
+        self.shape_a_per_m
+    }
 }

@@ -34,11 +34,9 @@
 //! ±2h z_ε φ*θ̃ cancel only if the step used that same γ.)
 
 use crate::covers::{CoverPoint, Covers};
+use crate::law::is_credible;
 use crate::{Correction, FoldedSettings, Law, Prediction};
 use serde::{Deserialize, Serialize};
-
-/// A displacement beyond this is no measurement of a rod: it would fill the filters with nonsense for a long time.
-const CREDIBLE_DISPLACEMENT_M: f64 = 1.0;
 
 /// Which cover goes with ỹ > 0.
 #[derive(Clone, Copy, PartialEq)]
@@ -69,7 +67,7 @@ pub struct Folded {
 }
 
 /// z of the file's head for a drive R ≥ 0: two straight pieces that meet at z = ε.
-fn output_error(drive: f64, h: f64, gap: f64, damping: f64, dead_zone: f64) -> f64 {
+pub(crate) fn output_error(drive: f64, h: f64, gap: f64, damping: f64, dead_zone: f64) -> f64 {
     let inside = drive / (1.0 + h + h * gap / dead_zone);
     if inside <= dead_zone {
         return inside;
@@ -119,7 +117,7 @@ impl Folded {
             predicted_output_m: predicted,
             lower_cover_m: lower.value,
             upper_cover_m: upper.value,
-            held: !(-CREDIBLE_DISPLACEMENT_M..=CREDIBLE_DISPLACEMENT_M).contains(&measured_m),
+            held: !is_credible(measured_m),
             ..Correction::default()
         };
         if !correction.held {
@@ -138,13 +136,8 @@ impl Folded {
             correction.output_error_m = error;
             correction.slope_m_per_a_per_m = cover.slope;
             correction.adapting = outside != 0.0;
-            let (least, most) = outputs
-                .iter()
-                .fold((f64::MAX, f64::MIN), |(l, m), &y| (l.min(y), m.max(y)));
-            correction.held = most - least <= self.dead_zone_m;
         }
-        let shape = self.shape_a_per_m;
-        correction.at_edge = shape <= grid.lower_a_per_m() || shape >= grid.upper_a_per_m();
+        correction.at_edge = grid.is_edge(self.shape_a_per_m);
         correction
     }
 }
@@ -152,6 +145,10 @@ impl Folded {
 impl Law for Folded {
     fn correct(&mut self, prediction: Prediction<'_>, measured_displacement_m: f64) -> Correction {
         self.correct_paired(prediction, measured_displacement_m, Pairing::Derived)
+    }
+
+    fn shape_a_per_m(&self) -> f64 {
+        self.shape_a_per_m
     }
 }
 

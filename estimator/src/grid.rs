@@ -52,8 +52,13 @@ impl Grid {
         shape_a_per_m.max(self.lower_a_per_m()).min(self.upper_a_per_m())
     }
 
+    /// Whether an estimate stands at an edge of Θ.
+    pub fn is_edge(&self, shape_a_per_m: f64) -> bool {
+        shape_a_per_m <= self.lower_a_per_m() || shape_a_per_m >= self.upper_a_per_m()
+    }
+
     /// The gap j with a_j ≤ a ≤ a_j+1; the first or the last one outside Θ.
-    fn gap(&self, shape_a_per_m: f64) -> usize {
+    pub(crate) fn gap(&self, shape_a_per_m: f64) -> usize {
         let last = self.shapes_a_per_m.len().saturating_sub(2);
         let guess = (shape_a_per_m - self.lower_a_per_m()) * self.members_per_a_per_m;
         // The cast takes a negative or missing number to 0.

@@ -3,8 +3,16 @@
 //! A law sees every member's strain and displacement at t_k and the measured displacement at t_k; it owns its state and
 //! its estimate. One file per law; the scenario chooses by name ([`crate::LawSettings`]).
 
-use crate::{FixedShape, Folded, Grid};
+use crate::{FixedShape, Folded, GaussNewton, Gradient, Grid};
 use serde::{Deserialize, Serialize};
+
+/// A displacement beyond this is no measurement of a rod: it would fill a law's filters with nonsense for a long time.
+const CREDIBLE_DISPLACEMENT_M: f64 = 1.0;
+
+/// Whether a law may use the measurement at all.
+pub(crate) fn is_credible(displacement_m: f64) -> bool {
+    displacement_m.abs() <= CREDIBLE_DISPLACEMENT_M
+}
 
 /// The bank at t_k, member by member in the order of the grid.
 #[derive(Debug, Clone, Copy)]
@@ -30,7 +38,7 @@ pub struct Correction {
     pub lower_cover_m: f64,
     /// Concave cover of f there, m.
     pub upper_cover_m: f64,
-    /// Slope of the cover that was used, φ*, m per A/m.
+    /// Slope that was used, m per A/m: φ* of a cover, or dY/da.
     pub slope_m_per_a_per_m: f64,
     /// Standard deviation of the estimate, A/m; 0 where the law gives none.
     pub standard_deviation_a_per_m: f64,
@@ -38,8 +46,7 @@ pub struct Correction {
     pub adapting: bool,
     /// The estimate stands at an edge of Θ.
     pub at_edge: bool,
-    /// Nothing could be learnt: no usable measurement, or an input that tells the members of the bank apart by less
-    /// than the dead zone.
+    /// Nothing is learnt: no usable measurement, or a motion that does not inform ([`crate::Excitation`]).
     pub held: bool,
     /// The scenario fixes the estimate.
     pub fixed: bool,
@@ -50,6 +57,14 @@ pub trait Law {
     /// Corrects the estimate with the measurement of this tick. Finite predictions give finite answers, whatever the
     /// measurement.
     fn correct(&mut self, prediction: Prediction<'_>, measured_displacement_m: f64) -> Correction;
+
+    /// Where the estimate stands, A/m.
+    fn shape_a_per_m(&self) -> f64;
+
+    /// A tick in which nothing can be learnt: the estimate stays. The same as a tick without a measurement.
+    fn hold(&mut self, prediction: Prediction<'_>) -> Correction {
+        self.correct(prediction, f64::NAN)
+    }
 }
 
 /// The laws that a scenario can choose, with their states.
@@ -59,13 +74,38 @@ pub enum AnyLaw {
     FixedShape(FixedShape),
     /// Min-max law on outputs folded through the rod.
     Folded(Folded),
+    /// Recursive Gauss-Newton.
+    GaussNewton(GaussNewton),
+    /// Plain gradient.
+    Gradient(Gradient),
+}
+
+impl AnyLaw {
+    fn law(&self) -> &dyn Law {
+        match self {
+            AnyLaw::FixedShape(law) => law,
+            AnyLaw::Folded(law) => law,
+            AnyLaw::GaussNewton(law) => law,
+            AnyLaw::Gradient(law) => law,
+        }
+    }
+
+    fn law_mut(&mut self) -> &mut dyn Law {
+        match self {
+            AnyLaw::FixedShape(law) => law,
+            AnyLaw::Folded(law) => law,
+            AnyLaw::GaussNewton(law) => law,
+            AnyLaw::Gradient(law) => law,
+        }
+    }
 }
 
 impl Law for AnyLaw {
     fn correct(&mut self, prediction: Prediction<'_>, measured_displacement_m: f64) -> Correction {
-        match self {
-            AnyLaw::FixedShape(law) => law.correct(prediction, measured_displacement_m),
-            AnyLaw::Folded(law) => law.correct(prediction, measured_displacement_m),
-        }
+        self.law_mut().correct(prediction, measured_displacement_m)
+    }
+
+    fn shape_a_per_m(&self) -> f64 {
+        self.law().shape_a_per_m()
     }
 }

@@ -1,28 +1,43 @@
 //! Adaptive estimation of the shape parameter `a` of the anhysteretic curve, and of the magnetization with it.
 //!
 //! A bank of models over the range of `a`, driven by the best knowledge of the coil field ([`Estimator`]); covers of their
-//! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`FixedShape`]).
+//! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`GaussNewton`], [`Gradient`], [`FixedShape`]).
+//! The paper's scalar form stands beside them for simulations ([`Scalar`]).
+//! A monitor of what the motion can say about `a` ([`ExcitationMonitor`]) holds every law while that is too little.
 //! `node.rs` is the only file that knows messages.
 
 mod coil_field;
 mod covers;
 mod error;
 mod estimator;
+mod excitation;
 mod fixed_shape;
 mod folded;
+mod gauss_newton;
+mod gradient;
 mod grid;
 mod law;
 mod node;
 mod rods;
+mod scalar;
 mod settings;
+mod smooth;
 mod washout;
 
 pub use coil_field::{CoilFieldModel, FieldKnowledge};
 pub use covers::{CoverPoint, Covers};
 pub use error::EstimatorError;
 pub use estimator::{Estimation, Estimator};
+pub use excitation::{Excitation, ExcitationMonitor};
 pub use fixed_shape::FixedShape;
 pub use folded::Folded;
+pub use gauss_newton::GaussNewton;
+pub use gradient::Gradient;
 pub use grid::Grid;
 pub use law::{AnyLaw, Correction, Law, Prediction};
-pub use settings::{EstimatorSettings, FieldSource, FoldedSettings, LawSettings};
+pub use scalar::{Scalar, ScalarPlant, ScalarSettings};
+pub use settings::{
+    EstimatorSettings, ExcitationSettings, FieldSource, FoldedSettings, GaussNewtonSettings, GradientSettings,
+    LawSettings,
+};
+pub use smooth::SmoothPoint;

@@ -1,5 +1,13 @@
 //! What a scenario says about the estimator: where the field comes from, which law corrects, how fast and how carefully.
 
+mod excitation;
+mod gauss_newton;
+mod gradient;
+
+pub use excitation::ExcitationSettings;
+pub use gauss_newton::GaussNewtonSettings;
+pub use gradient::GradientSettings;
+
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
 
@@ -15,6 +23,8 @@ pub struct EstimatorSettings {
     /// Corner of a high-pass on measured and predicted displacement alike; none: both are used as they are. Where the rod
     /// expands or a cut pushes it, a corner well below the profile's frequency keeps that out of the estimate.
     pub washout_hz: Option<f64>,
+    /// When a motion informs about `a`; the estimate is held while it does not.
+    pub excitation: ExcitationSettings,
     /// How `a` is corrected.
     pub law: LawSettings,
 }
@@ -45,6 +55,10 @@ pub enum LawSettings {
     },
     /// The min-max law on outputs folded through the rod.
     Folded(FoldedSettings),
+    /// Recursive Gauss-Newton with a standard deviation.
+    GaussNewton(GaussNewtonSettings),
+    /// Plain gradient, for comparison.
+    Gradient(GradientSettings),
 }
 
 impl Default for LawSettings {
@@ -106,31 +120,7 @@ impl FoldedSettings {
     /// # Errors
     /// The first setting that cannot be used.
     pub fn validate(&self) -> Result<(), Invalid> {
-        let (lower, upper) = self.range_a_per_m;
-        Invalid::unless_positive("range_a_per_m", lower, "A/m")?;
-        Invalid::unless_positive("range_a_per_m", upper, "A/m")?;
-        if lower >= upper {
-            return Err(Invalid::new(
-                "range_a_per_m",
-                format!("the lower edge {lower} A/m must be below the upper edge {upper} A/m"),
-            ));
-        }
-        let start = self.start_a_per_m;
-        if !(lower..=upper).contains(&start) {
-            return Err(Invalid::new(
-                "start_a_per_m",
-                format!("{start} A/m is outside the range [{lower}, {upper}] A/m, which the estimate may not leave"),
-            ));
-        }
-        if !(2..=MOST_MEMBERS).contains(&self.members) {
-            return Err(Invalid::new(
-                "members",
-                format!(
-                    "{} models cannot span a range; 2 to {MOST_MEMBERS} are possible",
-                    self.members
-                ),
-            ));
-        }
+        validate_bank(self.range_a_per_m, self.start_a_per_m, self.members, 2)?;
         Invalid::unless_positive("filter_per_s", self.filter_per_s, "1/s")?;
         Invalid::unless_positive("dead_zone_m", self.dead_zone_m, "m")?;
         if let Some(window) = self.window_a_per_m {
@@ -149,13 +139,50 @@ impl FoldedSettings {
     }
 }
 
+/// A range that can be spanned, a start inside it, and a bank of at least `least` and not too many members.
+fn validate_bank((lower, upper): (f64, f64), start: f64, members: usize, least: usize) -> Result<(), Invalid> {
+    Invalid::unless_positive("range_a_per_m", lower, "A/m")?;
+    Invalid::unless_positive("range_a_per_m", upper, "A/m")?;
+    if lower >= upper {
+        return Err(Invalid::new(
+            "range_a_per_m",
+            format!("the lower edge {lower} A/m must be below the upper edge {upper} A/m"),
+        ));
+    }
+    if !(lower..=upper).contains(&start) {
+        return Err(Invalid::new(
+            "start_a_per_m",
+            format!("{start} A/m is outside the range [{lower}, {upper}] A/m, which the estimate may not leave"),
+        ));
+    }
+    if !(least..=MOST_MEMBERS).contains(&members) {
+        return Err(Invalid::new(
+            "members",
+            format!("{members} models cannot span a range; {least} to {MOST_MEMBERS} are possible"),
+        ));
+    }
+    Ok(())
+}
+
 impl LawSettings {
+    /// The shapes that the estimate may take, A/m; twice the same where it is fixed.
+    pub fn range_a_per_m(&self) -> (f64, f64) {
+        match self {
+            LawSettings::FixedShape { shape_a_per_m } => (*shape_a_per_m, *shape_a_per_m),
+            LawSettings::Folded(folded) => folded.range_a_per_m,
+            LawSettings::GaussNewton(gauss_newton) => gauss_newton.range_a_per_m,
+            LawSettings::Gradient(gradient) => gradient.range_a_per_m,
+        }
+    }
+
     fn validate(&self) -> Result<(), Invalid> {
         match self {
             LawSettings::FixedShape { shape_a_per_m } => {
                 Invalid::unless_positive("shape_a_per_m", *shape_a_per_m, "A/m")
             }
             LawSettings::Folded(folded) => folded.validate(),
+            LawSettings::GaussNewton(gauss_newton) => gauss_newton.validate(),
+            LawSettings::Gradient(gradient) => gradient.validate(),
         }
     }
 }
@@ -177,6 +204,9 @@ impl EstimatorSettings {
         if let Some(corner_hz) = self.washout_hz {
             Invalid::unless_positive("washout_hz", corner_hz, "Hz")?;
         }
+        self.excitation
+            .validate()
+            .map_err(|invalid| invalid.within("excitation"))?;
         self.law.validate().map_err(|invalid| invalid.within("law"))
     }
 }
@@ -246,6 +276,43 @@ mod tests {
                 .to_string()
                 .contains("field.play_a_per_m: -1 A/m")
         );
+    }
+
+    // Guards the other laws' sentences, and that the path names the part of the settings.
+    #[test]
+    fn every_part_is_checked() {
+        let refused = |gauss_newton| {
+            let law = LawSettings::GaussNewton(gauss_newton);
+            let settings = EstimatorSettings {
+                law,
+                ..EstimatorSettings::default()
+            };
+            settings.validate().unwrap_err().to_string()
+        };
+        let base = GaussNewtonSettings::default();
+        assert!(refused(GaussNewtonSettings { members: 4, ..base }).contains("5 to 512"));
+        assert!(
+            refused(GaussNewtonSettings {
+                noise_m: 1e-200,
+                ..base
+            })
+            .contains("its square is 0")
+        );
+        let drift = refused(GaussNewtonSettings {
+            drift_variance_per_s: -1.0,
+            ..base
+        });
+        assert!(drift.starts_with("law.drift_variance_per_s: -1 (A/m)^2/s"), "{drift}");
+        let excitation = ExcitationSettings {
+            memory_s: 0.0,
+            ..ExcitationSettings::default()
+        };
+        let monitor = EstimatorSettings {
+            excitation,
+            ..EstimatorSettings::default()
+        };
+        let memory = monitor.validate().unwrap_err().to_string();
+        assert!(memory.starts_with("excitation.memory_s: 0 s"), "{memory}");
     }
 
     // Guards against misspelt settings that would silently keep their defaults.

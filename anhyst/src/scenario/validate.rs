@@ -113,9 +113,10 @@ impl Scenario {
         let check = |path: &'static str, shape| nominal.with_shape(shape).validate().map_err(physical(path));
         match &self.estimator.law {
             LawSettings::FixedShape { shape_a_per_m } => check("estimator.law.shape_a_per_m", *shape_a_per_m),
-            LawSettings::Folded(folded) => {
-                check("estimator.law.range_a_per_m", folded.range_a_per_m.0)?;
-                check("estimator.law.range_a_per_m", folded.range_a_per_m.1)
+            adaptive => {
+                let (lower, upper) = adaptive.range_a_per_m();
+                check("estimator.law.range_a_per_m", lower)?;
+                check("estimator.law.range_a_per_m", upper)
             }
         }
     }
