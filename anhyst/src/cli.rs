@@ -81,7 +81,7 @@ pub struct RunArguments {
     pub no_recording: bool,
     /// Also stream to a Rerun viewer, which joins at rerun+http://127.0.0.1:PORT/proxy (default port 9877; an open viewer has
     /// 9876 for itself).
-    #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = "9877")]
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "9877", value_parser = clap::value_parser!(u16).range(1..))]
     pub live: Option<u16>,
     /// Every process has a core of its own: wait by polling, not by sleeping.
     #[arg(long)]

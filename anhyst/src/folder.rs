@@ -25,9 +25,15 @@ impl RunFolder {
                 _ => {}
             }
         }
-        for results in ["processes", "digests"] {
+        for (results, ours) in [("processes", &["json", "log"][..]), ("digests", &["u64"])] {
             for entry in std::fs::read_dir(folder.0.join(results))? {
-                std::fs::remove_file(entry?.path())?;
+                let path = entry?.path();
+                if path
+                    .extension()
+                    .is_some_and(|extension| ours.iter().any(|known| extension == *known))
+                {
+                    std::fs::remove_file(path)?;
+                }
             }
         }
         Ok(folder)

@@ -216,11 +216,12 @@ fn describe(status: Option<ExitStatus>) -> String {
 
 fn last_words(folder: &RunFolder, process: &str) -> String {
     let log = std::fs::read_to_string(folder.log(process)).unwrap_or_default();
-    log.lines()
-        .map(str::trim)
-        .rfind(|line| !line.is_empty())
-        .map(|line| format!(": {line}"))
-        .unwrap_or_default()
+    // A refusal's sentence is marked; the picture below it is for the log.
+    let sentence = log
+        .lines()
+        .find_map(|line| line.trim().strip_prefix('×'))
+        .or_else(|| log.lines().rfind(|line| !line.trim().is_empty()));
+    sentence.map(|line| format!(": {}", line.trim())).unwrap_or_default()
 }
 
 /// Asks every child that still runs to end, then kills what has not.

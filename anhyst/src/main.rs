@@ -14,7 +14,7 @@ fn main() -> ExitCode {
     match run(&Cli::parse().command) {
         Ok(ending) => ending.into(),
         Err(report) => {
-            eprintln!("{report:?}");
+            anhyst::complain!("{report:?}");
             ExitCode::from(BAD_INPUT)
         }
     }

@@ -46,6 +46,9 @@ pub struct Peak {
     pub time_s: f64,
 }
 
+/// Displacements are not told apart below this, m.
+const ROUNDING_M: f64 = 1e-12;
+
 /// Ticks of a run that are checked one by one.
 const DENSE_TICKS: u64 = 50_000;
 
@@ -137,17 +140,30 @@ impl Controller {
     /// Refuses a trajectory that asks for more than the saturated rod can give, or for what no magnetization gives.
     ///
     /// # Errors
-    /// With the first displacement out of range, the range, and the time.
+    /// With the displacement farthest out of range, the range, and the time.
     pub fn validate_reach(&self, duration_s: f64) -> Result<(), Invalid> {
         let (lowest_m, highest_m) = self.law.range_m();
-        let out_of_range = |time_s: &f64| !(lowest_m..=highest_m).contains(&self.needed_m(*time_s));
-        let Some(time_s) = self.ticks(duration_s).find(out_of_range) else {
+        let excess_m = |time_s: f64| {
+            let needed_m = self.needed_m(time_s);
+            (lowest_m - needed_m).max(needed_m - highest_m)
+        };
+        let worst = self
+            .ticks(duration_s)
+            .map(|time_s| (time_s, excess_m(time_s)))
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        // Rounding of a profile that touches an end is no excess.
+        let Some((time_s, _)) = worst.filter(|(_, excess_m)| *excess_m > ROUNDING_M || excess_m.is_nan()) else {
             return Ok(());
         };
+        let needed_m = self.needed_m(time_s);
+        let remedy = if needed_m < lowest_m && lowest_m > -ROUNDING_M {
+            ": this rod only lengthens, so give the trajectory a mean_m"
+        } else {
+            ""
+        };
         let sentence = format!(
-            "at {time_s:.4} s the rod needs a quasi-static displacement of {:.4e} m, but magnetizations up to saturation, {} A/m, \
-             give only [{lowest_m:.4e}, {highest_m:.4e}] m",
-            self.needed_m(time_s),
+            "at {time_s:.4} s the rod needs a quasi-static displacement of {needed_m:.4e} m, but magnetizations up to saturation, {} A/m, \
+             give only [{lowest_m:.4e}, {highest_m:.4e}] m{remedy}",
             self.law.saturation_a_per_m()
         );
         Err(Invalid::new("trajectory", sentence))

@@ -32,7 +32,31 @@ fn bad_scenarios_are_refused_with_place_value_and_limit() {
     )
     .unwrap();
     let line_of = |needle: &str| good.lines().position(|line| line.contains(needle)).unwrap() + 1;
-    let cases: [(&str, &str, &str, &[&str]); 9] = [
+    let cases: [(&str, &str, &str, &[&str]); 13] = [
+        (
+            "from_a_per_m: 6400.0",
+            "from_a_per_m: 6100.0",
+            "shape: Ramp",
+            &["a = 6100 A/m is outside the estimator's range [6300, 7300] A/m"],
+        ),
+        (
+            "settling_s: 0.5",
+            "settling_s: 0.5, error_rms_m: NaN",
+            "settling_s",
+            &["error_rms_m", "NaN m must be finite"],
+        ),
+        (
+            "sensors: (",
+            "cut: Custom(spindle_rpm: 1e6, teeth: 2, entry_angle_deg: 0, exit_angle_deg: 180, cutting_coefficient_n_per_m2: 7e8, axial_depth_m: 1e-4, feed_per_tooth_m: 1e-4, heat_w: 0), sensors: (",
+            "sensors: (",
+            &["ticks, outside [8, 65536]"],
+        ),
+        (
+            "lobes: [(1, 40e-6, 0.0)",
+            "lobes: [(1, 4e-3, 0.0)",
+            "trajectory:",
+            &["the rod needs a quasi-static displacement of"],
+        ),
         ("seed: 1,", "sede: 1,", "seed: 1,", &["sede"]),
         ("seed: 1,", "seed: \"one\",", "seed: 1,", &["Expected integer"]),
         (

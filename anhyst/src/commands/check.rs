@@ -12,14 +12,14 @@ use crate::scenario::{load, to_ron};
 pub fn run(arguments: &CheckArguments) -> miette::Result<Ending> {
     let scenario = load(&arguments.scenario.scenario, &arguments.scenario.settings)?;
     if arguments.print {
-        println!(
+        crate::say!(
             "{}",
             to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?
         );
     } else {
         let ticks = scenario.ticks();
         let processes = scenario.placement.processes().len();
-        println!(
+        crate::say!(
             "{}: good; {ticks} ticks of {} µs in {processes} {}",
             scenario.name,
             scenario.tick_s * 1e6,

@@ -44,7 +44,7 @@ pub fn run(arguments: &CompareArguments) -> miette::Result<Ending> {
     }
     let summaries = run_all(&scenarios)?;
     if arguments.json {
-        println!(
+        crate::say!(
             "{}",
             serde_json::to_string_pretty(&summaries).map_err(|error| RunError::Setup(error.to_string()))?
         );
@@ -120,5 +120,5 @@ fn print_table(summaries: &[Summary]) {
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
-    println!("{table}");
+    crate::say!("{table}");
 }

@@ -48,13 +48,13 @@ pub fn run(arguments: &DoctorArguments) -> miette::Result<Ending> {
     }
     let good = findings.iter().all(|finding| finding.good);
     if arguments.json {
-        println!(
+        crate::say!(
             "{}",
             serde_json::to_string_pretty(&findings).map_err(|error| RunError::Setup(error.to_string()))?
         );
     } else {
         for finding in &findings {
-            println!(
+            crate::say!(
                 "{} {}: {}",
                 if finding.good { "good" } else { "BAD " },
                 finding.what,

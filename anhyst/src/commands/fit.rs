@@ -91,19 +91,24 @@ pub fn run(arguments: &FitArguments) -> miette::Result<Ending> {
         .file_stem()
         .map_or_else(|| "loops".into(), |stem| stem.to_string_lossy().into_owned());
     let name = arguments.name.clone().unwrap_or(stem);
+    if name.trim().is_empty() || name.contains(['/', '\n', '"', '\\']) || name.starts_with('.') {
+        return Err(miette::miette!(
+            "--name {name:?} names a folder and a material: it must not be empty, begin with '.', or hold / \\ \" or a line break"
+        ));
+    }
     let out = arguments
         .out
         .clone()
         .unwrap_or_else(|| Path::new("runs").join(format!("fit-{name}")));
     write(&found, &name, &out)?;
     if arguments.json {
-        println!(
+        crate::say!(
             "{}",
             serde_json::to_string_pretty(&found.report).map_err(|error| RunError::Setup(error.to_string()))?
         );
     } else {
         print_report(&found.report);
-        println!("\nresults: {}", out.display());
+        crate::say!("\nresults: {}", out.display());
     }
     Ok(Ending::Held)
 }
@@ -165,17 +170,17 @@ fn print_report(report: &FitReport) {
         Anhysteretic::Ising => "a - alpha Ms",
     };
     table.add_row([combination.to_owned(), value, deviation, "A/m".to_owned()]);
-    println!("{table}");
-    println!(
+    crate::say!("{table}");
+    crate::say!(
         "\n{:?} curve; magnetization {:.3} % of its range rms over all loops",
         report.anhysteretic,
         100.0 * report.magnetization_nrmse
     );
     if let Some(strain) = report.strain_nrmse {
-        println!("strain {:.3} % of its range rms", 100.0 * strain);
+        crate::say!("strain {:.3} % of its range rms", 100.0 * strain);
     }
     for measured in &report.loops {
-        println!(
+        crate::say!(
             "  loop {}: {:.3} % up to {} A/m",
             measured.id,
             100.0 * measured.magnetization_nrmse,
@@ -183,9 +188,9 @@ fn print_report(report: &FitReport) {
         );
     }
     for assumption in &report.assumptions {
-        println!("assumed: {assumption}");
+        crate::say!("assumed: {assumption}");
     }
     for warning in &report.warnings {
-        println!("WARNING: {warning}");
+        crate::say!("WARNING: {warning}");
     }
 }

@@ -12,7 +12,7 @@ use std::fmt::Write;
 /// A bad scenario.
 pub fn run(arguments: &GraphArguments) -> miette::Result<Ending> {
     let scenario = load(&arguments.scenario.scenario, &arguments.scenario.settings)?;
-    print!("{}", mermaid(&scenario));
+    crate::say!("{}", mermaid(&scenario).trim_end());
     Ok(Ending::Held)
 }
 

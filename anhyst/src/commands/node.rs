@@ -10,6 +10,9 @@ use crate::{resources, signals};
 use anhyst_ipc::{NodeId, fingerprint};
 use std::time::Duration;
 
+/// A socket's path has 108 bytes, of which iceoryx2 needs about 40 for its own names.
+const LONGEST_ROOT_AND_PREFIX: usize = 68;
+
 /// Runs the process that `node` belongs to.
 ///
 /// # Errors
@@ -36,15 +39,28 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
         path: folder.path().to_owned(),
         cause,
     })?;
+    let start_limit_s = arguments.start_limit_s;
+    if !(0.1..=86_400.0).contains(&start_limit_s) {
+        return Err(miette::miette!(
+            "--start-limit-s {start_limit_s} is outside [0.1, 86400] s"
+        ));
+    }
+    let root = arguments
+        .root
+        .clone()
+        .unwrap_or_else(|| resources::user_root().join(resources::HAND));
+    let length = root.as_os_str().len() + arguments.service_prefix.len();
+    if length > LONGEST_ROOT_AND_PREFIX {
+        return Err(miette::miette!(
+            "--root and --service-prefix have {length} characters together; a socket's path leaves room for {LONGEST_ROOT_AND_PREFIX}"
+        ));
+    }
     let meeting = Meeting {
         prefix: arguments.service_prefix.clone(),
-        root: arguments
-            .root
-            .clone()
-            .unwrap_or_else(|| resources::user_root().join("hand")),
+        root,
         agreement: fingerprint(&effective),
         yields: arguments.yields,
-        start_limit: Duration::from_secs_f64(arguments.start_limit_s.clamp(0.1, 86_400.0)),
+        start_limit: Duration::from_secs_f64(start_limit_s),
     };
     if node == NodeId::Recorder && !arguments.end_with_launcher {
         // By hand there is no launcher to write it; replay needs it.
@@ -55,7 +71,7 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
         Ok(report) => report,
         // The scenario is good; another process did not come, or not as it should.
         Err(RunError::Link(error)) => {
-            eprintln!("{error}");
+            crate::complain!("{error}");
             return Ok(Ending::ProcessFailed);
         }
         Err(error) => return Err(error.into()),
@@ -64,7 +80,7 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
     let text = serde_json::to_string_pretty(&report).map_err(|error| RunError::Setup(error.to_string()))?;
     std::fs::write(&path, text).map_err(|cause| RunError::Write { path, cause })?;
     if !arguments.end_with_launcher {
-        println!(
+        crate::say!(
             "{process}: {} ticks in {:.2} s",
             report.nodes.first().map_or(0, |node| node.ticks),
             report.loop_s
@@ -72,7 +88,7 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
     }
     match report.error {
         Some(error) => {
-            eprintln!("{error}");
+            crate::complain!("{error}");
             Ok(Ending::ProcessFailed)
         }
         None => Ok(Ending::Held),

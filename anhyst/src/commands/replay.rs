@@ -56,23 +56,36 @@ pub fn run(arguments: &ReplayArguments) -> miette::Result<Ending> {
         .map(|node| replay(node, &scenario, &recorded))
         .collect::<Result<Vec<_>, _>>()?;
     if arguments.json {
-        println!(
+        crate::say!(
             "{}",
             serde_json::to_string_pretty(&replayed).map_err(|error| RunError::Setup(error.to_string()))?
         );
     } else {
         for result in &replayed {
             match &result.difference {
-                None => println!("{}: {} ticks, every bit the same", result.node, result.ticks),
-                Some(difference) => println!("{}: DIFFERS: {difference}", result.node),
+                None => crate::say!("{}: {} ticks, every bit the same", result.node, result.ticks),
+                Some(difference) => crate::say!("{}: DIFFERS: {difference}", result.node),
             }
         }
     }
-    Ok(if replayed.iter().all(|result| result.same) {
+    let whole = missing_ticks(&folder, recorded.ticks() as u64);
+    if let Some(ticks) = whole {
+        crate::complain!(
+            "the recording holds {} of the {ticks} ticks that the run had",
+            recorded.ticks()
+        );
+    }
+    Ok(if whole.is_none() && replayed.iter().all(|result| result.same) {
         Ending::Held
     } else {
         Ending::NotHeld
     })
+}
+
+/// How many ticks the run had, if the recording has fewer. A run that did not come to its end has no summary to tell.
+fn missing_ticks(folder: &RunFolder, recorded: u64) -> Option<u64> {
+    let summary: serde_json::Value = serde_json::from_slice(&std::fs::read(folder.summary()).ok()?).ok()?;
+    summary["ticks"].as_u64().filter(|ticks| *ticks > recorded)
 }
 
 /// Every token of a run, by tick.

@@ -33,7 +33,7 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
         scenario.recording.live_port = arguments.live;
     }
     if let Some(port) = scenario.recording.live_port.filter(|_| scenario.recording.on) {
-        eprintln!("watch: rerun rerun+http://127.0.0.1:{port}/proxy");
+        crate::complain!("watch: rerun rerun+http://127.0.0.1:{port}/proxy");
     }
     let folder = prepare(&scenario, arguments.out.as_deref())?;
     let yields = if arguments.dedicated_cores {
@@ -56,8 +56,8 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
     match outcome {
         Ok(reports) => finish(&scenario, &folder, &reports, arguments.json),
         Err(error) => {
-            eprintln!("{error}");
-            eprintln!("what was recorded until then is in {}", folder.path().display());
+            crate::complain!("{error}");
+            crate::complain!("what was recorded until then is in {}", folder.path().display());
             Ok(Ending::ProcessFailed)
         }
     }
@@ -99,21 +99,21 @@ fn finish(scenario: &Scenario, folder: &RunFolder, reports: &[ProcessReport], js
         cause,
     })?;
     if json {
-        println!(
+        crate::say!(
             "{}",
             serde_json::to_string_pretty(&summary).map_err(|error| RunError::Setup(error.to_string()))?
         );
     } else {
-        println!("{}", summary.table());
+        crate::say!("{}", summary.table());
         if summary.held {
             let (settling_s, tolerance_um) = (scenario.expect.settling_s, scenario.expect.tolerance_m * 1e6);
-            println!("\nheld: every error after {settling_s} s is within ±{tolerance_um:.4} µm");
+            crate::say!("\nheld: every error after {settling_s} s is within ±{tolerance_um:.4} µm");
         } else {
-            println!("\nNOT held: {}", summary.failures.join("; "));
+            crate::say!("\nNOT held: {}", summary.failures.join("; "));
         }
-        println!("results: {}", folder.path().display());
+        crate::say!("results: {}", folder.path().display());
         if scenario.recording.on {
-            println!("look at it: anhyst view {}", folder.path().display());
+            crate::say!("look at it: anhyst view {}", folder.path().display());
         }
     }
     Ok(if summary.held { Ending::Held } else { Ending::NotHeld })

@@ -4,7 +4,8 @@ use super::{Clock, Placement, Scenario};
 use anhyst_controller::{Controller, TrajectorySettings};
 use anhyst_estimator::LawSettings;
 use anhyst_ipc::{Invalid, NodeId};
-use anhyst_model::{Hysteresis, MagneticState, ModelError, RodElements, TwoPole};
+use anhyst_model::{Hysteresis, MagneticState, Material, ModelError, RodElements, TwoPole};
+use anhyst_plant_sim::{PlantError, PlantNode, ShapeCourse};
 use std::path::Path;
 
 /// The longest run that a lockstep digest trail is kept for: 8 bytes a tick and node.
@@ -42,6 +43,7 @@ impl Scenario {
         self.estimator
             .validate()
             .map_err(|invalid| invalid.within("estimator"))?;
+        self.validate_plant(material)?;
         self.validate_shapes(&material.hysteresis)?;
         self.inverse.validate().map_err(|invalid| invalid.within("inverse"))?;
         let guard_limit = self.guard.field_limit_a_per_m;
@@ -96,6 +98,12 @@ impl Scenario {
             }
         }
         Invalid::unless_positive("expect.tolerance_m", self.expect.tolerance_m, "m")?;
+        if let Some(limit) = self.expect.error_rms_m {
+            Invalid::unless_positive("expect.error_rms_m", limit, "m")?;
+        }
+        if let Some(limit) = self.expect.a_final_error_a_per_m {
+            Invalid::unless_positive("expect.a_final_error_a_per_m", limit, "A/m")?;
+        }
         let last_s = self.duration_s - self.tick_s;
         Invalid::unless_between("expect.settling_s", self.expect.settling_s, 0.0, last_s, "s")?;
         Invalid::unless_between(
@@ -106,6 +114,37 @@ impl Scenario {
             "ticks",
         )?;
         Invalid::unless_positive("recording.plot_rate_hz", self.recording.plot_rate_hz, "Hz")
+    }
+
+    /// The plant can be built at this tick, and its `a` can be followed.
+    fn validate_plant(&self, material: &Material) -> Result<(), Invalid> {
+        PlantNode::new(&self.plant, material, &self.rod.constants, self.tick_s, self.seed).map_err(
+            |error| match error {
+                PlantError::Invalid(invalid) => invalid.within("plant"),
+                PlantError::Model(error) => Invalid::new("plant", error.to_string()),
+            },
+        )?;
+        let (lower, upper) = self.estimator.law.range_a_per_m();
+        if lower == upper {
+            // A fixed `a` follows nothing; that the plant differs is the point of such a scenario.
+            return Ok(());
+        }
+        let course = match self.plant.shape {
+            ShapeCourse::Constant { a_per_m } => vec![a_per_m],
+            ShapeCourse::Ramp {
+                from_a_per_m,
+                to_a_per_m,
+                ..
+            } => vec![from_a_per_m, to_a_per_m],
+            ShapeCourse::Thermal { .. } => Vec::new(),
+        };
+        if let Some(outside) = course.into_iter().find(|a| !(lower..=upper).contains(a)) {
+            let sentence = format!(
+                "a = {outside} A/m is outside the estimator's range [{lower}, {upper}] A/m (estimator.law.range_a_per_m), which the estimate may not leave"
+            );
+            return Err(Invalid::new("plant.shape", sentence));
+        }
+        Ok(())
     }
 
     /// Every shape parameter that may occur must give a valid material, not only the nominal one.
