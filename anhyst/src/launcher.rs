@@ -10,6 +10,8 @@ use std::time::{Duration, Instant};
 
 /// How often the children are looked at: well within the two seconds in which a death must be reported.
 const WATCH_PERIOD: Duration = Duration::from_millis(10);
+/// What the others get to complain, too, when a process gives up waiting.
+const SETTLING: Duration = Duration::from_millis(300);
 /// What a child that was asked to end gets before it is killed: time for the recorder to write its last block.
 const GRACE: Duration = Duration::from_millis(1200);
 
@@ -75,6 +77,17 @@ struct Running {
     name: String,
     child: Child,
     ended: Option<ExitStatus>,
+}
+
+impl Running {
+    fn failed(&self) -> bool {
+        self.ended.is_some_and(|status| !status.success())
+    }
+
+    /// A signal ended it.
+    fn killed(&self) -> bool {
+        self.ended.is_some_and(|status| status.code().is_none())
+    }
 }
 
 /// Runs a scenario's processes to the end; `progress` hears the plant's ticks.
@@ -172,19 +185,14 @@ fn watch(
         if stop_requested() {
             return Err(LaunchError::Interrupted { tick, ticks });
         }
-        for running in children.iter_mut().filter(|running| running.ended.is_none()) {
-            running.ended = running.child.try_wait().ok().flatten();
-        }
-        if let Some(culprit) = culprit(children) {
-            let how = describe(culprit.ended);
-            let detail = last_words(folder, &culprit.name);
-            return Err(LaunchError::Died {
-                process: culprit.name.clone(),
-                how,
-                tick,
-                ticks,
-                detail,
-            });
+        look(children);
+        if children.iter().any(Running::failed) {
+            if !children.iter().any(Running::killed) {
+                // Whoever waits for the same culprit gives up within moments: then the chain of complaints is whole.
+                std::thread::sleep(SETTLING);
+                look(children);
+            }
+            return Err(verdict(children, folder, tick, ticks));
         }
         if children.iter().all(|running| running.ended.is_some()) {
             return Ok(());
@@ -193,16 +201,47 @@ fn watch(
     }
 }
 
-/// Of the processes that failed, the one to blame: a process that a signal ended comes before one that complains about it.
-fn culprit(children: &[Running]) -> Option<&Running> {
-    let failed = || {
-        children
-            .iter()
-            .filter(|running| running.ended.is_some_and(|status| !status.success()))
+fn look(children: &mut [Running]) {
+    for running in children.iter_mut().filter(|running| running.ended.is_none()) {
+        running.ended = running.child.try_wait().ok().flatten();
+    }
+}
+
+fn verdict(children: &[Running], folder: &RunFolder, tick: u64, ticks: u64) -> LaunchError {
+    let Some(culprit) = culprit(children, folder) else {
+        return LaunchError::Interrupted { tick, ticks };
     };
-    failed()
-        .find(|running| running.ended.is_some_and(|status| status.code().is_none()))
-        .or_else(|| failed().next())
+    LaunchError::Died {
+        process: culprit.name.clone(),
+        how: describe(culprit.ended),
+        tick,
+        ticks,
+        detail: last_words(folder, &culprit.name),
+    }
+}
+
+/// Of the processes that failed, the one to blame: one that a signal ended comes before those that complain about it; else the
+/// complaints "… but X is silent" are followed to the process that has none, be it dead or hung.
+fn culprit<'a>(children: &'a [Running], folder: &RunFolder) -> Option<&'a Running> {
+    if let Some(killed) = children.iter().find(|running| running.killed()) {
+        return Some(killed);
+    }
+    let mut blamed = children.iter().find(|running| running.failed())?;
+    for _ in children {
+        let words = last_words(folder, &blamed.name);
+        let silent = words
+            .strip_suffix(" is silent")
+            .and_then(|rest| rest.rsplit(' ').next());
+        let Some(next) = silent.and_then(|node| {
+            children
+                .iter()
+                .find(|running| running.name.split('+').any(|name| name == node))
+        }) else {
+            break;
+        };
+        blamed = next;
+    }
+    Some(blamed)
 }
 
 fn describe(status: Option<ExitStatus>) -> String {
@@ -210,7 +249,7 @@ fn describe(status: Option<ExitStatus>) -> String {
     match status.map(|status| (status.code(), status.signal())) {
         Some((Some(code), _)) => format!("ended with exit status {code}"),
         Some((None, Some(signal))) => format!("was killed by signal {signal}"),
-        _ => "ended".into(),
+        _ => "does not answer".into(),
     }
 }
 

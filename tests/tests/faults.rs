@@ -178,6 +178,27 @@ fn two_runs_side_by_side_do_not_meet() {
     }
 }
 
+/// Guards against blaming the neighbour: a process that hangs says nothing, and the others complain about each other.
+#[test]
+fn a_frozen_process_is_named() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run");
+    let mut launcher = start_long_run(&out);
+    let prefix = format!("anhyst_{}_", launcher.id());
+    wait_until_recording(&mut launcher, &out);
+    let guard = Pid::from_raw(child(&launcher, "guard") as i32).unwrap();
+    kill_process(guard, Signal::STOP).unwrap();
+    // The receive limit of 2 s, the settling of the complaints, and the grace of a process that cannot hear.
+    let finished = Finished::wait(launcher, Duration::from_secs(10)).expect(3);
+    assert!(
+        finished.err.contains("guard does not answer at tick "),
+        "{}",
+        finished.err
+    );
+    assert_eq!(files_with(&prefix), Vec::<String>::new());
+    assert_readable(&out);
+}
+
 #[test]
 fn an_interrupted_run_closes_its_recording() {
     let root = tempfile::tempdir().unwrap();
