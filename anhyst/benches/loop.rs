@@ -9,7 +9,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 const PAIRS: usize = 5;
-/// Three processes' worth of loop on one core, so that the recorder has the other.
+/// All of the loop in one process; the recorder, which is not named, gets its own.
 const LOOP_IN_ONE_PROCESS: &str = "placement=Groups([[plant, estimator, controller, inverse, guard, amplifier]])";
 
 /// How the processes are spread over two cores.

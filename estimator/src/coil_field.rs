@@ -3,7 +3,7 @@
 //! `Commanded`: the safe field of tick k−1 goes into the amplifier's model, which answers with the field at t_k; the field
 //! at t_k+1 is on its way already. `Measured`: the measured field at t_k through a play; the change to t_k+1 is taken from
 //! the amplifier's model. Fields in A/m. At tick 0 the commanded field is 0: nothing has been commanded.
-//! Assumption: the amplifier's constants are known. Source: docs/paper-notes.md on fields that ratchet.
+//! Assumption: the amplifier's constants are known. Source: a play operator; what each costs in the loop is in docs/scenarios.md.
 
 use crate::FieldSource;
 use anhyst_model::{Amplifier, AmplifierConstants, ModelError, Play};

@@ -4,7 +4,7 @@
 //! What the estimator knows holds at t_k; the field at t_k+1 is on its way already, so the state is first carried there with
 //! the model, and the field decided now takes it from t_k+1 to t_k+2, which is what the demand is about.
 //! Assumptions: parameters other than `a` are known; the amplifier adds no further ticks of delay.
-//! Source: the paper's inverse compensator (section 1), started from the present state (docs/paper-notes.md).
+//! Source: the paper's inverse compensator (section 1), started from the present state.
 
 use crate::lead::Lead;
 use crate::{InverseError, InverseSettings, Structure};
