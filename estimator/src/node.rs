@@ -44,6 +44,10 @@ fn estimate(estimation: &Estimation) -> Estimate {
         upper_cover_m: correction.upper_cover_m,
         slope_m_per_a_per_m: correction.slope_m_per_a_per_m,
         standard_deviation_a_per_m: correction.standard_deviation_a_per_m,
+        information_per_a2_per_m2: estimation.excitation.information_per_a2_per_m2,
+        // Inverses, because an infinite number has no place in a token.
+        excitation_above_per_a_per_m: 1.0 / estimation.excitation.least_error_above_a_per_m,
+        excitation_below_per_a_per_m: 1.0 / estimation.excitation.least_error_below_a_per_m,
         status: bits.iter().filter(|(set, _)| *set).map(|(_, bit)| bit).sum(),
         ..Estimate::default()
     }
@@ -108,5 +112,37 @@ mod tests {
         let mut folded = make(LawSettings::default());
         let (first,) = Block::step(&mut folded, 0, (Now(silent), Previous(SafeField::default())));
         assert_eq!((first.shape_a_per_m, first.status), (6800.0, HELD));
+    }
+
+    // Guards what the estimate says of itself: nothing at rest, more than the limit once the rod moves, always a number.
+    #[test]
+    fn the_estimate_says_how_well_it_is_informed() {
+        let two_pole = TwoPole {
+            gain: 6.965e6,
+            damping_per_s: 7.8899e3,
+            stiffness_per_s2: 6.4251e7,
+            force_gain_per_kg: 0.0,
+        };
+        let (material, amplifier) = (Material::terfenol_d(), AmplifierConstants::default());
+        let mut estimator =
+            Estimator::new(&EstimatorSettings::default(), &material, two_pole, amplifier, 5e-5).unwrap();
+        let mut last = Estimate::default();
+        for tick in 0..4000 {
+            let angle = std::f64::consts::TAU * 50.0 * 5e-5 * tick as f64;
+            let safe = SafeField {
+                field_a_per_m: 9000.0 * angle.sin(),
+                ..SafeField::default()
+            };
+            (last,) = Block::step(&mut estimator, tick, (Now(Measurement::default()), Previous(safe)));
+            let said = [
+                last.information_per_a2_per_m2,
+                last.excitation_above_per_a_per_m,
+                last.excitation_below_per_a_per_m,
+            ];
+            assert!(said.iter().all(|value| value.is_finite() && *value >= 0.0), "{said:?}");
+            assert!(tick > 2 || said[0] == 0.0, "{said:?} at tick {tick}");
+        }
+        let worst = EstimatorSettings::default().excitation.worst_deviation_a_per_m;
+        assert!(1.0 / last.information_per_a2_per_m2.sqrt() < worst && last.status & HELD == 0);
     }
 }

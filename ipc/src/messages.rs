@@ -58,7 +58,14 @@ message! {
         slope_m_per_a_per_m: f64 in "m/(A/m)",
         /// Standard deviation of the estimate; 0 where the law gives none.
         standard_deviation_a_per_m: f64 in "A/m",
-        /// Bits: 1 adapting (outside the dead zone), 2 at an edge of the parameter's range, 4 held (not informed), 8 fixed by the scenario.
+        /// Fisher information about a in the recent motion; its inverse square root is the Cramér-Rao bound. 0: none.
+        information_per_a2_per_m2: f64 in "1/(A/m)^2",
+        /// Condition (19) holds for a true a above the estimate by more than the inverse of this; 0: for none.
+        excitation_above_per_a_per_m: f64 in "1/(A/m)",
+        /// The same for a true a below the estimate.
+        excitation_below_per_a_per_m: f64 in "1/(A/m)",
+        /// Bits: 1 adapting (outside the dead zone), 2 at an edge of the parameter's range, 4 held (not informed), 8 fixed by
+        /// the scenario.
         status: u64 in "",
     }
 }

@@ -65,6 +65,13 @@ const fn limits(entity: &'static str, series: &'static [Series]) -> Plot {
 }
 
 const CELSIUS: f64 = 273.15;
+/// What is drawn where nothing is known, A/m: wide against any range of `a` that matters, and finite.
+const NOTHING_KNOWN_A_PER_M: f64 = 100.0;
+
+/// The inverse of a token that says how well something is known.
+fn shown_deviation(per_a_per_m: f64) -> f64 {
+    (1.0 / per_a_per_m).min(NOTHING_KNOWN_A_PER_M)
+}
 
 /// All plots. Entities of one view are drawn in the order of their names.
 pub(crate) const PLOTS: &[Plot] = &[
@@ -150,6 +157,35 @@ pub(crate) const PLOTS: &[Plot] = &[
         &[line("predicted − measured", VIOLET, 1.0, |row, _| {
             row.estimate.output_error_m * 1e9
         })],
+    ),
+    lines(
+        "excitation",
+        &[
+            when(
+                |has| has.information,
+                line("bound from the recent motion", BLUE, 2.0, |row, _| {
+                    shown_deviation(row.estimate.information_per_a2_per_m2.sqrt())
+                }),
+            ),
+            when(
+                |has| has.deviation,
+                line("standard deviation of the law", ORANGE, 1.5, |row, _| {
+                    row.estimate.standard_deviation_a_per_m
+                }),
+            ),
+            when(
+                |has| has.information,
+                line("(19) needs, truth above", GREEN, 1.0, |row, _| {
+                    shown_deviation(row.estimate.excitation_above_per_a_per_m)
+                }),
+            ),
+            when(
+                |has| has.information,
+                line("(19) needs, truth below", VIOLET, 1.0, |row, _| {
+                    shown_deviation(row.estimate.excitation_below_per_a_per_m)
+                }),
+            ),
+        ],
     ),
     limits(
         "field/limit",

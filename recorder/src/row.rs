@@ -23,12 +23,13 @@ impl Row {
 }
 
 /// What a recording has besides the loop's own tokens. A real rig has no truth, not every rig a thermometer, not every law
-/// a standard deviation: their tokens are zero throughout, and drawing those zeros would be a lie.
+/// a standard deviation or anything to be informed about: their tokens are zero throughout, and drawing those zeros would be a lie.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Presence {
     pub truth: bool,
     pub thermometer: bool,
     pub deviation: bool,
+    pub information: bool,
     pub force: bool,
 }
 
@@ -40,6 +41,7 @@ impl Presence {
             truth: any(|row| row.truth.shape_a_per_m != 0.0 || row.truth.displacement_m != 0.0),
             thermometer: any(|row| row.measurement.temperature_k != 0.0),
             deviation: any(|row| row.estimate.standard_deviation_a_per_m != 0.0),
+            information: any(|row| row.estimate.information_per_a2_per_m2 != 0.0),
             force: any(|row| row.truth.cutting_force_n != 0.0),
         }
     }
