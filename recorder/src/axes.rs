@@ -192,7 +192,13 @@ impl Axes {
 
 /// Names of the curves in their colours, above the box.
 fn write_legend(stream: &RecordingStream, entity: &str, curves: &[(&str, u32)]) -> Result<(), RecorderError> {
-    let places = (0..curves.len()).map(|at| [BOX[0] as f32 * (0.45 + 0.22 * at as f32), -0.13]);
+    // Below the title row; a fourth name and more begin a second row.
+    let places = (0..curves.len()).map(|at| {
+        [
+            BOX[0] as f32 * (0.45 + 0.22 * (at % 3) as f32),
+            -0.13 + 0.06 * (at / 3) as f32,
+        ]
+    });
     let legend = Points2D::new(places)
         .with_labels(curves.iter().map(|(name, _)| *name))
         .with_show_labels(true)

@@ -6,7 +6,7 @@ use crate::error::Writing as _;
 use crate::streams::APPLICATION;
 use crate::views::{Property, arrange};
 use rerun::blueprint::components::{PanelState, PlayState};
-use rerun::blueprint::{Blueprint, BlueprintActivation, BlueprintPanel, SelectionPanel, TimePanel};
+use rerun::blueprint::{Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, SelectionPanel, TimePanel};
 use rerun::external::re_log_encoding::Encoder;
 use rerun::external::re_log_encoding::rrd::EncodingOptions;
 use rerun::external::re_log_types::BlueprintActivationCommand;
@@ -52,43 +52,50 @@ impl Layout {
     }
 
     fn messages(&self) -> Result<(Vec<LogMsg>, BlueprintActivationCommand), RecorderError> {
-        const WHAT: &str = "the layout";
-        let (root, properties) = arrange(self);
-        let blueprint = Blueprint::new(root)
-            .with_auto_views(false)
-            .with_auto_layout(false)
-            .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
-            .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
-            .with_time_panel(
-                TimePanel::new()
-                    .with_state(PanelState::Collapsed)
-                    .with_timeline(crate::tokens::TIMELINE)
-                    // The cursor stays at the newest data: time windows and loops need a cursor that stands there.
-                    .with_play_state(PlayState::Following),
-            );
-        let (carrier, carried) = RecordingStreamBuilder::new(APPLICATION)
-            .enabled(true)
-            .memory()
-            .writing(WHAT)?;
-        blueprint.send(&carrier, BlueprintActivation::default()).writing(WHAT)?;
-        carrier.flush_blocking().writing(WHAT)?;
-        let mut messages: Vec<LogMsg> = Vec::new();
-        let mut activation = None;
-        for message in carried.take() {
-            match message {
-                LogMsg::BlueprintActivationCommand(command) => activation = Some(command),
-                message if message.store_id().is_blueprint() => messages.push(message),
-                _ => {}
-            }
-        }
-        let no_command = || RecorderError::Write {
-            what: WHAT.into(),
-            cause: "Rerun sent no activation".into(),
-        };
-        let activation = activation.ok_or_else(no_command)?;
-        messages.extend(property_messages(&activation, properties)?);
-        Ok((messages, activation))
+        messages(APPLICATION, arrange(self))
     }
+}
+
+/// The messages of an arrangement for the recordings of an application.
+pub(crate) fn messages(
+    application: &'static str,
+    (root, properties): (ContainerLike, Vec<Property>),
+) -> Result<(Vec<LogMsg>, BlueprintActivationCommand), RecorderError> {
+    const WHAT: &str = "the layout";
+    let blueprint = Blueprint::new(root)
+        .with_auto_views(false)
+        .with_auto_layout(false)
+        .with_blueprint_panel(BlueprintPanel::from_state(PanelState::Collapsed))
+        .with_selection_panel(SelectionPanel::from_state(PanelState::Collapsed))
+        .with_time_panel(
+            TimePanel::new()
+                .with_state(PanelState::Collapsed)
+                .with_timeline(crate::tokens::TIMELINE)
+                // The cursor stays at the newest data: time windows and loops need a cursor that stands there.
+                .with_play_state(PlayState::Following),
+        );
+    let (carrier, carried) = RecordingStreamBuilder::new(application)
+        .enabled(true)
+        .memory()
+        .writing(WHAT)?;
+    blueprint.send(&carrier, BlueprintActivation::default()).writing(WHAT)?;
+    carrier.flush_blocking().writing(WHAT)?;
+    let mut messages: Vec<LogMsg> = Vec::new();
+    let mut activation = None;
+    for message in carried.take() {
+        match message {
+            LogMsg::BlueprintActivationCommand(command) => activation = Some(command),
+            message if message.store_id().is_blueprint() => messages.push(message),
+            _ => {}
+        }
+    }
+    let no_command = || RecorderError::Write {
+        what: WHAT.into(),
+        cause: "Rerun sent no activation".into(),
+    };
+    let activation = activation.ok_or_else(no_command)?;
+    messages.extend(property_messages(&activation, properties)?);
+    Ok((messages, activation))
 }
 
 fn property_messages(

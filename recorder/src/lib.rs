@@ -3,7 +3,9 @@
 //! The loop's thread only copies seven tokens into a block ([`Recorder`]); a logger thread turns full blocks into columns.
 //! A recording holds two things: `tokens/*`, every field of every token at full rate as 64-bit numbers (what
 //! [`Recording::tokens`] and replay read), and the plots, loops and events made for people, at a lower rate.
+//! Finished curves that are no run (a paper's figures, data beside a model) make an [`Album`].
 
+mod album;
 mod axes;
 mod error;
 mod events;
@@ -25,6 +27,7 @@ mod viewer;
 mod views;
 mod writer;
 
+pub use album::{Album, AlbumPage, Chart, ChartLine};
 pub use error::RecorderError;
 pub use read::{Recording, read_tokens};
 pub use recorder::{Outcome, Recorder, RecorderReport};

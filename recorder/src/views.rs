@@ -26,13 +26,13 @@ pub(crate) struct Property {
 
 /// Views being laid out, and the properties gathered on the way.
 #[derive(Default)]
-struct Desk {
-    properties: Vec<Property>,
+pub(crate) struct Desk {
+    pub properties: Vec<Property>,
 }
 
 /// How much of the time a view shows.
 #[derive(Clone, Copy)]
-enum Span {
+pub(crate) enum Span {
     /// The whole run; all such views scroll and zoom together.
     Run,
     /// The time before the cursor, in seconds.
@@ -40,7 +40,7 @@ enum Span {
 }
 
 impl Desk {
-    fn property(&mut self, view: &ContainerLike, name: &str, archetype: &dyn AsComponents) {
+    pub fn property(&mut self, view: &ContainerLike, name: &str, archetype: &dyn AsComponents) {
         if let ContainerLike::View(view) = view {
             let path = format!("{}/{name}", view.blueprint_path());
             self.properties.push(Property {
@@ -50,7 +50,7 @@ impl Desk {
         }
     }
 
-    fn plot(&mut self, name: &str, contents: &[&str], span: Span) -> ContainerLike {
+    pub fn plot(&mut self, name: &str, contents: &[&str], span: Span) -> ContainerLike {
         let view: ContainerLike = TimeSeriesView::new(name)
             .with_origin("/")
             .with_contents(contents.iter().copied())
@@ -63,13 +63,19 @@ impl Desk {
         view
     }
 
-    fn loop_view(&mut self, name: &str, entity: &str, seconds: f64) -> ContainerLike {
+    /// A box of [`crate::axes`].
+    pub fn plane(&mut self, name: &str, entity: &str) -> ContainerLike {
         let view: ContainerLike = Spatial2DView::new(name).with_origin(entity).into();
         let bounds = Range2D {
             x_range: [-0.2, BOX[0] + 0.05].into(),
             y_range: [-0.2, BOX[1] + 0.24].into(),
         };
         self.property(&view, "VisualBounds2D", &VisualBounds2D::new(bounds));
+        view
+    }
+
+    fn loop_view(&mut self, name: &str, entity: &str, seconds: f64) -> ContainerLike {
+        let view = self.plane(name, entity);
         self.property(&view, "VisibleTimeRanges", &before_cursor(Some(seconds)));
         for history in HISTORIES.iter().filter(|history| history.starts_with(entity)) {
             self.property(
@@ -125,6 +131,7 @@ fn left(desk: &mut Desk, layout: &Layout) -> ContainerLike {
     }
     let shape = Tabs::new([
         desk.plot("Shape parameter a [A/m]", &["/shape/**"], Span::Run),
+        desk.plot("How well a is known [A/m]", &["/excitation"], Span::Run),
         desk.plot("Covers [µm]", &["/covers"], last),
         desk.plot("Output error of the estimator [nm]", &["/output_error"], Span::Run),
     ]);
