@@ -18,6 +18,7 @@ macro_rules! complain {
     }};
 }
 
+pub mod ablation;
 pub mod assemble;
 pub mod cli;
 pub mod commands;
@@ -25,6 +26,7 @@ pub mod error;
 pub mod folder;
 pub mod judge;
 pub mod launcher;
+pub mod parallel;
 pub mod process;
 #[cfg(feature = "recorder")]
 mod recording;

@@ -165,6 +165,19 @@ fn validate_bank((lower, upper): (f64, f64), start: f64, members: usize, least: 
 }
 
 impl LawSettings {
+    /// Names of the laws that adapt, as [`LawSettings::named`] takes them.
+    pub const ADAPTIVE: [&'static str; 3] = ["folded", "gauss-newton", "gradient"];
+
+    /// A law with its default settings.
+    pub fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "folded" => LawSettings::Folded(FoldedSettings::default()),
+            "gauss-newton" => LawSettings::GaussNewton(GaussNewtonSettings::default()),
+            "gradient" => LawSettings::Gradient(GradientSettings::default()),
+            _ => return None,
+        })
+    }
+
     /// The shapes that the estimate may take, A/m; twice the same where it is fixed.
     pub fn range_a_per_m(&self) -> (f64, f64) {
         match self {

@@ -12,8 +12,6 @@ use crate::scenario::{Placement, Scenario, load};
 use crate::signals;
 use comfy_table::CellAlignment;
 use std::path::PathBuf;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Where each scenario's results go.
 const RESULTS: &str = "runs/compare";
@@ -56,29 +54,14 @@ pub fn run(arguments: &CompareArguments) -> miette::Result<Ending> {
 
 fn run_all(scenarios: &[Scenario]) -> Result<Vec<Summary>, RunError> {
     let bar = progress_bar(scenarios.iter().map(Scenario::ticks).sum(), "compare");
-    let next = AtomicUsize::new(0);
-    let done: Mutex<Vec<Option<Result<Summary, RunError>>>> = Mutex::new(scenarios.iter().map(|_| None).collect());
-    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    std::thread::scope(|scope| {
-        for _ in 0..cores.min(scenarios.len()) {
-            scope.spawn(|| {
-                while let Some((i, scenario)) =
-                    Some(next.fetch_add(1, Ordering::Relaxed)).and_then(|i| Some((i, scenarios.get(i)?)))
-                {
-                    let mut last = 0;
-                    let result = run_one(scenario, i, &mut |tick| {
-                        bar.inc(tick - std::mem::replace(&mut last, tick))
-                    });
-                    if let Ok(mut done) = done.lock() {
-                        done[i] = Some(result);
-                    }
-                }
-            });
-        }
+    let summaries = crate::parallel::map(scenarios, |i, scenario| {
+        let mut last = 0;
+        run_one(scenario, i, &mut |tick| {
+            bar.inc(tick - std::mem::replace(&mut last, tick))
+        })
     });
     bar.finish_and_clear();
-    let done = done.into_inner().unwrap_or_default();
-    done.into_iter().flatten().collect()
+    summaries.into_iter().collect()
 }
 
 fn run_one(scenario: &Scenario, i: usize, progress: &mut dyn FnMut(u64)) -> Result<Summary, RunError> {

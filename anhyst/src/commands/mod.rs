@@ -5,6 +5,7 @@ pub mod compare;
 pub mod doctor;
 pub mod fit;
 pub mod graph;
+pub mod laws;
 pub mod node;
 #[cfg(feature = "recorder")]
 pub mod replay;
@@ -38,8 +39,20 @@ impl From<Ending> for ExitCode {
 
 /// A progress bar over `length` ticks; silent when the output is not a terminal.
 pub fn progress_bar(length: u64, name: &str) -> indicatif::ProgressBar {
+    bar(
+        length,
+        name,
+        "{prefix} {bar:40} {percent:>3} % {pos}/{len} ticks, {per_sec}, {eta} left",
+    )
+}
+
+/// A progress bar over `length` pieces of work that take seconds each.
+pub fn count_bar(length: u64, name: &str) -> indicatif::ProgressBar {
+    bar(length, name, "{prefix} {bar:40} {pos}/{len}, {eta} left")
+}
+
+fn bar(length: u64, name: &str, template: &str) -> indicatif::ProgressBar {
     let bar = indicatif::ProgressBar::new(length);
-    let template = "{prefix} {bar:40} {percent:>3} % {pos}/{len} ticks, {per_sec}, {eta} left";
     // A template of our own always parses; the default is as good if it ever did not.
     if let Ok(style) = indicatif::ProgressStyle::with_template(template) {
         bar.set_style(style);

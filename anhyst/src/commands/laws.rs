@@ -1,0 +1,160 @@
+//! `anhyst laws`: every estimation law under every motion, noise and drift, in one table.
+
+use super::Ending;
+use super::summary::plain_table;
+use crate::ablation::{Case, Excitation, Reached, run as run_case};
+use crate::error::RunError;
+use crate::parallel;
+use anhyst_estimator::LawSettings;
+use clap::{Args, ValueEnum};
+use comfy_table::CellAlignment;
+use serde::Serialize;
+
+/// `laws`
+#[derive(Debug, Args)]
+pub struct LawsArguments {
+    /// Which laws.
+    #[arg(long, value_delimiter = ',', default_values = LawSettings::ADAPTIVE)]
+    pub laws: Vec<String>,
+    /// Which motions.
+    #[arg(long, value_delimiter = ',', value_enum, default_values_t = [Excitation::Ramp, Excitation::Sine, Excitation::Milling])]
+    pub excitation: Vec<Excitation>,
+    /// rms noise of the displacement sensor, nm.
+    #[arg(long, value_delimiter = ',', default_values_t = [0.0, 10.0, 50.0])]
+    pub noise_nm: Vec<f64>,
+    /// Drifts of the true `a`, A/m per s.
+    #[arg(long, value_delimiter = ',', default_values_t = [0.0, 200.0])]
+    pub drift: Vec<f64>,
+    /// Length of each run.
+    #[arg(long, default_value_t = 3.0)]
+    pub seconds: f64,
+    /// Of the noise.
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Print the table as Markdown.
+    #[arg(long)]
+    pub markdown: bool,
+    /// Print JSON, with biases and shares of held ticks.
+    #[arg(long, conflicts_with = "markdown")]
+    pub json: bool,
+}
+
+/// One figure of the table.
+#[derive(Debug, Serialize)]
+struct Entry<'a> {
+    law: &'a str,
+    excitation: Excitation,
+    noise_nm: f64,
+    drift_a_per_m_s: f64,
+    #[serde(flatten)]
+    reached: Reached,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A law that does not exist, or a number that cannot be used.
+pub fn run(arguments: &LawsArguments) -> miette::Result<Ending> {
+    check(arguments)?;
+    let mut work = Vec::new();
+    for &excitation in &arguments.excitation {
+        for &noise_nm in &arguments.noise_nm {
+            for &drift_a_per_m_s in &arguments.drift {
+                let case = Case {
+                    excitation,
+                    noise_m: noise_nm * 1e-9,
+                    drift_a_per_m_s,
+                    seconds: arguments.seconds,
+                    seed: arguments.seed,
+                };
+                for name in &arguments.laws {
+                    work.push((case, noise_nm, name.as_str(), law(name)?));
+                }
+            }
+        }
+    }
+    let bar = super::count_bar(work.len() as u64, "laws");
+    let found = parallel::map(&work, |_, (case, noise_nm, name, law)| {
+        let reached = run_case(case, *law);
+        bar.inc(1);
+        reached.map(|reached| Entry {
+            law: name,
+            excitation: case.excitation,
+            noise_nm: *noise_nm,
+            drift_a_per_m_s: case.drift_a_per_m_s,
+            reached,
+        })
+    });
+    bar.finish_and_clear();
+    let entries = found.into_iter().collect::<Result<Vec<_>, RunError>>()?;
+    if arguments.json {
+        let text = serde_json::to_string_pretty(&entries).map_err(|error| RunError::Setup(error.to_string()))?;
+        crate::say!("{text}");
+    } else {
+        print_table(arguments, &entries);
+    }
+    Ok(Ending::Held)
+}
+
+fn law(name: &str) -> miette::Result<LawSettings> {
+    LawSettings::named(name).ok_or_else(|| {
+        let known = LawSettings::ADAPTIVE.join(", ");
+        miette::miette!("--laws {name}: there is no such law; there are {known}")
+    })
+}
+
+fn check(arguments: &LawsArguments) -> miette::Result<()> {
+    let seconds = arguments.seconds;
+    if !(0.1..=100.0).contains(&seconds) {
+        return Err(miette::miette!(
+            "--seconds {seconds}: a run is between 0.1 and 100 s long"
+        ));
+    }
+    for noise in &arguments.noise_nm {
+        if !(0.0..=1e6).contains(noise) {
+            return Err(miette::miette!("--noise-nm {noise}: noise is between 0 and 1e6 nm"));
+        }
+    }
+    // What drifts must stay within the laws' range, [6300, 7300] A/m, around its middle.
+    let most = 750.0 / seconds;
+    for drift in &arguments.drift {
+        if drift.is_nan() || drift.abs() > most {
+            return Err(miette::miette!(
+                "--drift {drift}: within {seconds} s `a` would leave the laws' range; at most {most:.0} A/m per s"
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn print_table(arguments: &LawsArguments, entries: &[Entry<'_>]) {
+    let mut table = plain_table();
+    if arguments.markdown {
+        table.load_style(comfy_table::presets::ASCII_MARKDOWN);
+    }
+    let header = ["motion", "noise, nm", "drift, A/m per s"].map(str::to_owned);
+    table.set_header(header.into_iter().chain(arguments.laws.iter().cloned()));
+    for row in entries.chunks(arguments.laws.len()) {
+        let Some(first) = row.first() else { continue };
+        let motion = first
+            .excitation
+            .to_possible_value()
+            .map_or_else(String::new, |name| name.get_name().to_owned());
+        let case = [motion, first.noise_nm.to_string(), first.drift_a_per_m_s.to_string()];
+        table.add_row(case.into_iter().chain(row.iter().map(|entry| cell(&entry.reached))));
+    }
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    crate::say!("{table}");
+    crate::say!(
+        "\nrms of estimated minus true a in A/m over the second half of {} s at 20 kHz; start 6800, truth 7012 A/m or drifting \
+         around 6900; (h): held for more than half of that time",
+        arguments.seconds
+    );
+}
+
+fn cell(reached: &Reached) -> String {
+    let held = if reached.held_share > 0.5 { " (h)" } else { "" };
+    format!("{:.2}{held}", reached.error_rms_a_per_m)
+}
