@@ -26,6 +26,7 @@ pub mod error;
 pub mod folder;
 pub mod judge;
 pub mod launcher;
+pub mod paper;
 pub mod parallel;
 pub mod process;
 #[cfg(feature = "recorder")]

@@ -1,0 +1,2 @@
+use super::Figure;
+pub fn publish(_: &[Figure]) {}
