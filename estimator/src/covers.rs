@@ -40,6 +40,15 @@ impl Covers {
         self.upper.update(thetas, values);
     }
 
+    /// The convex and the concave cover of the points at `theta`.
+    pub fn around(&mut self, thetas: &[f64], values: &[f64], theta: f64) -> (CoverPoint, CoverPoint) {
+        self.update(thetas, values);
+        (
+            self.lower_at(thetas, values, theta),
+            self.upper_at(thetas, values, theta),
+        )
+    }
+
     /// The convex cover at `theta`, for the points of the last update.
     pub fn lower_at(&self, thetas: &[f64], values: &[f64], theta: f64) -> CoverPoint {
         self.lower.at(thetas, values, theta)

@@ -1,0 +1,154 @@
+//! Time of one correction of every law, of the excitation monitor and of both covers, as a share of the bank's step.
+//!
+//! `cargo bench -p anhyst-estimator --bench laws`. The bank has 33 members and is driven at 20 kHz, so a law has one tick's budget beside
+//! it; the aim is a law below a tenth of the bank. Shares carry over between machines better than nanoseconds do.
+//! The laws see what they would see in the loop: displacements of the bank through the paper's rod and a true shape that moves.
+//! Least of several rounds, so that a busy machine disturbs little.
+
+use anhyst_estimator::{
+    AnyLaw, Covers, Excitation, ExcitationMonitor, ExcitationSettings, FixedShape, Folded, FoldedSettings, GaussNewton,
+    GaussNewtonSettings, Gradient, GradientSettings, Grid, Law, Prediction,
+};
+use anhyst_model::{Bank, Material, RodState, TwoPole, TwoPolePropagator};
+use std::hint::black_box;
+use std::time::Instant;
+
+const MEMBERS: usize = 33;
+const TICK_S: f64 = 5e-5;
+/// Ten periods of 50 Hz.
+const TICKS: usize = 4000;
+const ROUNDS: usize = 25;
+
+/// ±40 µm at 50 Hz and 30 % at 150 Hz, roughly, A/m.
+fn field(tick: usize) -> f64 {
+    let angle = 2.0 * std::f64::consts::PI * 50.0 * TICK_S * tick as f64;
+    9000.0 * (angle.sin() + 0.3 * (3.0 * angle).sin())
+}
+
+/// Nanoseconds per call of `step`, least of the rounds.
+fn time_per_tick(mut step: impl FnMut(usize)) -> f64 {
+    let mut least = f64::INFINITY;
+    for _ in 0..ROUNDS {
+        let start = Instant::now();
+        for tick in 0..TICKS {
+            step(black_box(tick));
+        }
+        least = least.min(start.elapsed().as_nanos() as f64 / TICKS as f64);
+    }
+    least
+}
+
+/// The bank's outputs, tick by tick, and the measurement of a rod whose shape goes from 6400 to 7200 A/m.
+struct Course {
+    grid: Grid,
+    strains: Vec<Vec<f64>>,
+    displacements_m: Vec<Vec<f64>>,
+    measured_m: Vec<f64>,
+}
+
+fn rod(material: &Material) -> TwoPole {
+    TwoPole {
+        gain: 1.3724e-2 / material.strain_per_magnetization(),
+        damping_per_s: 7.8899e3,
+        stiffness_per_s2: 6.4251e7,
+        force_gain_per_kg: 0.0,
+    }
+}
+
+fn course(material: &Material) -> Course {
+    let grid = Grid::new(6300.0, 7300.0, MEMBERS);
+    let mut bank = Bank::new(material.hysteresis, grid.shapes_a_per_m()).expect("valid bank");
+    let propagator = TwoPolePropagator::new(rod(material), TICK_S).expect("valid rod");
+    let (mut rods, mut accelerations) = (vec![RodState::default(); MEMBERS], vec![0.0; MEMBERS]);
+    let mut course = Course {
+        strains: Vec::new(),
+        displacements_m: Vec::new(),
+        measured_m: Vec::new(),
+        grid,
+    };
+    for tick in 0..TICKS {
+        bank.advance(field(tick));
+        let saturation = material.hysteresis.saturation_magnetization_a_per_m;
+        let strains: Vec<f64> = bank
+            .magnetizations()
+            .iter()
+            .map(|&magnetization| material.magnetostriction.strain(magnetization, saturation))
+            .collect();
+        for ((state, acceleration), strain) in rods.iter_mut().zip(&mut accelerations).zip(&strains) {
+            let reached = rod(material).gain * strain;
+            *state = propagator.advance(*state, *acceleration, reached);
+            *acceleration = reached;
+        }
+        let displacements: Vec<f64> = rods.iter().map(|state| state.displacement_m).collect();
+        let truth = 6400.0 + 800.0 * tick as f64 / TICKS as f64;
+        course.measured_m.push(course.grid.cubic(&displacements, truth));
+        course.strains.push(strains);
+        course.displacements_m.push(displacements);
+    }
+    course
+}
+
+impl Course {
+    fn prediction(&self, tick: usize) -> Prediction<'_> {
+        Prediction {
+            grid: &self.grid,
+            strains: &self.strains[tick],
+            displacements_m: &self.displacements_m[tick],
+        }
+    }
+}
+
+fn report(name: &str, nanoseconds: f64, bank: f64) {
+    println!(
+        "{name:42} {nanoseconds:8.1} ns  {:5.1} % of the bank",
+        100.0 * nanoseconds / bank
+    );
+}
+
+fn main() {
+    let material = Material::terfenol_d();
+    let course = course(&material);
+    let mut bank = Bank::new(material.hysteresis, course.grid.shapes_a_per_m()).expect("valid bank");
+    let whole = time_per_tick(|tick| bank.advance(field(tick))) - time_per_tick(|tick| drop(black_box(field(tick))));
+    report("bank of 33", whole, whole);
+
+    let folded = FoldedSettings::default();
+    let whole_range = FoldedSettings {
+        window_a_per_m: None,
+        ..folded
+    };
+    let laws = [
+        ("fixed shape", AnyLaw::FixedShape(FixedShape::new(7012.0))),
+        ("folded, window", AnyLaw::Folded(Folded::new(&folded, TICK_S))),
+        ("folded, whole range", AnyLaw::Folded(Folded::new(&whole_range, TICK_S))),
+        (
+            "Gauss-Newton",
+            AnyLaw::GaussNewton(GaussNewton::new(&GaussNewtonSettings::default(), TICK_S)),
+        ),
+        (
+            "gradient",
+            AnyLaw::Gradient(Gradient::new(&GradientSettings::default(), TICK_S)),
+        ),
+    ];
+    for (name, mut law) in laws {
+        let each = time_per_tick(|tick| {
+            black_box(law.correct(course.prediction(tick), course.measured_m[tick]));
+        });
+        report(name, each, whole);
+    }
+
+    let mut monitor = ExcitationMonitor::new(&ExcitationSettings::default(), &folded, TICK_S);
+    let mut last = Excitation::default();
+    let each = time_per_tick(|tick| {
+        let output = course.grid.smooth(&course.displacements_m[tick], 7012.0);
+        last = black_box(monitor.observe(output, true));
+    });
+    report("excitation monitor", each, whole);
+
+    let mut covers = Covers::with_members(MEMBERS);
+    let each = time_per_tick(|tick| {
+        covers.update(course.grid.shapes_a_per_m(), &course.displacements_m[tick]);
+    });
+    black_box((&covers, last));
+    report("both covers of 33, all corners", each, whole);
+}
