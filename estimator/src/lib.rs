@@ -37,9 +37,9 @@ pub use folded::Folded;
 pub use gauss_newton::GaussNewton;
 pub use gradient::Gradient;
 pub use grid::Grid;
+pub use law::{AnyLaw, Correction, Law, Prediction};
 pub use matrix::{Matrix, MatrixConstants};
 pub use modes::{Mode, Modes};
-pub use law::{AnyLaw, Correction, Law, Prediction};
 pub use scalar::{Scalar, ScalarPlant, ScalarSettings};
 pub use settings::{
     EstimatorSettings, ExcitationSettings, FieldSource, FoldedSettings, GaussNewtonSettings, GradientSettings,

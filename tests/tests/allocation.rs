@@ -67,7 +67,10 @@ fn no_step_allocates() {
         ("milling.ron", vec![]),
         ("milling.ron", vec![law("GaussNewton()")]),
         ("milling.ron", vec![law("Gradient()")]),
-        ("milling.ron", vec!["estimator.field=Measured(play_a_per_m: 3.0)".to_owned()]),
+        (
+            "milling.ron",
+            vec!["estimator.field=Measured(play_a_per_m: 3.0)".to_owned()],
+        ),
         ("milling_heavy.ron", vec![]),
         ("milling_measured_material.ron", vec![]),
         ("milling_pid_alone.ron", vec![]),

@@ -8,6 +8,7 @@ mod figure_2;
 mod figure_4;
 mod figure_5;
 mod figure_6;
+mod figure_7;
 
 mod printed;
 mod publish;
@@ -88,7 +89,13 @@ pub struct Figure {
 /// None that the fixed constants can cause; they pass through the same checks as a user's.
 pub fn figures(progress: impl Fn() + Sync) -> Result<Vec<Figure>, RunError> {
     type Make = fn() -> Result<Figure, RunError>;
-    let makes: [Make; 4] = [figure_2::figure, figure_4::figure, figure_5::figure, figure_6::figure];
+    let makes: [Make; 5] = [
+        figure_2::figure,
+        figure_4::figure,
+        figure_5::figure,
+        figure_6::figure,
+        figure_7::figure,
+    ];
     let made = crate::parallel::map(&makes, |_, make| {
         let figure = make();
         progress();
