@@ -88,12 +88,7 @@ impl Matrix {
     ///
     /// # Errors
     /// If the sampled output is not positive real.
-    pub fn new(
-        modes: &Modes,
-        constants: MatrixConstants,
-        members: usize,
-        tick_s: f64,
-    ) -> Result<Self, EstimatorError> {
+    pub fn new(modes: &Modes, constants: MatrixConstants, members: usize, tick_s: f64) -> Result<Self, EstimatorError> {
         let system = SampledModes::new(modes, tick_s);
         let passivity = CERTAIN * system.passivity(modes, tick_s)?;
         Ok(Self {

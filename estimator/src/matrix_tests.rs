@@ -108,22 +108,25 @@ fn any_law(dead_zone: impl Strategy<Value = f64>) -> impl Strategy<Value = Any> 
         dead_zone,
         -1.0..1.0_f64,
     )
-        .prop_filter_map("not positive real", |(modes, tick, gain, start, truth, dead_zone, first)| {
-            let modes = Modes::new(&modes).ok()?;
-            let tick_s = libm::pow(10.0, tick);
-            let mut constants = MatrixConstants {
-                start_a_per_m: start,
-                dead_zone: 0.0,
-                gain: 0.0,
-                window_a_per_m: None,
-            };
-            let unit = Matrix::new(&modes, constants, 9, tick_s).ok()?;
-            let slope = 1.0 / (UPPER - LOWER);
-            constants.gain = libm::pow(10.0, gain) * unit.passivity / (tick_s * slope * slope);
-            constants.dead_zone = dead_zone * unit.feedthrough;
-            let law = Matrix::new(&modes, constants, 9, tick_s).ok()?;
-            Some(Any { law, truth, first })
-        })
+        .prop_filter_map(
+            "not positive real",
+            |(modes, tick, gain, start, truth, dead_zone, first)| {
+                let modes = Modes::new(&modes).ok()?;
+                let tick_s = libm::pow(10.0, tick);
+                let mut constants = MatrixConstants {
+                    start_a_per_m: start,
+                    dead_zone: 0.0,
+                    gain: 0.0,
+                    window_a_per_m: None,
+                };
+                let unit = Matrix::new(&modes, constants, 9, tick_s).ok()?;
+                let slope = 1.0 / (UPPER - LOWER);
+                constants.gain = libm::pow(10.0, gain) * unit.passivity / (tick_s * slope * slope);
+                constants.dead_zone = dead_zone * unit.feedthrough;
+                let law = Matrix::new(&modes, constants, 9, tick_s).ok()?;
+                Some(Any { law, truth, first })
+            },
+        )
 }
 
 /// Runs a law beside its plant; `seen` gets the storage's part and the shape's part of V, before and after each tick.

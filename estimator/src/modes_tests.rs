@@ -23,7 +23,10 @@ fn refusals_name_the_mode_and_the_limit() {
     assert!(refusal(&[mode((-1.0, 0.0), (f64::NAN, 0.0))]).contains("not finite"));
     assert!(refusal(&[mode((f64::NEG_INFINITY, 0.0), (1.0, 0.0))]).contains("not finite"));
     let equal = refusal(&[mode((-3.0, 0.0), (1.0, 0.0)), mode((-3.0, 0.0), (2.0, 0.0))]);
-    assert!(equal.starts_with("modes 0 and 1 share the eigenvalue -3 1/s"), "{equal}");
+    assert!(
+        equal.starts_with("modes 0 and 1 share the eigenvalue -3 1/s"),
+        "{equal}"
+    );
     let alone = refusal(&[mode((-1.0, 2.0), (1.0, 0.0))]);
     assert!(alone.contains("no conjugate partner"), "{alone}");
     let unequal = refusal(&[mode((-1.0, 2.0), (1.0, 0.5)), mode((-1.0, -2.0), (1.0, 0.5))]);

@@ -3,10 +3,14 @@
 mod excitation;
 mod gauss_newton;
 mod gradient;
+mod matrix;
+mod scalar;
 
 pub use excitation::ExcitationSettings;
 pub use gauss_newton::GaussNewtonSettings;
 pub use gradient::GradientSettings;
+pub use matrix::MatrixSettings;
+pub use scalar::ScalarLawSettings;
 
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
@@ -59,6 +63,10 @@ pub enum LawSettings {
     GaussNewton(GaussNewtonSettings),
     /// Plain gradient, for comparison.
     Gradient(GradientSettings),
+    /// The paper's matrix law on the displacement and its rate.
+    Matrix(MatrixSettings),
+    /// The paper's scalar form on the displacement.
+    Scalar(ScalarLawSettings),
 }
 
 impl Default for LawSettings {
@@ -172,6 +180,8 @@ impl LawSettings {
             LawSettings::Folded(folded) => folded.range_a_per_m,
             LawSettings::GaussNewton(gauss_newton) => gauss_newton.range_a_per_m,
             LawSettings::Gradient(gradient) => gradient.range_a_per_m,
+            LawSettings::Matrix(matrix) => matrix.range_a_per_m,
+            LawSettings::Scalar(scalar) => scalar.range_a_per_m,
         }
     }
 
@@ -183,6 +193,8 @@ impl LawSettings {
             LawSettings::Folded(folded) => folded.validate(),
             LawSettings::GaussNewton(gauss_newton) => gauss_newton.validate(),
             LawSettings::Gradient(gradient) => gradient.validate(),
+            LawSettings::Matrix(matrix) => matrix.validate(),
+            LawSettings::Scalar(scalar) => scalar.validate(),
         }
     }
 }
