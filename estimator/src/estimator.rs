@@ -12,6 +12,7 @@ use crate::rods::Rods;
 use crate::washout::Washout;
 use crate::{
     EstimatorError, EstimatorSettings, FixedShape, Folded, FoldedSettings, GaussNewton, Gradient, Grid, LawSettings,
+    MatrixLaw, ScalarLaw,
 };
 use anhyst_model::{AmplifierConstants, Bank, Magnetostriction, Material, TwoPole};
 use serde::{Deserialize, Serialize};
@@ -40,6 +41,9 @@ pub struct Estimator {
     strains: Vec<f64>,
     rods: Rods,
     washout: Option<Washout>,
+    /// The same filter for the strains, where the law reads them: a law that drives its own rod with them must see input and output washed
+    /// alike.
+    strain_washout: Option<Washout>,
     monitor: Option<ExcitationMonitor>,
     law: AnyLaw,
 }
@@ -68,10 +72,17 @@ impl Estimator {
                 AnyLaw::GaussNewton(GaussNewton::new(&gauss_newton, tick_s)),
             ),
             LawSettings::Gradient(gradient) => (gradient.members, AnyLaw::Gradient(Gradient::new(&gradient, tick_s))),
+            LawSettings::Matrix(matrix) => {
+                let law = MatrixLaw::new(&matrix, &two_pole_per_strain, tick_s)?;
+                (matrix.members, AnyLaw::Matrix(law))
+            }
+            LawSettings::Scalar(scalar) => (scalar.members, AnyLaw::Scalar(ScalarLaw::new(&scalar, tick_s))),
         };
         let folded = match settings.law {
             LawSettings::Folded(folded) => folded,
             LawSettings::Gradient(gradient) => gradient.with_covers(),
+            LawSettings::Matrix(matrix) => matrix.folded(),
+            LawSettings::Scalar(scalar) => scalar.folded(),
             _ => FoldedSettings::default(),
         };
         let monitor = match settings.law {
@@ -80,6 +91,11 @@ impl Estimator {
         };
         let (lower, upper) = settings.law.range_a_per_m();
         let grid = Grid::new(lower, upper, members);
+        let washout = || {
+            settings
+                .washout_hz
+                .map(|corner_hz| Washout::new(corner_hz, members, tick_s))
+        };
         let bank = Bank::new(material.hysteresis, grid.shapes_a_per_m())?;
         Ok(Self {
             field: CoilFieldModel::new(settings.field, amplifier, tick_s)?,
@@ -89,9 +105,8 @@ impl Estimator {
             magnetostriction: material.magnetostriction,
             strains: vec![0.0; members],
             rods: Rods::new(two_pole_per_strain, tick_s, members)?,
-            washout: settings
-                .washout_hz
-                .map(|corner_hz| Washout::new(corner_hz, members, tick_s)),
+            washout: washout(),
+            strain_washout: washout().filter(|_| matches!(settings.law, LawSettings::Matrix(_))),
             monitor,
             law,
         })
@@ -121,9 +136,13 @@ impl Estimator {
                 (washout.predicted(self.rods.displacements_m()), measured_m)
             }
         };
+        let strains = match &mut self.strain_washout {
+            None => self.strains.as_slice(),
+            Some(washout) => washout.predicted(&self.strains),
+        };
         let prediction = Prediction {
             grid: &self.grid,
-            strains: &self.strains,
+            strains,
             displacements_m,
         };
         let excitation = self.monitor.as_mut().map(|monitor| {

@@ -3,7 +3,7 @@
 //! A law sees every member's strain and displacement at t_k and the measured displacement at t_k; it owns its state and
 //! its estimate. One file per law; the scenario chooses by name ([`crate::LawSettings`]).
 
-use crate::{FixedShape, Folded, GaussNewton, Gradient, Grid};
+use crate::{FixedShape, Folded, GaussNewton, Gradient, Grid, MatrixLaw, ScalarLaw};
 use serde::{Deserialize, Serialize};
 
 /// A displacement beyond this is no measurement of a rod: it would fill a law's filters with nonsense for a long time.
@@ -19,7 +19,7 @@ pub(crate) fn is_credible(displacement_m: f64) -> bool {
 pub struct Prediction<'a> {
     /// The members' shape parameters.
     pub grid: &'a Grid,
-    /// Their free strains, without unit.
+    /// Their free strains, without unit; with a washout only their fast parts, as of the displacements.
     pub strains: &'a [f64],
     /// Their tip displacements after the known rod, m.
     pub displacements_m: &'a [f64],
@@ -78,6 +78,10 @@ pub enum AnyLaw {
     GaussNewton(GaussNewton),
     /// Plain gradient.
     Gradient(Gradient),
+    /// The paper's matrix law.
+    Matrix(MatrixLaw),
+    /// The paper's scalar form.
+    Scalar(ScalarLaw),
 }
 
 impl AnyLaw {
@@ -87,6 +91,8 @@ impl AnyLaw {
             AnyLaw::Folded(law) => law,
             AnyLaw::GaussNewton(law) => law,
             AnyLaw::Gradient(law) => law,
+            AnyLaw::Matrix(law) => law,
+            AnyLaw::Scalar(law) => law,
         }
     }
 
@@ -96,6 +102,8 @@ impl AnyLaw {
             AnyLaw::Folded(law) => law,
             AnyLaw::GaussNewton(law) => law,
             AnyLaw::Gradient(law) => law,
+            AnyLaw::Matrix(law) => law,
+            AnyLaw::Scalar(law) => law,
         }
     }
 }

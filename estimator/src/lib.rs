@@ -1,8 +1,8 @@
 //! Adaptive estimation of the shape parameter `a` of the anhysteretic curve, and of the magnetization with it.
 //!
 //! A bank of models over the range of `a`, driven by the best knowledge of the coil field ([`Estimator`]); covers of their
-//! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`GaussNewton`], [`Gradient`], [`FixedShape`]).
-//! The paper's scalar form stands beside them for simulations ([`Scalar`]).
+//! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`GaussNewton`], [`Gradient`], [`MatrixLaw`],
+//! [`ScalarLaw`], [`FixedShape`]). The paper's scalar and matrix forms also stand alone, for simulations of any plant ([`Scalar`], [`Matrix`]).
 //! A monitor of what the motion can say about `a` ([`ExcitationMonitor`]) holds every law while that is too little.
 //! `node.rs` is the only file that knows messages.
 
@@ -18,11 +18,14 @@ mod gradient;
 mod grid;
 mod law;
 mod matrix;
+mod matrix_law;
 mod modes;
 mod node;
+mod rod_output;
 mod rods;
 mod sampled_modes;
 mod scalar;
+mod scalar_law;
 mod settings;
 mod smooth;
 mod washout;
@@ -39,10 +42,12 @@ pub use gradient::Gradient;
 pub use grid::Grid;
 pub use law::{AnyLaw, Correction, Law, Prediction};
 pub use matrix::{Matrix, MatrixConstants};
+pub use matrix_law::MatrixLaw;
 pub use modes::{Mode, Modes};
 pub use scalar::{Scalar, ScalarPlant, ScalarSettings};
+pub use scalar_law::ScalarLaw;
 pub use settings::{
     EstimatorSettings, ExcitationSettings, FieldSource, FoldedSettings, GaussNewtonSettings, GradientSettings,
-    LawSettings,
+    LawSettings, MatrixSettings, ScalarLawSettings,
 };
 pub use smooth::SmoothPoint;

@@ -4,14 +4,14 @@
 //! (1/s), θ̂ estimate of the shape parameter on Θ (A/m), ε half-width of the dead zone (A s/m), γ gain (1/s²), φ* slope and
 //! a* = |f(θ̂) − cover(θ̂)| of the cover of f over all of Θ: the convex one where ỹ > 0, the concave one where ỹ < 0.
 //! Source: the paper's (14)-(18) with f = M(u, a) of (23), errata as in `folded.rs`; the paper has γ = 1. It asks for the state y, which no
-//! rod has, so it is for simulations and not a law of the loop: there the folded form is used.
+//! rod has: `scalar_law.rs` makes one of the measured displacement.
 //!
 //! **In discrete time** with h = k·dt, backward Euler for plant and law: y⁺ = (y + dt f(θ))/(1 + h) and, with z = ŷ⁺ − y⁺,
 //!   (1 + h) z + dt (ε + a*) sat(z/ε) + h d z_ε = ŷ + dt f(θ̂) − (1 + h) y⁺,   d = max(0, γ dt² φ*²/(2h) − 1),
 //! which is the folded law's equation with (ε + a*)/k in place of a*. V = ỹ_ε² + θ̃²/γ never grows: the proof there, with dt in place of h
 //! before f, leaves z_ε²(γ dt² φ*² − 2h(1 + d)) − 2 dt ε z_ε ≤ 0.
 
-use crate::covers::Covers;
+use crate::covers::{CoverPoint, Covers};
 use crate::folded::output_error;
 use crate::{Correction, Grid};
 use serde::{Deserialize, Serialize};
@@ -81,20 +81,43 @@ impl Scalar {
         }
     }
 
+    /// What f is at the estimate, and its covers there.
+    fn look(&mut self, grid: &Grid, values: &[f64]) -> (f64, CoverPoint, CoverPoint) {
+        let at = self.shape_a_per_m;
+        let (lower, upper) = self.covers.around(grid.shapes_a_per_m(), values, at);
+        (grid.linear(values, at), lower, upper)
+    }
+
+    /// A step without an observation: nothing moves.
+    pub fn hold(&mut self, grid: &Grid, magnetizations_a_per_m: &[f64]) -> Correction {
+        let (magnetization, lower, upper) = self.look(grid, magnetizations_a_per_m);
+        Correction {
+            shape_a_per_m: self.shape_a_per_m,
+            output_error_m: self.error,
+            predicted_output_m: magnetization,
+            lower_cover_m: lower.value,
+            upper_cover_m: upper.value,
+            at_edge: grid.is_edge(self.shape_a_per_m),
+            held: true,
+            ..Correction::default()
+        }
+    }
+
+    /// Where the estimate stands, A/m.
+    pub fn shape_a_per_m(&self) -> f64 {
+        self.shape_a_per_m
+    }
+
     /// One step with the bank's magnetizations (A/m, one per member of the grid) and the plant's state (A s/m), both at its end.
     /// The outputs of the correction are magnetizations (A/m) here, its error is ỹ (A s/m), its slope has no unit.
     pub fn correct(&mut self, grid: &Grid, magnetizations_a_per_m: &[f64], observed: f64) -> Correction {
-        let (shapes, values, at) = (grid.shapes_a_per_m(), magnetizations_a_per_m, self.shape_a_per_m);
         let ScalarSettings {
             decay_per_s,
             dead_zone,
             gain,
             ..
         } = self.settings;
-        self.covers.update(shapes, values);
-        let lower = self.covers.lower_at(shapes, values, at);
-        let upper = self.covers.upper_at(shapes, values, at);
-        let magnetization = grid.linear(values, at);
+        let (magnetization, lower, upper) = self.look(grid, magnetizations_a_per_m);
         let h = decay_per_s * self.tick_s;
         let drive = self.predicted + self.tick_s * magnetization - (1.0 + h) * observed;
         let cover = if drive > 0.0 { lower } else { upper };
@@ -104,7 +127,7 @@ impl Scalar {
         self.error = output_error(drive.abs(), h, threshold, damping, dead_zone).copysign(drive);
         self.predicted = observed + self.error;
         let outside = self.error - self.error.clamp(-dead_zone, dead_zone);
-        self.shape_a_per_m = grid.project(at - gain * step * outside);
+        self.shape_a_per_m = grid.project(self.shape_a_per_m - gain * step * outside);
         Correction {
             shape_a_per_m: self.shape_a_per_m,
             output_error_m: self.error,

@@ -3,10 +3,14 @@
 mod excitation;
 mod gauss_newton;
 mod gradient;
+mod matrix;
+mod scalar;
 
 pub use excitation::ExcitationSettings;
 pub use gauss_newton::GaussNewtonSettings;
 pub use gradient::GradientSettings;
+pub use matrix::MatrixSettings;
+pub use scalar::ScalarLawSettings;
 
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
@@ -59,6 +63,10 @@ pub enum LawSettings {
     GaussNewton(GaussNewtonSettings),
     /// Plain gradient, for comparison.
     Gradient(GradientSettings),
+    /// The paper's matrix law on the displacement and its rate.
+    Matrix(MatrixSettings),
+    /// The paper's scalar form on the displacement.
+    Scalar(ScalarLawSettings),
 }
 
 impl Default for LawSettings {
@@ -166,13 +174,15 @@ fn validate_bank((lower, upper): (f64, f64), start: f64, members: usize, least: 
 
 impl LawSettings {
     /// Names of the laws that adapt, as [`LawSettings::named`] takes them.
-    pub const ADAPTIVE: [&'static str; 3] = ["folded", "gauss-newton", "gradient"];
+    pub const ADAPTIVE: [&'static str; 5] = ["folded", "gauss-newton", "matrix", "scalar", "gradient"];
 
     /// A law with its default settings.
     pub fn named(name: &str) -> Option<Self> {
         Some(match name {
             "folded" => LawSettings::Folded(FoldedSettings::default()),
             "gauss-newton" => LawSettings::GaussNewton(GaussNewtonSettings::default()),
+            "matrix" => LawSettings::Matrix(MatrixSettings::default()),
+            "scalar" => LawSettings::Scalar(ScalarLawSettings::default()),
             "gradient" => LawSettings::Gradient(GradientSettings::default()),
             _ => return None,
         })
@@ -185,6 +195,8 @@ impl LawSettings {
             LawSettings::Folded(folded) => folded.range_a_per_m,
             LawSettings::GaussNewton(gauss_newton) => gauss_newton.range_a_per_m,
             LawSettings::Gradient(gradient) => gradient.range_a_per_m,
+            LawSettings::Matrix(matrix) => matrix.range_a_per_m,
+            LawSettings::Scalar(scalar) => scalar.range_a_per_m,
         }
     }
 
@@ -196,6 +208,8 @@ impl LawSettings {
             LawSettings::Folded(folded) => folded.validate(),
             LawSettings::GaussNewton(gauss_newton) => gauss_newton.validate(),
             LawSettings::Gradient(gradient) => gradient.validate(),
+            LawSettings::Matrix(matrix) => matrix.validate(),
+            LawSettings::Scalar(scalar) => scalar.validate(),
         }
     }
 }

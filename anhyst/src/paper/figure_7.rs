@@ -89,8 +89,8 @@ pub fn figure() -> Result<Figure, RunError> {
             ),
         ],
         findings: vec![
-            finding("â from 6800, Langevin: off by, A/m", "\"7012\"", off(&on_langevin), "212 (never moves)"),
-            finding("â from 6800, Ising: off by, A/m", "\"7012\"", off(&on_ising), "212 (never moves)"),
+            finding("â from 6800, Langevin: off by, A/m", "\"7012\"", off(&on_langevin), "-212.00 (never moves)"),
+            finding("â from 6800, Ising: off by, A/m", "\"7012\"", off(&on_ising), "-212.00 (never moves)"),
             finding("â from 6400, Ising: off by, A/m", "", off(&from_below), ""),
             finding(
                 "largest error of â in the last second at 20 kHz, Ising, A/m",
@@ -104,7 +104,6 @@ pub fn figure() -> Result<Figure, RunError> {
                 on_ising.turns.to_string(),
                 &format!("{} (explicit)", explicit.turns),
             ),
-            finding("share of Σ|B| that is left in Σ B, displacement alone", "", "0".into(), "0"),
         ],
     })
 }

@@ -1,0 +1,87 @@
+//! Settings of the matrix law in the loop.
+
+use super::FoldedSettings;
+use anhyst_ipc::Invalid;
+use serde::{Deserialize, Serialize};
+
+/// Settings of the matrix law.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MatrixSettings {
+    /// Θ: the estimate stays within these shape parameters.
+    pub range_a_per_m: (f64, f64),
+    /// Where the estimate starts.
+    pub start_a_per_m: f64,
+    /// Models in the bank, evenly spread over the range.
+    pub members: usize,
+    /// μ: the output is y + ẏ/μ; it must be below the rod's damping k̂, 1/s.
+    pub zero_per_s: f64,
+    /// κ: corner of the filter before output and prediction, 1/s; noise above it is multiplied by κ/μ.
+    pub filter_per_s: f64,
+    /// ε: output errors up to this change nothing; 0: none is too small.
+    pub dead_zone_m: f64,
+    /// Covers are built over the members this near to the estimate; none: over the whole range.
+    pub window_a_per_m: Option<f64>,
+    /// How fast the estimate follows where the output is as sensitive as said below.
+    pub adaptation_rate_per_s: f64,
+    /// Typical change of the displacement with the shape parameter, m per A/m.
+    pub sensitivity_m_per_a_per_m: f64,
+}
+
+impl Default for MatrixSettings {
+    fn default() -> Self {
+        let folded = FoldedSettings::default();
+        Self {
+            range_a_per_m: folded.range_a_per_m,
+            start_a_per_m: folded.start_a_per_m,
+            members: folded.members,
+            zero_per_s: 4000.0,
+            filter_per_s: 1000.0,
+            dead_zone_m: 2e-9,
+            window_a_per_m: folded.window_a_per_m,
+            adaptation_rate_per_s: folded.adaptation_rate_per_s,
+            sensitivity_m_per_a_per_m: folded.sensitivity_m_per_a_per_m,
+        }
+    }
+}
+
+impl MatrixSettings {
+    /// The folded law's settings of the same names.
+    pub(crate) fn folded(&self) -> FoldedSettings {
+        FoldedSettings {
+            range_a_per_m: self.range_a_per_m,
+            start_a_per_m: self.start_a_per_m,
+            members: self.members,
+            filter_per_s: self.filter_per_s,
+            dead_zone_m: self.dead_zone_m,
+            window_a_per_m: self.window_a_per_m,
+            adaptation_rate_per_s: self.adaptation_rate_per_s,
+            sensitivity_m_per_a_per_m: self.sensitivity_m_per_a_per_m,
+        }
+    }
+
+    /// γ = rate / sensitivity², (A/m)²/(m² s).
+    pub fn gain(&self) -> f64 {
+        self.folded().gain()
+    }
+
+    /// Checks every field; that the zero is below the rod's damping is checked where the rod is known.
+    ///
+    /// # Errors
+    /// The first setting that cannot be used.
+    pub fn validate(&self) -> Result<(), Invalid> {
+        Invalid::unless_positive("zero_per_s", self.zero_per_s, "1/s")?;
+        let dead_zone = self.dead_zone_m;
+        if !(dead_zone.is_finite() && dead_zone >= 0.0) {
+            return Err(Invalid::new(
+                "dead_zone_m",
+                format!("{dead_zone} m must be finite and not below 0 m"),
+            ));
+        }
+        let with_any_dead_zone = FoldedSettings {
+            dead_zone_m: 1.0,
+            ..self.folded()
+        };
+        with_any_dead_zone.validate()
+    }
+}
