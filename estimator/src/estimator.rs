@@ -10,10 +10,7 @@ use crate::excitation::{Excitation, ExcitationMonitor};
 use crate::law::{AnyLaw, Correction, Law, Prediction, is_credible};
 use crate::rods::Rods;
 use crate::washout::Washout;
-use crate::{
-    EstimatorError, EstimatorSettings, FixedShape, Folded, FoldedSettings, GaussNewton, Gradient, Grid, LawSettings,
-    MatrixLaw, ScalarLaw,
-};
+use crate::{EstimatorError, EstimatorSettings, FoldedSettings, Grid, LawSettings};
 use anhyst_model::{AmplifierConstants, Bank, Magnetostriction, Material, TwoPole};
 use serde::{Deserialize, Serialize};
 
@@ -64,20 +61,8 @@ impl Estimator {
     ) -> Result<Self, EstimatorError> {
         settings.validate()?;
         material.validate()?;
-        let (members, law) = match settings.law {
-            LawSettings::FixedShape { shape_a_per_m } => (1, AnyLaw::FixedShape(FixedShape::new(shape_a_per_m))),
-            LawSettings::Folded(folded) => (folded.members, AnyLaw::Folded(Folded::new(&folded, tick_s))),
-            LawSettings::GaussNewton(gauss_newton) => (
-                gauss_newton.members,
-                AnyLaw::GaussNewton(GaussNewton::new(&gauss_newton, tick_s)),
-            ),
-            LawSettings::Gradient(gradient) => (gradient.members, AnyLaw::Gradient(Gradient::new(&gradient, tick_s))),
-            LawSettings::Matrix(matrix) => {
-                let law = MatrixLaw::new(&matrix, &two_pole_per_strain, tick_s)?;
-                (matrix.members, AnyLaw::Matrix(law))
-            }
-            LawSettings::Scalar(scalar) => (scalar.members, AnyLaw::Scalar(ScalarLaw::new(&scalar, tick_s))),
-        };
+        let members = settings.law.members();
+        let law = AnyLaw::new(&settings.law, &two_pole_per_strain, tick_s)?;
         let folded = match settings.law {
             LawSettings::Folded(folded) => folded,
             LawSettings::Gradient(gradient) => gradient.with_covers(),

@@ -3,7 +3,8 @@
 //! A law sees every member's strain and displacement at t_k and the measured displacement at t_k; it owns its state and
 //! its estimate. One file per law; the scenario chooses by name ([`crate::LawSettings`]).
 
-use crate::{FixedShape, Folded, GaussNewton, Gradient, Grid, MatrixLaw, ScalarLaw};
+use crate::{EstimatorError, FixedShape, Folded, GaussNewton, Gradient, Grid, LawSettings, MatrixLaw, ScalarLaw};
+use anhyst_model::TwoPole;
 use serde::{Deserialize, Serialize};
 
 /// A displacement beyond this is no measurement of a rod: it would fill a law's filters with nonsense for a long time.
@@ -85,6 +86,21 @@ pub enum AnyLaw {
 }
 
 impl AnyLaw {
+    /// A law at its start. The rod's gain is per unit of free strain; only the matrix law has to know the rod.
+    ///
+    /// # Errors
+    /// A rod that the matrix law cannot work with.
+    pub fn new(settings: &LawSettings, two_pole_per_strain: &TwoPole, tick_s: f64) -> Result<Self, EstimatorError> {
+        Ok(match settings {
+            LawSettings::FixedShape { shape_a_per_m } => AnyLaw::FixedShape(FixedShape::new(*shape_a_per_m)),
+            LawSettings::Folded(folded) => AnyLaw::Folded(Folded::new(folded, tick_s)),
+            LawSettings::GaussNewton(gauss_newton) => AnyLaw::GaussNewton(GaussNewton::new(gauss_newton, tick_s)),
+            LawSettings::Gradient(gradient) => AnyLaw::Gradient(Gradient::new(gradient, tick_s)),
+            LawSettings::Matrix(matrix) => AnyLaw::Matrix(MatrixLaw::new(matrix, two_pole_per_strain, tick_s)?),
+            LawSettings::Scalar(scalar) => AnyLaw::Scalar(ScalarLaw::new(scalar, tick_s)),
+        })
+    }
+
     fn law(&self) -> &dyn Law {
         match self {
             AnyLaw::FixedShape(law) => law,

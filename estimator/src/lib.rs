@@ -48,6 +48,6 @@ pub use scalar::{Scalar, ScalarPlant, ScalarSettings};
 pub use scalar_law::ScalarLaw;
 pub use settings::{
     EstimatorSettings, ExcitationSettings, FieldSource, FoldedSettings, GaussNewtonSettings, GradientSettings,
-    LawSettings, MatrixSettings, ScalarLawSettings,
+    LawSettings, MatrixSettings, ScalarLawSettings, Tuning,
 };
 pub use smooth::SmoothPoint;

@@ -5,12 +5,14 @@ mod gauss_newton;
 mod gradient;
 mod matrix;
 mod scalar;
+mod tuning;
 
 pub use excitation::ExcitationSettings;
 pub use gauss_newton::GaussNewtonSettings;
 pub use gradient::GradientSettings;
 pub use matrix::MatrixSettings;
 pub use scalar::ScalarLawSettings;
+pub use tuning::Tuning;
 
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
@@ -200,7 +202,23 @@ impl LawSettings {
         }
     }
 
-    fn validate(&self) -> Result<(), Invalid> {
+    /// Members of the law's bank.
+    pub fn members(&self) -> usize {
+        match self {
+            LawSettings::FixedShape { .. } => 1,
+            LawSettings::Folded(folded) => folded.members,
+            LawSettings::GaussNewton(gauss_newton) => gauss_newton.members,
+            LawSettings::Gradient(gradient) => gradient.members,
+            LawSettings::Matrix(matrix) => matrix.members,
+            LawSettings::Scalar(scalar) => scalar.members,
+        }
+    }
+
+    /// Checks every field.
+    ///
+    /// # Errors
+    /// The first setting that cannot be used.
+    pub fn validate(&self) -> Result<(), Invalid> {
         match self {
             LawSettings::FixedShape { shape_a_per_m } => {
                 Invalid::unless_positive("shape_a_per_m", *shape_a_per_m, "A/m")
