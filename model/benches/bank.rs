@@ -1,4 +1,4 @@
-//! Time of one step: single model, bank of 33, inverse, rod; and ratios to 33 single models and to a loop of tanh.
+//! Time of one step: single model, alone and with its sensitivities, bank of 33, inverse, rod; and ratios to 33 single models and to a loop of tanh.
 //!
 //! `cargo bench -p anhyst-model`. Ratios carry over between machines better than nanoseconds do.
 //! Least of several rounds, so that a busy machine disturbs little.
@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use anhyst_model::{
     Anhysteretic, Bank, Hysteresis, MagneticState, Material, RodConstants, RodElements, RodElementsPropagator,
+    SensitiveState,
 };
 
 const MEMBERS: usize = 33;
@@ -62,6 +63,10 @@ fn main() {
         let base = Hysteresis { anhysteretic, ..base };
         let mut state = MagneticState::default();
         let single = time_per_step(&fields, |field| state = black_box(base).advance(state, field));
+        let mut sensitive = SensitiveState::default();
+        let sensitivities = time_per_step(&fields, |field| {
+            sensitive = black_box(base).advance_with_sensitivities(sensitive, field);
+        });
         let mut states = vec![MagneticState::default(); MEMBERS];
         let singles = time_per_step(&fields, |field| {
             for (state, &shape) in states.iter_mut().zip(&shapes) {
@@ -70,7 +75,7 @@ fn main() {
         });
         let mut bank = Bank::new(base, &shapes).expect("valid bank");
         let together = time_per_step(&fields, |field| bank.advance(field));
-        black_box((&state, &states, &bank));
+        black_box((&state, &sensitive, &states, &bank));
         let mut state = MagneticState::default();
         let magnetizations: Vec<f64> = fields
             .iter()
@@ -87,6 +92,10 @@ fn main() {
         println!(
             "  single model, one step    {single:8.1} ns  {:6.1} x tanh",
             single / tanh
+        );
+        println!(
+            "  with 5 sensitivities      {sensitivities:8.1} ns  {:6.1} x tanh",
+            sensitivities / tanh
         );
         println!(
             "  inverse, one step         {inverse:8.1} ns  {:6.1} x tanh",

@@ -7,7 +7,7 @@
 //! leave out 2e-18. No exponential is evaluated and nothing cancels near x = 0.
 //! Source: the paper's (1) and (2); the coefficients come from a Remez fit of L(x)/x and tanh(x)/x.
 
-use crate::lanes::Number;
+use crate::lanes::{Number, Single};
 
 /// One curve at one x: the argument as used, numerator, denominator, and B (see the file's head).
 #[derive(Clone, Copy)]
@@ -199,17 +199,17 @@ impl<N: Number> Curve<N> for LangevinEverywhere {
 
 /// Langevin for every x, by a branch on the range: the form for a single model.
 pub(crate) struct LangevinByRange;
-impl Curve<f64> for LangevinByRange {
+impl<N: Single> Curve<N> for LangevinByRange {
     #[inline(always)]
-    fn fraction(x: f64) -> Fraction<f64> {
-        if x * x <= 64.0 {
+    fn fraction(x: N) -> Fraction<N> {
+        if x.value() * x.value() <= 64.0 {
             LangevinToEight::fraction(x)
         } else {
             LangevinEverywhere::fraction(x)
         }
     }
     #[inline(always)]
-    fn inverse(y: f64) -> f64 {
+    fn inverse(y: N) -> N {
         inverse_langevin(y)
     }
 }
@@ -270,7 +270,5 @@ fn inverse_langevin<N: Number>(y: N) -> N {
 
 #[inline(always)]
 fn inverse_tanh<N: Number>(y: N) -> N {
-    y.min(N::splat(LARGEST_VALUE))
-        .max(N::splat(-LARGEST_VALUE))
-        .each(libm::atanh)
+    y.min(N::splat(LARGEST_VALUE)).max(N::splat(-LARGEST_VALUE)).atanh()
 }

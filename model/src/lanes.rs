@@ -1,7 +1,7 @@
 //! Numbers that the stepping equations are written in: one `f64`, or `WIDTH` of them side by side.
 //!
 //! The equations exist once and are generic over [`Number`]; a single model uses `f64`, a bank uses
-//! [`Lanes`]. Every operation is an IEEE basic operation in a fixed order, and no fused
+//! [`Lanes`], sensitivities use dual numbers (`dual.rs`). Every operation is an IEEE basic operation in a fixed order, and no fused
 //! multiply-add is used, so scalar, AVX2 and AVX-512 code give the same bits.
 
 use std::ops::{Add, Div, Mul, Sub};
@@ -17,8 +17,20 @@ pub(crate) trait Number:
     fn min(self, other: Self) -> Self;
     /// `yes` where `self > limit`, else `no`.
     fn where_greater(self, limit: Self, yes: Self, no: Self) -> Self;
-    /// A scalar function applied to each number in turn.
-    fn each(self, function: fn(f64) -> f64) -> Self;
+    /// Inverse hyperbolic tangent.
+    fn atanh(self) -> Self;
+}
+
+/// A [`Number`] that is one number, so that it can steer a computation.
+pub(crate) trait Single: Number {
+    fn value(self) -> f64;
+}
+
+impl Single for f64 {
+    #[inline(always)]
+    fn value(self) -> f64 {
+        self
+    }
 }
 
 impl Number for f64 {
@@ -43,8 +55,8 @@ impl Number for f64 {
         if self > limit { yes } else { no }
     }
     #[inline(always)]
-    fn each(self, function: fn(f64) -> f64) -> Self {
-        function(self)
+    fn atanh(self) -> Self {
+        libm::atanh(self)
     }
 }
 
@@ -139,7 +151,7 @@ impl<const WIDTH: usize> Number for Lanes<WIDTH> {
         Lanes(lanes)
     }
     #[inline(always)]
-    fn each(self, function: fn(f64) -> f64) -> Self {
-        Lanes(self.0.map(function))
+    fn atanh(self) -> Self {
+        Lanes(self.0.map(libm::atanh))
     }
 }

@@ -9,6 +9,7 @@ use super::stepping::Coefficients;
 use super::{Hysteresis, MagneticState};
 use crate::Anhysteretic;
 use crate::curve::{Curve, Fraction, IsingEverywhere, LangevinByRange};
+use crate::lanes::Single;
 
 /// More substeps than this are not taken in one call; the rest of the way, far in saturation, follows Man.
 pub(crate) const MOST_SUBSTEPS: u32 = 100_000;
@@ -102,33 +103,41 @@ impl Hysteresis {
             (field, magnetization) = self.frozen(state).switch_from(field, magnetization, direction);
             fraction = coefficients.curve::<C>(field, magnetization);
         }
-        let mut first = coefficients.slope_from(&fraction, magnetization);
+        MagneticState {
+            field_a_per_m: field_to,
+            magnetization_a_per_m: self.march::<f64, C>(&coefficients, &fraction, field, magnetization, field_to),
+        }
+    }
+
+    /// The magnetization at `field_to`, with δ̂ = 1 all the way. Carried numbers other than `f64` do not change the strides.
+    #[inline(always)]
+    pub(super) fn march<N: Single, C: Curve<N>>(
+        &self,
+        coefficients: &Coefficients<N>,
+        present: &Fraction<N>,
+        mut field: N,
+        mut magnetization: N,
+        field_to: f64,
+    ) -> N {
+        let end = N::splat(field_to);
+        let direction = if coefficients.pinning.value() > 0.0 { 1.0 } else { -1.0 };
         let longest = self.longest_substep_a_per_m();
+        let mut first = coefficients.slope_from(present, magnetization);
         // Full strides and then the rest, not equal parts: the result stays continuous in the end field.
         for _ in 0..MOST_SUBSTEPS {
-            let stride = stride(longest, self.coupling, first);
-            let rest = field_to - field;
-            if rest.abs() > stride {
-                let step = direction * stride;
+            let stride = stride(longest, self.coupling, first.value());
+            let rest = end - field;
+            if rest.value().abs() > stride {
+                let step = N::splat(direction * stride);
                 magnetization = coefficients.step_from::<C>(field, magnetization, step, first);
-                field += step;
+                field = field + step;
                 first = coefficients.slope::<C>(field, magnetization);
             } else {
-                magnetization = coefficients.step_from::<C>(field, magnetization, rest, first);
-                return MagneticState {
-                    field_a_per_m: field_to,
-                    magnetization_a_per_m: magnetization,
-                };
+                return coefficients.step_from::<C>(field, magnetization, rest, first);
             }
         }
-        let saturated = MagneticState {
-            field_a_per_m: field_to,
-            magnetization_a_per_m: magnetization,
-        };
-        MagneticState {
-            magnetization_a_per_m: self.anhysteretic_at(saturated),
-            ..saturated
-        }
+        let fraction = coefficients.curve::<C>(end, magnetization);
+        coefficients.saturation * (fraction.x * fraction.numerator) / fraction.denominator
     }
 
     /// The frozen part of a state in which δ̂ = 0.
@@ -145,7 +154,7 @@ impl Hysteresis {
     /// Solves M = (1 − c)·Mirr + c·Man(H + αM) by Newton inside its bracket ±c·Ms, from the tangent at the present state;
     /// also says whether δ̂ is still 0 there, that is, whether Man has not passed Mirr.
     #[inline(always)]
-    fn bend<C: Curve<f64>>(
+    pub(super) fn bend<C: Curve<f64>>(
         &self,
         coefficients: &Coefficients<f64>,
         present: &Fraction<f64>,

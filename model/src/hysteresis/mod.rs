@@ -9,7 +9,9 @@
 
 pub(crate) mod advance;
 mod inversion;
+mod parameter;
 mod printed;
+mod sensitivity;
 pub(crate) mod stepping;
 mod validity;
 
@@ -17,6 +19,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::Anhysteretic;
 pub use inversion::Inversion;
+pub use parameter::HysteresisParameter;
+pub use sensitivity::SensitiveState;
 
 /// Parameters of the domain wall model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -26,19 +26,25 @@ pub(crate) struct Coefficients<N> {
 impl Coefficients<f64> {
     #[inline(always)]
     pub fn of(hysteresis: &Hysteresis, direction: f64) -> Self {
-        let inverse_shape = 1.0 / hysteresis.shape_a_per_m;
-        Coefficients {
-            saturation: hysteresis.saturation_magnetization_a_per_m,
-            inverse_shape,
-            coupling: hysteresis.coupling,
-            coupling_hat: hysteresis.coupling / (1.0 - hysteresis.reversibility),
-            pinning: hysteresis.pinning_a_per_m * direction,
-            reversible_gain: hysteresis.reversibility * hysteresis.saturation_magnetization_a_per_m * inverse_shape,
-        }
+        Coefficients::of_parameters(hysteresis.parameters(), direction)
     }
 }
 
 impl<N: Number> Coefficients<N> {
+    /// From Ms, a, k, α, c, in the order of [`HysteresisParameter::ALL`](super::HysteresisParameter::ALL).
+    #[inline(always)]
+    pub fn of_parameters([saturation, shape, pinning, coupling, reversibility]: [N; 5], direction: f64) -> Self {
+        let inverse_shape = N::splat(1.0) / shape;
+        Coefficients {
+            saturation,
+            inverse_shape,
+            coupling,
+            coupling_hat: coupling / (N::splat(1.0) - reversibility),
+            pinning: pinning * N::splat(direction),
+            reversible_gain: reversibility * saturation * inverse_shape,
+        }
+    }
+
     #[inline(always)]
     pub fn curve<C: Curve<N>>(&self, field: N, magnetization: N) -> Fraction<N> {
         C::fraction((field + self.coupling * magnetization) * self.inverse_shape)
