@@ -31,6 +31,8 @@ pub enum Command {
     View(ViewArguments),
     /// Fit a material to measured loops.
     Fit(Box<crate::commands::fit::FitArguments>),
+    /// Compute the paper's figures and put them on one page.
+    Paper(crate::commands::paper::PaperArguments),
     /// Compare the estimation laws under motions, noise and drift.
     Laws(crate::commands::laws::LawsArguments),
     /// Look at shared memory, leftovers of crashed runs, rights and cores.

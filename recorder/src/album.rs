@@ -3,7 +3,7 @@
 //! Unlike a run nothing is streamed: everything is known before the file is opened.
 
 use crate::RecorderError;
-use crate::axes::{Axes, Extent};
+use crate::axes::{Axes, Extent, legend_below};
 use crate::error::Writing as _;
 use crate::layout;
 use crate::tokens::TIMELINE;
@@ -156,7 +156,8 @@ impl Chart {
                     let names = [axes[0].as_str(), axes[1].as_str()];
                     Axes { x, y }.write(stream, entity, names, &curves)?;
                 }
-                Ok(desk.plane(title, entity))
+                let legend = legend_below(lines.iter().map(|line| line.name.as_str()));
+                Ok(desk.plane(title, entity, legend))
             }
         }
     }

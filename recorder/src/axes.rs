@@ -190,14 +190,27 @@ impl Axes {
     }
 }
 
-/// Names of the curves in their colours, above the box.
+/// Letters that fit beside the ordinate's name above the box.
+const SHORT: usize = 24;
+const ROW: f64 = 0.085;
+
+/// Height that the legend takes below the box: short names stand above it.
+pub(crate) fn legend_below<'a>(names: impl Iterator<Item = &'a str>) -> f64 {
+    let (count, letters) = names.fold((0, 0), |(count, letters), name| {
+        (count + 1, letters + name.chars().count())
+    });
+    if letters > SHORT { ROW * f64::from(count) } else { 0.0 }
+}
+
+/// Names of the curves in their colours: above the box, or below it one a row.
 fn write_legend(stream: &RecordingStream, entity: &str, curves: &[(&str, u32)]) -> Result<(), RecorderError> {
-    // Below the title row; a fourth name and more begin a second row.
+    let below = legend_below(curves.iter().map(|(name, _)| *name)) > 0.0;
     let places = (0..curves.len()).map(|at| {
-        [
-            BOX[0] as f32 * (0.45 + 0.22 * (at % 3) as f32),
-            -0.13 + 0.06 * (at / 3) as f32,
-        ]
+        if below {
+            [0.5 * BOX[0] as f32, (BOX[1] + 0.2 + ROW * at as f64) as f32]
+        } else {
+            [BOX[0] as f32 * (0.45 + 0.22 * at as f32), -0.13]
+        }
     });
     let legend = Points2D::new(places)
         .with_labels(curves.iter().map(|(name, _)| *name))

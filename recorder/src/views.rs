@@ -63,19 +63,19 @@ impl Desk {
         view
     }
 
-    /// A box of [`crate::axes`].
-    pub fn plane(&mut self, name: &str, entity: &str) -> ContainerLike {
+    /// A box of [`crate::axes`] with so much room for a legend below it.
+    pub fn plane(&mut self, name: &str, entity: &str, legend: f64) -> ContainerLike {
         let view: ContainerLike = Spatial2DView::new(name).with_origin(entity).into();
         let bounds = Range2D {
             x_range: [-0.2, BOX[0] + 0.05].into(),
-            y_range: [-0.2, BOX[1] + 0.24].into(),
+            y_range: [-0.2, BOX[1] + 0.24 + legend].into(),
         };
         self.property(&view, "VisualBounds2D", &VisualBounds2D::new(bounds));
         view
     }
 
     fn loop_view(&mut self, name: &str, entity: &str, seconds: f64) -> ContainerLike {
-        let view = self.plane(name, entity);
+        let view = self.plane(name, entity, 0.0);
         self.property(&view, "VisibleTimeRanges", &before_cursor(Some(seconds)));
         for history in HISTORIES.iter().filter(|history| history.starts_with(entity)) {
             self.property(

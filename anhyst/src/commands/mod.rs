@@ -7,6 +7,7 @@ pub mod fit;
 pub mod graph;
 pub mod laws;
 pub mod node;
+pub mod paper;
 #[cfg(feature = "recorder")]
 pub mod replay;
 pub mod run;

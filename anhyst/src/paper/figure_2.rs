@@ -1,7 +1,8 @@
 //! Fig. 2: (a) anhysteretic and (b) total magnetization; with the printed (7) beside the derived one.
 
-use super::{Figure, Points, curve, dashed, finding, panel};
+use super::{Figure, finding};
 use crate::error::RunError;
+use crate::figure::{Points, curve, dashed, panel};
 use anhyst_model::{Anhysteretic, Hysteresis, MagneticState};
 
 const PEAK_A_PER_M: f64 = 30e3;
@@ -16,7 +17,7 @@ pub fn figure() -> Result<Figure, RunError> {
         anhysteretic: Anhysteretic::Ising,
         ..material
     };
-    let scaled = ising.with_shape(ising.shape_a_per_m / 3.0);
+    let scaled = ising.with_shape(3.0 * ising.shape_a_per_m);
     let derived = total(&material);
     let printed = total_as_printed(&material);
     let largest = derived.iter().fold(0.0_f64, |most, point| most.max(point[1].abs()));
@@ -34,8 +35,8 @@ pub fn figure() -> Result<Figure, RunError> {
         number: 2,
         title: "Anhysteretic and total magnetization".into(),
         paper_says: "(1) and (2) are equivalent to third order; (3)-(7) add domain wall losses.".into(),
-        we_get: "The same shapes. The two anhysteretic curves with the same a differ by a factor of 3 in slope; they agree to third \
-                 order only after a is divided by 3 in (2). The printed sign in (7) bends the whole loop."
+        we_get: "The same shapes. With the same a the two anhysteretic curves differ by a factor of 3 in slope; they are equal up to \
+                 third order only when (2) takes three times the a of (1). The printed sign in (7) bends the whole loop."
             .into(),
         panels: vec![
             panel(
@@ -45,7 +46,7 @@ pub fn figure() -> Result<Figure, RunError> {
                 vec![
                     curve("Langevin (1), a = 7012 A/m", anhysteretic(&material)),
                     curve("Ising (2), a = 7012 A/m", anhysteretic(&ising)),
-                    dashed("Ising (2), a = 7012/3 A/m", anhysteretic(&scaled)),
+                    dashed("Ising (2), a = 3 × 7012 A/m", anhysteretic(&scaled)),
                 ],
             ),
             panel(

@@ -1,7 +1,8 @@
 //! Fig. 4: a function with its convex and its concave cover; once drawn freely, once as the bank gives it.
 
-use super::{Curve, Figure, MEMBERS, Points, RANGE_A_PER_M, curve, finding, panel, refused};
+use super::{Figure, MEMBERS, RANGE_A_PER_M, finding, refused};
 use crate::error::RunError;
+use crate::figure::{Curve, Points, curve, panel};
 use anhyst_estimator::{Covers, Grid};
 use anhyst_model::{Anhysteretic, Bank, Hysteresis};
 

@@ -1,10 +1,9 @@
 //! Fig. 6: the scalar law (14)-(18) on (23): â from 6800 to 7012 A/m, and the error; the same with errata left in.
 
 use super::printed::{Erratum, PrintedScalar};
-use super::{
-    Figure, MEMBERS, Points, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, curve, dashed, finding, panel, refused,
-};
+use super::{Figure, MEMBERS, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
 use crate::error::RunError;
+use crate::figure::{Points, TIME, curve, dashed, panel};
 use anhyst_estimator::{Grid, Scalar, ScalarPlant, ScalarSettings};
 use anhyst_model::{Anhysteretic, Bank, Hysteresis};
 use std::f64::consts::TAU;
@@ -96,7 +95,7 @@ pub fn figure() -> Result<Figure, RunError> {
         panels: vec![
             panel(
                 "(a) estimate on the ramp",
-                "time, s",
+                TIME,
                 "â, A/m",
                 vec![
                     curve("Langevin", on_ramp.shape),
@@ -108,13 +107,13 @@ pub fn figure() -> Result<Figure, RunError> {
             ),
             panel(
                 "(b) error on the ramp",
-                "time, s",
+                TIME,
                 "ỹ, A s/m",
                 vec![curve("Langevin", on_ramp.error), curve("Ising", on_ramp_ising.error)],
             ),
             panel(
                 "estimate on a sine of 1 Hz",
-                "time, s",
+                TIME,
                 "â, A/m",
                 vec![
                     curve("Langevin", on_sine.shape),

@@ -1,9 +1,8 @@
 //! Fig. 7: the matrix law (20)-(21) on the rod (13): estimate and error; as printed (ΣB = 0), and integrated explicitly as in the paper.
 
-use super::{
-    Figure, MEMBERS, Points, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, curve, dashed, finding, panel, refused,
-};
+use super::{Figure, MEMBERS, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
 use crate::error::RunError;
+use crate::figure::{Points, TIME, curve, dashed, panel};
 use anhyst_estimator::{Covers, Grid, Matrix, MatrixConstants, Mode, Modes};
 use anhyst_model::{Anhysteretic, Bank, Hysteresis, RodState, TwoPole, TwoPolePropagator};
 
@@ -71,7 +70,7 @@ pub fn figure() -> Result<Figure, RunError> {
         panels: vec![
             panel(
                 "(a) estimate on the ramp",
-                "time, s",
+                TIME,
                 "â, A/m",
                 vec![
                     curve("Langevin", on_langevin.shape.clone()),
@@ -83,7 +82,7 @@ pub fn figure() -> Result<Figure, RunError> {
             ),
             panel(
                 "(b) error on the ramp",
-                "time, s",
+                TIME,
                 "z̃, µm/s",
                 vec![curve("Langevin", on_langevin.error.clone()), curve("Ising", on_ising.error.clone())],
             ),

@@ -16,6 +16,8 @@ mod publish;
 pub use publish::publish;
 
 use crate::error::RunError;
+use crate::figure::Panel;
+use serde::Serialize;
 
 /// True `a`, A/m.
 const TRUTH_A_PER_M: f64 = 7012.0;
@@ -26,35 +28,8 @@ const RANGE_A_PER_M: (f64, f64) = (6300.0, 7300.0);
 /// Models in a bank over Θ.
 const MEMBERS: usize = 33;
 
-/// Points of a line.
-type Points = Vec<[f64; 2]>;
-
-/// A line of a panel.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
-    /// For the legend.
-    pub name: String,
-    /// Abscissa, ordinate.
-    pub points: Points,
-    /// With an erratum left in, or only for comparison: drawn dashed.
-    pub dashed: bool,
-}
-
-/// A coordinate system.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Panel {
-    /// Which of the paper's panels, and what it shows.
-    pub title: String,
-    /// Name and unit of the abscissa.
-    pub abscissa: String,
-    /// Name and unit of the ordinate.
-    pub ordinate: String,
-    /// The lines.
-    pub curves: Vec<Curve>,
-}
-
 /// A figure behind a figure.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
     /// Of what.
     pub what: String,
@@ -104,30 +79,6 @@ pub fn figures(progress: impl Fn() + Sync) -> Result<Vec<Figure>, RunError> {
     made.into_iter().collect()
 }
 
-fn curve(name: impl Into<String>, points: Points) -> Curve {
-    Curve {
-        name: name.into(),
-        points,
-        dashed: false,
-    }
-}
-
-fn dashed(name: impl Into<String>, points: Points) -> Curve {
-    Curve {
-        dashed: true,
-        ..curve(name, points)
-    }
-}
-
-fn panel(title: &str, abscissa: &str, ordinate: &str, curves: Vec<Curve>) -> Panel {
-    Panel {
-        title: title.into(),
-        abscissa: abscissa.into(),
-        ordinate: ordinate.into(),
-        curves,
-    }
-}
-
 fn finding(what: &str, paper: &str, found: String, as_printed: &str) -> Finding {
     Finding {
         what: what.into(),
@@ -140,17 +91,4 @@ fn finding(what: &str, paper: &str, found: String, as_printed: &str) -> Finding 
 /// An error of the model or a law in the words of a run.
 fn refused(error: impl std::fmt::Display) -> RunError {
     RunError::Setup(error.to_string())
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn show() {
-        for f in super::figures(|| ()).unwrap() {
-            println!("{} {}", f.number, f.title);
-            for x in f.findings {
-                println!("   {} | {} | {} | {}", x.what, x.paper, x.found, x.as_printed);
-            }
-        }
-    }
 }
