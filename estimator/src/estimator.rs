@@ -1,8 +1,8 @@
 //! Field → bank of models over Θ → free strains → rods → law: what is known at t_k from the measurement at t_k.
 //!
-//! Every member follows the same field with its own shape parameter, so f(u, θ), a functional of the whole history of the
-//! input, is at hand for every θ of the grid at every instant. The magnetization handed on is interpolated in the bank at
-//! the corrected estimate.
+//! Every member follows the same field with its own shape parameter, so f(u, θ), a functional of the whole history of
+//! the input, is at hand for every θ of the grid at every instant. The magnetization handed on is interpolated in the
+//! bank at the corrected estimate.
 //! Source: the paper's section 3, made exact for any input by the bank (docs/paper-notes.md).
 
 use crate::coil_field::{CoilFieldModel, FieldKnowledge};
@@ -41,8 +41,8 @@ pub struct Estimator {
     strains: Vec<f64>,
     rods: Rods,
     washout: Option<Washout>,
-    /// The same filter for the strains, where the law reads them: a law that drives its own rod with them must see input and output washed
-    /// alike.
+    /// The same filter for the strains, where the law reads them: a law that drives its own rod with them must see
+    /// input and output washed alike.
     strain_washout: Option<Washout>,
     monitor: Option<ExcitationMonitor>,
     law: AnyLaw,
@@ -74,7 +74,7 @@ impl Estimator {
             LawSettings::Gradient(gradient) => (gradient.members, AnyLaw::Gradient(Gradient::new(&gradient, tick_s))),
             LawSettings::Matrix(matrix) => {
                 let law = MatrixLaw::new(&matrix, &two_pole_per_strain, tick_s)?;
-                (matrix.members, AnyLaw::Matrix(law))
+                (matrix.members, AnyLaw::Matrix(Box::new(law)))
             }
             LawSettings::Scalar(scalar) => (scalar.members, AnyLaw::Scalar(ScalarLaw::new(&scalar, tick_s))),
         };

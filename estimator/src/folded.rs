@@ -5,8 +5,8 @@
 //! γ gain ((A/m)²/(m² s)); φ* slope at θ̂ (m per A/m) of the convex cover of Y where ỹ > 0, of the concave one where
 //! ỹ < 0; a* = |Y(θ̂) − that cover| (m).
 //! Assumptions: the rod and every other parameter are known, the true θ lies in Θ and is constant.
-//! Source: the paper's (14)-(18), folded through the rod so that the displacement alone is needed. The covers are paired
-//! with the sign of ỹ as the derivation says, not as (18) is printed.
+//! Source: the paper's (14)-(18), folded through the rod so that the displacement alone is needed. The covers are
+//! paired with the sign of ỹ as the derivation says, not as (18) is printed.
 //!
 //! **In discrete time** with h = κ·dt, everything taken at the new instant except θ̂ in Y (backward Euler):
 //! y_f⁺ = (y_f + h y)/(1 + h) and, with z = ŷ⁺ − y_f⁺ and R = ŷ + h Y(θ̂) − (1 + h) y_f⁺,
@@ -24,11 +24,12 @@
 //!    The sum is at most h z_ε²(γ dt φ*² − 2 − 2d) ≤ 0.
 //! 3. z < −ε: the same with signs turned and the concave cover.
 //!
-//! **The window.** a* is a threshold: while f is convex the estimate is raised or lowered, according to the sign of f, only by
-//! errors larger than the gap between f and its chord over Θ, and on a periodic input that gap can hold it some 20 A/m away
-//! from θ on one side for ever (condition (b) after the paper's (19)). Covers over the members within a window around θ̂
-//! have a gap that shrinks with the window's square. The proof holds with the window in place of Θ: V cannot grow in a step
-//! whose window contains θ. Outside, the law is the gradient law with a slope averaged over the window.
+//! **The window.** a* is a threshold: while f is convex the estimate is raised or lowered, according to the sign of f,
+//! only by errors larger than the gap between f and its chord over Θ, and on a periodic input that gap can hold it some
+//! 20 A/m away from θ on one side for ever (condition (b) after the paper's (19)). Covers over the members within a
+//! window around θ̂ have a gap that shrinks with the window's square. The proof holds with the window in place of Θ: V
+//! cannot grow in a step whose window contains θ. Outside, the law is the gradient law with a slope averaged over the
+//! window.
 //!
 //! (Limiting γ instead of adding d would not do: V weighs θ̃² by κ/γ with the nominal γ, and the cross terms
 //! ±2h z_ε φ*θ̃ cancel only if the step used that same γ.)
@@ -68,11 +69,15 @@ pub struct Folded {
 
 /// z of the file's head for a drive R ≥ 0: two straight pieces that meet at z = ε.
 pub(crate) fn output_error(drive: f64, h: f64, gap: f64, damping: f64, dead_zone: f64) -> f64 {
-    let inside = drive / (1.0 + h + h * gap / dead_zone);
-    if inside <= dead_zone {
-        return inside;
+    if drive <= (1.0 + h) * dead_zone + h * gap {
+        return drive / (1.0 + h + h * gap / dead_zone);
     }
-    (drive - h * gap + h * damping * dead_zone) / (1.0 + h + h * damping)
+    let beyond = drive - h * gap;
+    if damping == 0.0 {
+        // A product, since the law waits for this: the quotient of constants is ready long before.
+        return beyond * (1.0 / (1.0 + h));
+    }
+    (beyond + h * damping * dead_zone) / (1.0 + h + h * damping)
 }
 
 impl Folded {
@@ -101,16 +106,12 @@ impl Folded {
 
     fn correct_paired(&mut self, prediction: Prediction<'_>, measured_m: f64, pairing: Pairing) -> Correction {
         let (grid, outputs) = (prediction.grid, prediction.displacements_m);
-        let shapes = grid.shapes_a_per_m();
         let predicted = grid.linear(outputs, self.shape_a_per_m);
         let seen = match self.window_a_per_m {
             Some(window) => grid.members_around(self.shape_a_per_m, window),
-            None => 0..shapes.len(),
+            None => 0..outputs.len(),
         };
-        let (shapes, values) = (&shapes[seen.clone()], &outputs[seen]);
-        self.covers.update(shapes, values);
-        let lower = self.covers.lower_at(shapes, values, self.shape_a_per_m);
-        let upper = self.covers.upper_at(shapes, values, self.shape_a_per_m);
+        let (lower, upper) = self.covers.around(grid, seen, outputs, self.shape_a_per_m);
         let mut correction = Correction {
             shape_a_per_m: self.shape_a_per_m,
             output_error_m: self.filtered_prediction_m - self.filtered_measurement_m,

@@ -79,7 +79,7 @@ pub enum AnyLaw {
     /// Plain gradient.
     Gradient(Gradient),
     /// The paper's matrix law.
-    Matrix(MatrixLaw),
+    Matrix(Box<MatrixLaw>),
     /// The paper's scalar form.
     Scalar(ScalarLaw),
 }
@@ -91,7 +91,7 @@ impl AnyLaw {
             AnyLaw::Folded(law) => law,
             AnyLaw::GaussNewton(law) => law,
             AnyLaw::Gradient(law) => law,
-            AnyLaw::Matrix(law) => law,
+            AnyLaw::Matrix(law) => law.as_ref(),
             AnyLaw::Scalar(law) => law,
         }
     }
@@ -102,7 +102,7 @@ impl AnyLaw {
             AnyLaw::Folded(law) => law,
             AnyLaw::GaussNewton(law) => law,
             AnyLaw::Gradient(law) => law,
-            AnyLaw::Matrix(law) => law,
+            AnyLaw::Matrix(law) => law.as_mut(),
             AnyLaw::Scalar(law) => law,
         }
     }
