@@ -1,8 +1,8 @@
 //! Field → bank of models over Θ → free strains → rods → law: what is known at t_k from the measurement at t_k.
 //!
-//! Every member follows the same field with its own shape parameter, so f(u, θ), a functional of the whole history of
-//! the input, is at hand for every θ of the grid at every instant. The magnetization handed on is interpolated in the
-//! bank at the corrected estimate.
+//! Every member follows the same field with its own shape parameter, so f(u, θ), a functional of the whole history of the
+//! input, is at hand for every θ of the grid at every instant. The magnetization handed on is interpolated in the bank at
+//! the corrected estimate.
 //! Source: the paper's section 3, made exact for any input by the bank (docs/paper-notes.md).
 
 use crate::coil_field::{CoilFieldModel, FieldKnowledge};

@@ -5,8 +5,8 @@
 //! γ gain ((A/m)²/(m² s)); φ* slope at θ̂ (m per A/m) of the convex cover of Y where ỹ > 0, of the concave one where
 //! ỹ < 0; a* = |Y(θ̂) − that cover| (m).
 //! Assumptions: the rod and every other parameter are known, the true θ lies in Θ and is constant.
-//! Source: the paper's (14)-(18), folded through the rod so that the displacement alone is needed. The covers are
-//! paired with the sign of ỹ as the derivation says, not as (18) is printed.
+//! Source: the paper's (14)-(18), folded through the rod so that the displacement alone is needed. The covers are paired
+//! with the sign of ỹ as the derivation says, not as (18) is printed.
 //!
 //! **In discrete time** with h = κ·dt, everything taken at the new instant except θ̂ in Y (backward Euler):
 //! y_f⁺ = (y_f + h y)/(1 + h) and, with z = ŷ⁺ − y_f⁺ and R = ŷ + h Y(θ̂) − (1 + h) y_f⁺,
@@ -24,12 +24,11 @@
 //!    The sum is at most h z_ε²(γ dt φ*² − 2 − 2d) ≤ 0.
 //! 3. z < −ε: the same with signs turned and the concave cover.
 //!
-//! **The window.** a* is a threshold: while f is convex the estimate is raised or lowered, according to the sign of f,
-//! only by errors larger than the gap between f and its chord over Θ, and on a periodic input that gap can hold it some
-//! 20 A/m away from θ on one side for ever (condition (b) after the paper's (19)). Covers over the members within a
-//! window around θ̂ have a gap that shrinks with the window's square. The proof holds with the window in place of Θ: V
-//! cannot grow in a step whose window contains θ. Outside, the law is the gradient law with a slope averaged over the
-//! window.
+//! **The window.** a* is a threshold: while f is convex the estimate is raised or lowered, according to the sign of f, only by
+//! errors larger than the gap between f and its chord over Θ, and on a periodic input that gap can hold it some 20 A/m away
+//! from θ on one side for ever (condition (b) after the paper's (19)). Covers over the members within a window around θ̂
+//! have a gap that shrinks with the window's square. The proof holds with the window in place of Θ: V cannot grow in a step
+//! whose window contains θ. Outside, the law is the gradient law with a slope averaged over the window.
 //!
 //! (Limiting γ instead of adding d would not do: V weighs θ̃² by κ/γ with the nominal γ, and the cross terms
 //! ±2h z_ε φ*θ̃ cancel only if the step used that same γ.)

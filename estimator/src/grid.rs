@@ -2,8 +2,8 @@
 //!
 //! a_j shape parameter of member j (A/m); Θ = [lower, upper] the range that the estimate may not leave (A/m).
 //! Linear interpolation is what the covers and the proof of the folded law speak about; the magnetization handed to the
-//! inverse is interpolated with four points (Lagrange), because linear interpolation of it costs about 1 A/m, as much
-//! as everything else together.
+//! inverse is interpolated with four points (Lagrange), because linear interpolation of it costs about 1 A/m, as much as
+//! everything else together.
 
 use serde::{Deserialize, Serialize};
 use std::ops::Range;

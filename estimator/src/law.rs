@@ -19,7 +19,7 @@ pub(crate) fn is_credible(displacement_m: f64) -> bool {
 pub struct Prediction<'a> {
     /// The members' shape parameters.
     pub grid: &'a Grid,
-    /// Their free strains, without unit; with a washout only their fast parts, as of the displacements.
+    /// Their free strains, without unit; washed as the displacements are where the law reads them.
     pub strains: &'a [f64],
     /// Their tip displacements after the known rod, m.
     pub displacements_m: &'a [f64],

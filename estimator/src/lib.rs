@@ -1,10 +1,11 @@
 //! Adaptive estimation of the shape parameter `a` of the anhysteretic curve, and of the magnetization with it.
 //!
-//! A bank of models over the range of `a`, driven by the best knowledge of the coil field ([`Estimator`]); covers of
-//! their outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`GaussNewton`],
-//! [`Gradient`], [`MatrixLaw`], [`ScalarLaw`], [`FixedShape`]). The paper's scalar and matrix forms also stand alone,
-//! for simulations of any plant ([`Scalar`], [`Matrix`]). A monitor of what the motion can say about `a`
-//! ([`ExcitationMonitor`]) holds every law while that is too little. `node.rs` is the only file that knows messages.
+//! A bank of models over the range of `a`, driven by the best knowledge of the coil field ([`Estimator`]); covers of their
+//! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`GaussNewton`], [`Gradient`],
+//! [`MatrixLaw`], [`ScalarLaw`], [`FixedShape`]).
+//! The paper's scalar and matrix forms stand beside them for simulations of any plant ([`Scalar`], [`Matrix`]).
+//! A monitor of what the motion can say about `a` ([`ExcitationMonitor`]) holds every law while that is too little.
+//! `node.rs` is the only file that knows messages.
 
 mod coil_field;
 mod covers;
