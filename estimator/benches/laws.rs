@@ -1,13 +1,14 @@
 //! Time of one correction of every law, of the excitation monitor and of both covers, as a share of the bank's step.
 //!
-//! `cargo bench -p anhyst-estimator --bench laws`. The bank has 33 members and is driven at 20 kHz, so a law has one tick's budget beside
-//! it; the aim is a law below a tenth of the bank. Shares carry over between machines better than nanoseconds do.
-//! The laws see what they would see in the loop: displacements of the bank through the paper's rod and a true shape that moves.
-//! Least of several rounds, so that a busy machine disturbs little.
+//! `cargo bench -p anhyst-estimator --bench laws`. The bank has 33 members and is driven at 20 kHz, so a law has one
+//! tick's budget beside it; the aim is a law below a tenth of the bank. Shares carry over between machines better than
+//! nanoseconds do. The laws see what they would see in the loop: displacements of the bank through the paper's rod and
+//! a true shape that moves. Least of several rounds, so that a busy machine disturbs little.
 
 use anhyst_estimator::{
-    AnyLaw, Covers, Excitation, ExcitationMonitor, ExcitationSettings, FixedShape, Folded, FoldedSettings, GaussNewton,
-    GaussNewtonSettings, Gradient, GradientSettings, Grid, Law, Prediction,
+    AnyLaw, Covers, ExcitationMonitor, ExcitationSettings, FixedShape, Folded, FoldedSettings, GaussNewton,
+    GaussNewtonSettings, Gradient, GradientSettings, Grid, Law, MatrixLaw, MatrixSettings, Prediction, ScalarLaw,
+    ScalarLawSettings,
 };
 use anhyst_model::{Bank, Material, RodState, TwoPole, TwoPolePropagator};
 use std::hint::black_box;
@@ -17,7 +18,7 @@ const MEMBERS: usize = 33;
 const TICK_S: f64 = 5e-5;
 /// Ten periods of 50 Hz.
 const TICKS: usize = 4000;
-const ROUNDS: usize = 25;
+const ROUNDS: usize = 150;
 
 /// ±40 µm at 50 Hz and 30 % at 150 Hz, roughly, A/m.
 fn field(tick: usize) -> f64 {
@@ -25,15 +26,21 @@ fn field(tick: usize) -> f64 {
     9000.0 * (angle.sin() + 0.3 * (3.0 * angle).sin())
 }
 
-/// Nanoseconds per call of `step`, least of the rounds.
-fn time_per_tick(mut step: impl FnMut(usize)) -> f64 {
-    let mut least = f64::INFINITY;
+/// What is timed: a name and what it does in a tick.
+type Timed<'a> = (&'static str, Box<dyn FnMut(usize) + 'a>);
+
+/// Nanoseconds per tick of each, least of the rounds. All take turns in a round, so that a machine that is now faster
+/// and now slower disturbs their shares little.
+fn time_per_tick(timed: &mut [Timed<'_>]) -> Vec<f64> {
+    let mut least = vec![f64::INFINITY; timed.len()];
     for _ in 0..ROUNDS {
-        let start = Instant::now();
-        for tick in 0..TICKS {
-            step(black_box(tick));
+        for ((_, step), least) in timed.iter_mut().zip(&mut least) {
+            let start = Instant::now();
+            for tick in 0..TICKS {
+                step(black_box(tick));
+            }
+            *least = least.min(start.elapsed().as_nanos() as f64 / TICKS as f64);
         }
-        least = least.min(start.elapsed().as_nanos() as f64 / TICKS as f64);
     }
     least
 }
@@ -98,28 +105,25 @@ impl Course {
     }
 }
 
-fn report(name: &str, nanoseconds: f64, bank: f64) {
-    println!(
-        "{name:42} {nanoseconds:8.1} ns  {:5.1} % of the bank",
-        100.0 * nanoseconds / bank
-    );
-}
-
-fn main() {
-    let material = Material::terfenol_d();
-    let course = course(&material);
-    let mut bank = Bank::new(material.hysteresis, course.grid.shapes_a_per_m()).expect("valid bank");
-    let whole = time_per_tick(|tick| bank.advance(field(tick))) - time_per_tick(|tick| drop(black_box(field(tick))));
-    report("bank of 33", whole, whole);
-
-    let folded = FoldedSettings::default();
+fn laws(material: &Material) -> Vec<(&'static str, AnyLaw)> {
     let whole_range = FoldedSettings {
         window_a_per_m: None,
-        ..folded
+        ..FoldedSettings::default()
     };
-    let laws = [
+    let matrix = |settings| {
+        let law = MatrixLaw::new(&settings, &rod(material), TICK_S).expect("valid rod");
+        AnyLaw::Matrix(Box::new(law))
+    };
+    let matrix_whole_range = MatrixSettings {
+        window_a_per_m: None,
+        ..MatrixSettings::default()
+    };
+    vec![
         ("fixed shape", AnyLaw::FixedShape(FixedShape::new(7012.0))),
-        ("folded, window", AnyLaw::Folded(Folded::new(&folded, TICK_S))),
+        (
+            "folded, window",
+            AnyLaw::Folded(Folded::new(&FoldedSettings::default(), TICK_S)),
+        ),
         ("folded, whole range", AnyLaw::Folded(Folded::new(&whole_range, TICK_S))),
         (
             "Gauss-Newton",
@@ -129,26 +133,53 @@ fn main() {
             "gradient",
             AnyLaw::Gradient(Gradient::new(&GradientSettings::default(), TICK_S)),
         ),
-    ];
-    for (name, mut law) in laws {
-        let each = time_per_tick(|tick| {
-            black_box(law.correct(course.prediction(tick), course.measured_m[tick]));
-        });
-        report(name, each, whole);
+        ("matrix, window", matrix(MatrixSettings::default())),
+        ("matrix, whole range", matrix(matrix_whole_range)),
+        (
+            "scalar, whole range",
+            AnyLaw::Scalar(ScalarLaw::new(&ScalarLawSettings::default(), TICK_S)),
+        ),
+    ]
+}
+
+fn main() {
+    let material = Material::terfenol_d();
+    let course = &course(&material);
+    let fields: Vec<f64> = (0..TICKS).map(field).collect();
+    let mut bank = Bank::new(material.hysteresis, course.grid.shapes_a_per_m()).expect("valid bank");
+    let mut timed: Vec<Timed> = vec![("bank of 33", Box::new(move |tick| bank.advance(fields[tick])))];
+    for (name, mut law) in laws(&material) {
+        timed.push((
+            name,
+            Box::new(move |tick| {
+                black_box(law.correct(course.prediction(tick), course.measured_m[tick]));
+            }),
+        ));
     }
-
-    let mut monitor = ExcitationMonitor::new(&ExcitationSettings::default(), &folded, TICK_S);
-    let mut last = Excitation::default();
-    let each = time_per_tick(|tick| {
-        let output = course.grid.smooth(&course.displacements_m[tick], 7012.0);
-        last = black_box(monitor.observe(output, true));
-    });
-    report("excitation monitor", each, whole);
-
+    let mut monitor = ExcitationMonitor::new(&ExcitationSettings::default(), &FoldedSettings::default(), TICK_S);
+    timed.push((
+        "excitation monitor",
+        Box::new(move |tick| {
+            let output = course.grid.smooth(&course.displacements_m[tick], 7012.0);
+            black_box(monitor.observe(output, true));
+        }),
+    ));
+    let mut hulls = Covers::with_members(MEMBERS);
+    timed.push((
+        "both hulls of 33",
+        Box::new(move |tick| hulls.update(course.grid.shapes_a_per_m(), black_box(&course.displacements_m[tick]))),
+    ));
     let mut covers = Covers::with_members(MEMBERS);
-    let each = time_per_tick(|tick| {
-        covers.update(course.grid.shapes_a_per_m(), &course.displacements_m[tick]);
-    });
-    black_box((&covers, last));
-    report("both covers of 33, all corners", each, whole);
+    timed.push((
+        "both covers of 33 at one shape",
+        Box::new(move |tick| {
+            let values = &course.displacements_m[tick];
+            black_box(covers.around(&course.grid, 0..MEMBERS, values, black_box(7012.0)));
+        }),
+    ));
+    let nanoseconds = time_per_tick(&mut timed);
+    for ((name, _), each) in timed.iter().zip(&nanoseconds) {
+        let share = 100.0 * each / nanoseconds[0];
+        println!("{name:34} {each:8.1} ns  {share:5.1} % of the bank");
+    }
 }

@@ -1,13 +1,17 @@
 //! Convex cover L and concave cover U of f on Θ: the lower and the upper convex hull of the bank's points (θ_j, f_j).
 //!
-//! L is the largest convex function with L ≤ f, U the smallest concave one with U ≥ f; f is piecewise linear between its
-//! points, so hulls of the points are the covers of the function. φ at θ̂ is the slope of the cover there: at a knot that
-//! of the chord to its right, at the upper edge of Θ that of the last chord; both satisfy L(θ) ≥ L(θ̂) + φ(θ − θ̂) on Θ,
-//! which is all that the laws need.
+//! L is the largest convex function with L ≤ f, U the smallest concave one with U ≥ f; f is piecewise linear between
+//! its points, so hulls of the points are the covers of the function. φ at θ̂ is the slope of the cover there: at a
+//! knot that of the chord to its right, at the upper edge of Θ that of the last chord; both satisfy
+//! L(θ) ≥ L(θ̂) + φ(θ − θ̂) on Θ, which is all that the laws need.
 //! θ shape parameter (A/m), f predicted output (m), φ (m per A/m).
-//! Source: the paper's (16)-(17); built in O(N) by Andrew's monotone chain, since the points are sorted by θ already.
+//! Source: the paper's (16)-(17); built in O(N) by Andrew's monotone chain, since the points are sorted by θ already:
+//! every point is put in once and taken out at most once. On a uniform grid and where f bends one way the covers at θ̂
+//! need no hull ([`Covers::around`]).
 
+use crate::Grid;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// One cover at one θ.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -40,13 +44,32 @@ impl Covers {
         self.upper.update(thetas, values);
     }
 
-    /// The convex and the concave cover of the points at `theta`.
-    pub fn around(&mut self, thetas: &[f64], values: &[f64], theta: f64) -> (CoverPoint, CoverPoint) {
-        self.update(thetas, values);
-        (
-            self.lower_at(thetas, values, theta),
-            self.upper_at(thetas, values, theta),
-        )
+    /// The convex and the concave cover at `theta` of the `seen` members' values on a grid; the same bits as
+    /// [`Self::update`] and a look at both hulls.
+    ///
+    /// Where all second differences have one sign, and on a smooth f they have, no hull is needed: one cover is f
+    /// itself, the other the chord from end to end. Signs count only beyond [`CERTAIN`], so that rounding cannot decide
+    /// otherwise in the hulls.
+    #[inline]
+    pub fn around(&mut self, grid: &Grid, seen: Range<usize>, values: &[f64], theta: f64) -> (CoverPoint, CoverPoint) {
+        let thetas = &grid.shapes_a_per_m()[seen.clone()];
+        let values = &values[seen.clone()];
+        let bend = bend(values);
+        if bend == Bend::Unknown {
+            self.update(thetas, values);
+            return (
+                self.lower_at(thetas, values, theta),
+                self.upper_at(thetas, values, theta),
+            );
+        }
+        let left = left_of(thetas, grid.gap(theta).saturating_sub(seen.start), theta);
+        let own = chord(thetas, values, (left, left + 1), theta);
+        let whole = chord(thetas, values, (0, thetas.len() - 1), theta);
+        if bend == Bend::Convex {
+            (own, whole)
+        } else {
+            (whole, own)
+        }
     }
 
     /// The convex cover at `theta`, for the points of the last update.
@@ -78,10 +101,14 @@ impl Hull {
         }
     }
 
-    fn update(&mut self, thetas: &[f64], values: &[f64]) {
+    /// How many times three points were compared: once for each that stays out and each that is taken out, so at most
+    /// 2N − 3 times.
+    fn update(&mut self, thetas: &[f64], values: &[f64]) -> usize {
         self.count = 0;
+        let mut comparisons = 0;
         for new in 0..thetas.len().min(values.len()).min(self.corners.len()) {
             while self.count >= 2 {
+                comparisons += 1;
                 let (before, last) = (self.corners[self.count - 2], self.corners[self.count - 1]);
                 let rise_last = (values[last] - values[before]) * (thetas[new] - thetas[before]);
                 let rise_new = (values[new] - values[before]) * (thetas[last] - thetas[before]);
@@ -94,6 +121,7 @@ impl Hull {
             self.corners[self.count] = new;
             self.count += 1;
         }
+        comparisons
     }
 
     fn at(&self, thetas: &[f64], values: &[f64], theta: f64) -> CoverPoint {
@@ -112,144 +140,65 @@ impl Hull {
                 (corners[right - 1], corners[right])
             }
         };
-        let slope = (values[to] - values[from]) / (thetas[to] - thetas[from]);
-        CoverPoint {
-            value: values[from] + slope * (theta - thetas[from]),
-            slope,
-        }
+        chord(thetas, values, (from, to), theta)
     }
+}
+
+/// The line through two points, at `theta`.
+fn chord(thetas: &[f64], values: &[f64], (from, to): (usize, usize), theta: f64) -> CoverPoint {
+    let slope = (values[to] - values[from]) / (thetas[to] - thetas[from]);
+    CoverPoint {
+        value: values[from] + slope * (theta - thetas[from]),
+        slope,
+    }
+}
+
+/// Second differences below this share of the values are left to the hulls. Rounding, of values and of the grid,
+/// reaches some 1e-13.
+const CERTAIN: f64 = 1e-11;
+
+/// What the second differences of equidistant values say.
+#[derive(Clone, Copy, PartialEq)]
+enum Bend {
+    Convex,
+    Concave,
+    Unknown,
+}
+
+/// One point is left to the hulls, and so is anything that is not a number.
+fn bend(values: &[f64]) -> Bend {
+    let &[first, second, ..] = values else {
+        return Bend::Unknown;
+    };
+    // Differences that only rise or only fall are largest at an end, and so are the values of f up to their number.
+    let last = values[values.len() - 1] - values[values.len() - 2];
+    let size = first.abs() + values.len() as f64 * (second - first).abs().max(last.abs());
+    let margin = CERTAIN * size;
+    let difference = |triple: &[f64]| (triple[2] - triple[1]) - (triple[1] - triple[0]);
+    let triples = values.windows(3);
+    // Two points are a chord, which is either.
+    if triples.clone().next().is_none_or(|first| difference(first) > 0.0) {
+        let convex = triples.fold(true, |all, triple| all & (difference(triple) > margin));
+        if convex { Bend::Convex } else { Bend::Unknown }
+    } else {
+        let concave = triples.fold(true, |all, triple| all & (difference(triple) < -margin));
+        if concave { Bend::Concave } else { Bend::Unknown }
+    }
+}
+
+/// The gap whose left end is the last at or before `theta`, from a guess that rounding may have put one off.
+fn left_of(thetas: &[f64], guess: usize, theta: f64) -> usize {
+    let last = thetas.len() - 2;
+    let mut left = guess.min(last);
+    while left > 0 && theta < thetas[left] {
+        left -= 1;
+    }
+    while left < last && theta >= thetas[left + 1] {
+        left += 1;
+    }
+    left
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn thetas(members: usize) -> Vec<f64> {
-        (0..members)
-            .map(|j| 6300.0 + 1000.0 * j as f64 / (members - 1) as f64)
-            .collect()
-    }
-
-    fn built(thetas: &[f64], values: &[f64]) -> Covers {
-        let mut covers = Covers::with_members(thetas.len());
-        covers.update(thetas, values);
-        covers
-    }
-
-    /// The largest convex function below the points: the least chord over all pairs around θ.
-    fn least_chord(thetas: &[f64], values: &[f64], theta: f64) -> f64 {
-        let mut least = f64::INFINITY;
-        for i in 0..thetas.len() {
-            for j in i..thetas.len() {
-                if thetas[i] <= theta && theta <= thetas[j] {
-                    let part = if i == j {
-                        0.0
-                    } else {
-                        (theta - thetas[i]) / (thetas[j] - thetas[i])
-                    };
-                    least = least.min(values[i] + part * (values[j] - values[i]));
-                }
-            }
-        }
-        least
-    }
-
-    proptest! {
-        // Guards the definition: the hull is the brute-force minimum over all chords, above and below alike.
-        #[test]
-        fn covers_equal_all_chords(values in prop::collection::vec(-1.0..1.0_f64, 2..40), part in 0.0..=1.0_f64) {
-            let thetas = thetas(values.len());
-            let covers = built(&thetas, &values);
-            let negative: Vec<f64> = values.iter().map(|v| -v).collect();
-            for theta in thetas.iter().copied().chain([6300.0 + 1000.0 * part]) {
-                let lower = covers.lower_at(&thetas, &values, theta).value;
-                let upper = covers.upper_at(&thetas, &values, theta).value;
-                prop_assert!((lower - least_chord(&thetas, &values, theta)).abs() < 1e-12);
-                prop_assert!((upper + least_chord(&thetas, &negative, theta)).abs() < 1e-12);
-            }
-        }
-
-        // Guards what the proof of the law uses: L ≤ f ≤ U everywhere, and φ supports its cover from θ̂ on all of Θ.
-        #[test]
-        fn slopes_support_their_covers(values in prop::collection::vec(-1.0..1.0_f64, 2..40), part in 0.0..=1.0_f64) {
-            let thetas = thetas(values.len());
-            let covers = built(&thetas, &values);
-            for at in thetas.iter().copied().chain([6300.0 + 1000.0 * part]) {
-                let lower = covers.lower_at(&thetas, &values, at);
-                let upper = covers.upper_at(&thetas, &values, at);
-                for (&theta, &value) in thetas.iter().zip(&values) {
-                    prop_assert!(lower.value + lower.slope * (theta - at) <= value + 1e-12);
-                    prop_assert!(upper.value + upper.slope * (theta - at) >= value - 1e-12);
-                }
-            }
-        }
-
-        // Guards convexity: slopes of the lower cover never fall, those of the upper never rise.
-        #[test]
-        fn slopes_are_monotone(values in prop::collection::vec(-1.0..1.0_f64, 2..40)) {
-            let thetas = thetas(values.len());
-            let covers = built(&thetas, &values);
-            for pair in thetas.windows(2) {
-                let lower = [0, 1].map(|i| covers.lower_at(&thetas, &values, pair[i]).slope);
-                let upper = [0, 1].map(|i| covers.upper_at(&thetas, &values, pair[i]).slope);
-                prop_assert!(lower[1] >= lower[0] - 1e-15 && upper[1] <= upper[0] + 1e-15);
-            }
-        }
-
-        // Guards tightness: a cover touches the points at its corners, bit for bit.
-        #[test]
-        fn corners_touch_the_points(values in prop::collection::vec(-1.0..1.0_f64, 2..40)) {
-            let thetas = thetas(values.len());
-            let covers = built(&thetas, &values);
-            let last = values.len() - 1;
-            for &corner in covers.lower.corners[..covers.lower.count].iter().filter(|&&corner| corner < last) {
-                prop_assert_eq!(covers.lower_at(&thetas, &values, thetas[corner]).value, values[corner]);
-            }
-            prop_assert_eq!(covers.lower.corners[0], 0);
-            prop_assert_eq!(covers.lower.corners[covers.lower.count - 1], last);
-        }
-    }
-
-    // Guards the special cases by hand: a straight line, a knot, both edges, one point.
-    #[test]
-    fn lines_knots_and_edges() {
-        let thetas = [0.0, 1.0, 2.0, 3.0, 4.0];
-        let line = [1.0, 3.0, 5.0, 7.0, 9.0];
-        let covers = built(&thetas, &line);
-        assert_eq!((covers.lower.count, covers.upper.count), (2, 2));
-        for theta in [0.0, 0.3, 2.0, 4.0] {
-            let both = [
-                covers.lower_at(&thetas, &line, theta),
-                covers.upper_at(&thetas, &line, theta),
-            ];
-            assert!(
-                both.iter()
-                    .all(|c| c.slope == 2.0 && (c.value - (1.0 + 2.0 * theta)).abs() < 1e-15)
-            );
-        }
-        let valley = [2.0, 1.0, 0.0, 1.0, 2.0];
-        let covers = built(&thetas, &valley);
-        assert_eq!(
-            covers.lower_at(&thetas, &valley, 2.0),
-            CoverPoint { value: 0.0, slope: 1.0 }
-        );
-        assert_eq!(
-            covers.lower_at(&thetas, &valley, 0.0),
-            CoverPoint {
-                value: 2.0,
-                slope: -1.0
-            }
-        );
-        assert_eq!(
-            covers.lower_at(&thetas, &valley, 4.0),
-            CoverPoint { value: 2.0, slope: 1.0 }
-        );
-        assert_eq!(
-            covers.upper_at(&thetas, &valley, 2.0),
-            CoverPoint { value: 2.0, slope: 0.0 }
-        );
-        let one = built(&[5.0], &[7.0]);
-        assert_eq!(one.upper_at(&[5.0], &[7.0], 5.0), CoverPoint { value: 7.0, slope: 0.0 });
-    }
-}
+#[path = "covers_tests.rs"]
+mod tests;

@@ -18,7 +18,8 @@ pub enum EstimatorError {
     ModeNotFinite { index: usize },
     /// A mode does not decay.
     #[error(
-        "mode {index} has the eigenvalue {real_per_s} 1/s + {imaginary_per_s} i/s, but its real part must be below 0 1/s: \
+        "mode {index} has the eigenvalue {real_per_s} 1/s + {imaginary_per_s} i/s, but its real part must be below \
+         0 1/s: \
          a mode that does not decay carries every error for ever"
     )]
     UnstableMode {
@@ -28,7 +29,8 @@ pub enum EstimatorError {
     },
     /// Two modes share their eigenvalue.
     #[error(
-        "modes {first} and {second} share the eigenvalue {real_per_s} 1/s + {imaginary_per_s} i/s, but eigenvalues must be \
+        "modes {first} and {second} share the eigenvalue {real_per_s} 1/s + {imaginary_per_s} i/s, but eigenvalues \
+         must be \
          distinct: add the inputs of equal modes; a matrix that is not diagonalisable has no modes"
     )]
     EqualModes {
@@ -39,7 +41,8 @@ pub enum EstimatorError {
     },
     /// A complex mode stands alone.
     #[error(
-        "mode {index} with the eigenvalue {real_per_s} 1/s + {imaginary_per_s} i/s has no conjugate partner with a conjugate \
+        "mode {index} with the eigenvalue {real_per_s} 1/s + {imaginary_per_s} i/s has no conjugate partner with a \
+         conjugate \
          input, but a real system has its complex modes in conjugate pairs and real inputs to its real modes"
     )]
     UnpairedMode {
@@ -49,14 +52,16 @@ pub enum EstimatorError {
     },
     /// b = Σ B is zero.
     #[error(
-        "the modes' inputs add up to {sum:e}, which is nothing beside the sum of their magnitudes {magnitudes:e}: the input must act on \
-         the output's rate, as in an output y' + mu y of a rod; on the displacement of a two-pole rod it does not, and nothing would adapt"
+        "the modes' inputs add up to {sum:e}, which is nothing beside the sum of their magnitudes {magnitudes:e}: the \
+         input must act on the output's rate, as in an output y' + mu y of a rod; on the displacement of a two-pole \
+         rod it does not, and nothing would adapt"
     )]
     InputsCancel { sum: f64, magnitudes: f64 },
     /// The sampled output is not positive real.
     #[error(
-        "at {frequency_hz:.1} Hz the transfer function from the input to the output has the real part {real_part:e} (it is {at_rest:e} at \
-         0 Hz), but it must be above 0 at every frequency (strictly positive real): only then can the output's error say which way to correct"
+        "at {frequency_hz:.1} Hz the transfer function from the input to the output has the real part {real_part:e} \
+         (it is {at_rest:e} at 0 Hz), but it must be above 0 at every frequency (strictly positive real): only then \
+         can the output's error say which way to correct"
     )]
     NotPositiveReal {
         frequency_hz: f64,

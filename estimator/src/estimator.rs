@@ -38,8 +38,8 @@ pub struct Estimator {
     strains: Vec<f64>,
     rods: Rods,
     washout: Option<Washout>,
-    /// The same filter for the strains, where the law reads them: a law that drives its own rod with them must see input and output washed
-    /// alike.
+    /// The same filter for the strains, where the law reads them: a law that drives its own rod with them must see
+    /// input and output washed alike.
     strain_washout: Option<Washout>,
     monitor: Option<ExcitationMonitor>,
     law: AnyLaw,

@@ -58,6 +58,15 @@ impl Run {
         self.current = (before + integrand).max(0.0);
         self.largest = (self.largest * keep).max(self.current);
     }
+
+    /// The least |θ̃| for which (19) holds. Without a dead zone any error will do, but only on a motion that has moved.
+    fn least_error(&self, dead_zone: f64) -> f64 {
+        if self.largest > 0.0 {
+            2.0 * dead_zone / self.largest
+        } else {
+            f64::INFINITY
+        }
+    }
 }
 
 /// Watches the slope of the predicted output at the estimate.
@@ -125,8 +134,8 @@ impl ExcitationMonitor {
             information_per_a2_per_m2: information,
             deviation_bound_a_per_m: deviation,
             informed: deviation <= self.worst_deviation_a_per_m,
-            least_error_above_a_per_m: 2.0 * self.dead_zone_m / self.above.largest,
-            least_error_below_a_per_m: 2.0 * self.dead_zone_m / self.below.largest,
+            least_error_above_a_per_m: self.above.least_error(self.dead_zone_m),
+            least_error_below_a_per_m: self.below.least_error(self.dead_zone_m),
         }
     }
 }
@@ -181,6 +190,20 @@ mod tests {
         let dwell = (0..60_000).map(|_| monitor.observe(point(5e-9, 1e-12), true)).last();
         let silence = (0..60_000).map(|_| silent.observe(point(5e-9, 1e-12), false)).last();
         assert!(moving.informed && !dwell.unwrap_or(moving).informed && !silence.unwrap_or(moving).informed);
+    }
+
+    // Guards a law without a dead zone: before anything has moved it is told nothing, and never NaN.
+    #[test]
+    fn without_a_dead_zone_any_error_will_do_once_it_moves() {
+        let folded = FoldedSettings {
+            dead_zone_m: 0.0,
+            ..FoldedSettings::default()
+        };
+        let mut monitor = ExcitationMonitor::new(&ExcitationSettings::default(), &folded, TICK_S);
+        let at_rest = monitor.observe(point(0.0, 0.0), true);
+        assert_eq!(at_rest.least_error_above_a_per_m, f64::INFINITY);
+        let moving = monitor.observe(point(-1e-9, 1e-12), true);
+        assert_eq!(moving.least_error_above_a_per_m, 0.0);
     }
 
     // Guards (19): convex and falling in θ serves only a truth above, whatever the sign of the input, since both turn together;

@@ -68,11 +68,15 @@ pub struct Folded {
 
 /// z of the file's head for a drive R ≥ 0: two straight pieces that meet at z = ε.
 pub(crate) fn output_error(drive: f64, h: f64, gap: f64, damping: f64, dead_zone: f64) -> f64 {
-    let inside = drive / (1.0 + h + h * gap / dead_zone);
-    if inside <= dead_zone {
-        return inside;
+    if drive <= (1.0 + h) * dead_zone + h * gap {
+        return drive / (1.0 + h + h * gap / dead_zone);
     }
-    (drive - h * gap + h * damping * dead_zone) / (1.0 + h + h * damping)
+    let beyond = drive - h * gap;
+    if damping == 0.0 {
+        // A product, since the law waits for this: the quotient of constants is ready long before.
+        return beyond * (1.0 / (1.0 + h));
+    }
+    (beyond + h * damping * dead_zone) / (1.0 + h + h * damping)
 }
 
 impl Folded {
@@ -101,16 +105,12 @@ impl Folded {
 
     fn correct_paired(&mut self, prediction: Prediction<'_>, measured_m: f64, pairing: Pairing) -> Correction {
         let (grid, outputs) = (prediction.grid, prediction.displacements_m);
-        let shapes = grid.shapes_a_per_m();
         let predicted = grid.linear(outputs, self.shape_a_per_m);
         let seen = match self.window_a_per_m {
             Some(window) => grid.members_around(self.shape_a_per_m, window),
-            None => 0..shapes.len(),
+            None => 0..outputs.len(),
         };
-        let (shapes, values) = (&shapes[seen.clone()], &outputs[seen]);
-        self.covers.update(shapes, values);
-        let lower = self.covers.lower_at(shapes, values, self.shape_a_per_m);
-        let upper = self.covers.upper_at(shapes, values, self.shape_a_per_m);
+        let (lower, upper) = self.covers.around(grid, seen, outputs, self.shape_a_per_m);
         let mut correction = Correction {
             shape_a_per_m: self.shape_a_per_m,
             output_error_m: self.filtered_prediction_m - self.filtered_measurement_m,

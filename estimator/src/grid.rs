@@ -57,12 +57,17 @@ impl Grid {
         shape_a_per_m <= self.lower_a_per_m() || shape_a_per_m >= self.upper_a_per_m()
     }
 
+    /// One over the width of a gap, m/A.
+    pub(crate) fn members_per_a_per_m(&self) -> f64 {
+        self.members_per_a_per_m
+    }
+
     /// The gap j with a_j ≤ a ≤ a_j+1; the first or the last one outside Θ.
     pub(crate) fn gap(&self, shape_a_per_m: f64) -> usize {
         let last = self.shapes_a_per_m.len().saturating_sub(2);
         let guess = (shape_a_per_m - self.lower_a_per_m()) * self.members_per_a_per_m;
-        // The cast takes a negative or missing number to 0.
-        (guess as usize).min(last)
+        // The cast takes a negative or missing number to 0; 32 bits are cheaper to cast to and more than any bank has.
+        (guess as u32 as usize).min(last)
     }
 
     /// The members that enclose everything within `window_a_per_m` of a shape, as far as Θ goes.

@@ -20,7 +20,7 @@ pub(crate) fn is_credible(displacement_m: f64) -> bool {
 pub struct Prediction<'a> {
     /// The members' shape parameters.
     pub grid: &'a Grid,
-    /// Their free strains, without unit; with a washout only their fast parts, as of the displacements.
+    /// Their free strains, without unit; washed as the displacements are where the law reads them.
     pub strains: &'a [f64],
     /// Their tip displacements after the known rod, m.
     pub displacements_m: &'a [f64],
@@ -80,7 +80,7 @@ pub enum AnyLaw {
     /// Plain gradient.
     Gradient(Gradient),
     /// The paper's matrix law.
-    Matrix(MatrixLaw),
+    Matrix(Box<MatrixLaw>),
     /// The paper's scalar form.
     Scalar(ScalarLaw),
 }
@@ -96,7 +96,9 @@ impl AnyLaw {
             LawSettings::Folded(folded) => AnyLaw::Folded(Folded::new(folded, tick_s)),
             LawSettings::GaussNewton(gauss_newton) => AnyLaw::GaussNewton(GaussNewton::new(gauss_newton, tick_s)),
             LawSettings::Gradient(gradient) => AnyLaw::Gradient(Gradient::new(gradient, tick_s)),
-            LawSettings::Matrix(matrix) => AnyLaw::Matrix(MatrixLaw::new(matrix, two_pole_per_strain, tick_s)?),
+            LawSettings::Matrix(matrix) => {
+                AnyLaw::Matrix(Box::new(MatrixLaw::new(matrix, two_pole_per_strain, tick_s)?))
+            }
             LawSettings::Scalar(scalar) => AnyLaw::Scalar(ScalarLaw::new(scalar, tick_s)),
         })
     }
@@ -107,7 +109,7 @@ impl AnyLaw {
             AnyLaw::Folded(law) => law,
             AnyLaw::GaussNewton(law) => law,
             AnyLaw::Gradient(law) => law,
-            AnyLaw::Matrix(law) => law,
+            AnyLaw::Matrix(law) => law.as_ref(),
             AnyLaw::Scalar(law) => law,
         }
     }
@@ -118,7 +120,7 @@ impl AnyLaw {
             AnyLaw::Folded(law) => law,
             AnyLaw::GaussNewton(law) => law,
             AnyLaw::Gradient(law) => law,
-            AnyLaw::Matrix(law) => law,
+            AnyLaw::Matrix(law) => law.as_mut(),
             AnyLaw::Scalar(law) => law,
         }
     }

@@ -1,8 +1,9 @@
 //! Adaptive estimation of the shape parameter `a` of the anhysteretic curve, and of the magnetization with it.
 //!
 //! A bank of models over the range of `a`, driven by the best knowledge of the coil field ([`Estimator`]); covers of their
-//! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`GaussNewton`], [`Gradient`], [`MatrixLaw`],
-//! [`ScalarLaw`], [`FixedShape`]). The paper's scalar and matrix forms also stand alone, for simulations of any plant ([`Scalar`], [`Matrix`]).
+//! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`GaussNewton`], [`Gradient`],
+//! [`MatrixLaw`], [`ScalarLaw`], [`FixedShape`]).
+//! The paper's scalar and matrix forms stand beside them for simulations of any plant ([`Scalar`], [`Matrix`]).
 //! A monitor of what the motion can say about `a` ([`ExcitationMonitor`]) holds every law while that is too little.
 //! `node.rs` is the only file that knows messages.
 
@@ -44,6 +45,7 @@ pub use law::{AnyLaw, Correction, Law, Prediction};
 pub use matrix::{Matrix, MatrixConstants};
 pub use matrix_law::MatrixLaw;
 pub use modes::{Mode, Modes};
+pub use num_complex::Complex64;
 pub use scalar::{Scalar, ScalarPlant, ScalarSettings};
 pub use scalar_law::ScalarLaw;
 pub use settings::{

@@ -1,12 +1,13 @@
-//! The matrix law in the loop: z = (κ/μ)(s + μ)/(s + κ)·y measured, f = κ/(s + κ)·x predicted, z = G f with G = ĉ (1 + s/μ)/(s² + k̂s + ĉ).
+//! z = κ/(s + κ)·(1 + s/μ)·y,  f = κ/(s + κ)·x,  z = G f,  G = ĉ (1 + s/μ)/(s² + k̂s + ĉ): the matrix law in the loop.
 //!
-//! y measured displacement (m), x displacement of a member's free strain at rest (m): f and z are metres, and so are covers and errors. Only the
-//! displacement is measured: `rod_output.rs` makes z of it, and f of the strains, so that a perfect model has no error at any tick.
-//! `matrix.rs` has the law and its proof. 0 < μ < k̂ makes G strictly positive real: Re 1/G = μ[(ĉ − ω²)μ + k̂ω²]/(ĉ(ω² + μ²)).
+//! y measured displacement (m), x displacement of a member's free strain at rest (m): f and z are metres, and so are
+//! covers and errors. Only the displacement is measured: `rod_output.rs` makes z of it, and f of the strains, so that a
+//! perfect model has no error at any tick. `matrix.rs` has the law and its proof. 0 < μ < k̂ makes G strictly positive
+//! real: Re 1/G = μ[(ĉ − ω²)μ + k̂ω²]/(ĉ(ω² + μ²)).
 //!
-//! A tick without a measurement takes the displacement predicted at the estimate for it, and corrects nothing: the copy runs on, and what
-//! the missing ticks hid comes back as an error of the copy's first state. A washout filters measurement and strains alike
-//! ([`crate::Estimator`]), so z = G f stays true.
+//! A tick without a measurement takes the displacement predicted at the estimate for it, and corrects nothing: the copy
+//! runs on, and what the missing ticks hid comes back as an error of the copy's first state. A washout filters
+//! measurement and strains alike ([`crate::Estimator`]), so z = G f stays true.
 //! Source: the paper's (20)-(21), with an output that can be measured.
 
 use crate::law::is_credible;
@@ -35,7 +36,8 @@ impl MatrixLaw {
         let (zero, damping) = (settings.zero_per_s, two_pole_per_strain.damping_per_s);
         if zero >= damping {
             let sentence = format!(
-                "{zero} 1/s must be below the rod's damping {damping:.1} 1/s: with a zero beyond it the output is not positive real"
+                "{zero} 1/s must be below the rod's damping {damping:.1} 1/s: with a zero beyond it the output is not \
+                 positive real"
             );
             return Err(Invalid::new("law.zero_per_s", sentence).into());
         }

@@ -1,4 +1,5 @@
-//! Guards the matrix law: its closed form, its Lyapunov function for any positive real system, what a dead zone costs, and bad data.
+//! Guards the matrix law: its closed form, its Lyapunov function for any positive real system, what a dead zone costs,
+//! and bad data.
 
 use super::*;
 use crate::Mode;
@@ -39,7 +40,8 @@ fn dot(one: &[f64], other: &[f64]) -> f64 {
 }
 
 impl Storage {
-    /// The least P with Δ(ξᵀPξ) ≤ 2 z v − 2 η z² for all ξ and v: the available storage, by the positive real Riccati iteration from 0.
+    /// The least P with Δ(ξᵀPξ) ≤ 2 z v − 2 η z² for all ξ and v: the available storage, by the positive real Riccati
+    /// iteration from 0.
     fn of(law: &Matrix) -> Storage {
         let (a, b, c) = real_form(&law.system.blocks());
         let (g, eta, size) = (law.feedthrough, law.passivity, b.len());
@@ -96,7 +98,8 @@ struct Any {
     first: f64,
 }
 
-/// f is of the order of 1 in these tests and θ of 1000 A/m; gains reach from hardly any adaptation to 1000 times what needs no damping.
+/// f is of the order of 1 in these tests and θ of 1000 A/m; gains reach from hardly any adaptation to 1000 times what
+/// needs no damping.
 fn any_law(dead_zone: impl Strategy<Value = f64>) -> impl Strategy<Value = Any> {
     let shape = LOWER..=UPPER;
     (
@@ -186,7 +189,8 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
 
-    // Guards the theorem without a dead zone: any positive real system, any functions of θ, tick by tick anew, any step.
+    // Guards the theorem without a dead zone: any positive real system, any functions of θ, tick by tick anew, any
+    // step.
     #[test]
     fn without_a_dead_zone_the_lyapunov_function_never_grows(any in any_law(Just(0.0)), histories in any_histories()) {
         let mut worst = f64::NEG_INFINITY;
@@ -236,9 +240,12 @@ proptest! {
         });
     }
 
-    // Guards the loop from a broken sensor: any bit pattern leaves the estimate in its range and the correction's numbers finite.
+    // Guards the loop from a broken sensor: any bit pattern leaves the estimate in its range and the correction's
+    // numbers finite.
     #[test]
-    fn any_measurement_leaves_the_estimate_in_its_range(any in any_law(0.0..1.0_f64), words in prop::collection::vec(any::<u64>(), 1..20)) {
+    fn any_measurement_leaves_the_estimate_in_its_range(
+        any in any_law(0.0..1.0_f64), words in prop::collection::vec(any::<u64>(), 1..20),
+    ) {
         let grid = Grid::new(LOWER, UPPER, 9);
         let mut law = any.law;
         let outputs = [0.1, 0.5, 0.2, 0.4, 0.3, 0.7, -0.2, 0.0, 0.1];

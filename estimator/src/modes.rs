@@ -1,12 +1,13 @@
 //! y′ = Λ y + B f,  z = Re Σ y_i,  Λ = diag(λ_1 … λ_N): a linear system seen through its modes.
 //!
-//! y_i state of mode i, λ_i its eigenvalue (1/s), B_i how strongly the input f drives it, z output. Any stable system with distinct
-//! eigenvalues has this form: with S the matrix of its eigenvectors, a row c as output and a column β as input, B_i = (c S)_i (S⁻¹β)_i.
-//! Complex modes come in conjugate pairs with conjugate inputs; one of each pair is kept, with twice its input, since z is a real part.
-//! The units of f, B and z are the user's: B has that of z per f and second.
+//! y_i state of mode i, λ_i its eigenvalue (1/s), B_i how strongly the input f drives it, z output. Any stable system
+//! with distinct eigenvalues has this form: with S the matrix of its eigenvectors, a row c as output and a column β as
+//! input, B_i = (c S)_i (S⁻¹β)_i. Complex modes come in conjugate pairs with conjugate inputs; one of each pair is
+//! kept, with twice its input, since z is a real part. The units of f, B and z are the user's: B has that of z per f
+//! and second.
 //!
-//! b = Σ B_i is the rate that f gives to z at once. Where it is 0 (the rod w/(s² + k̂s + ĉ) seen by its displacement) the law of
-//! (20)-(21) cannot adapt. An output z = (1 + s/μ) y of that rod has b = w/μ: [`Modes::of_rod`].
+//! b = Σ B_i is the rate that f gives to z at once. Where it is 0 (the rod w/(s² + k̂s + ĉ) seen by its displacement)
+//! the law of (20)-(21) cannot adapt. An output z = (1 + s/μ) y of that rod has b = w/μ: [`Modes::of_rod`].
 //! Source: the paper's section 4.
 
 use crate::EstimatorError;
@@ -35,7 +36,8 @@ impl Modes {
     /// Takes all N modes, in any order.
     ///
     /// # Errors
-    /// A mode that is not finite or not stable, two modes with one eigenvalue, a complex mode without its conjugate, Σ B = 0.
+    /// A mode that is not finite or not stable, two modes with one eigenvalue, a complex mode without its conjugate, Σ
+    /// B = 0.
     pub fn new(modes: &[Mode]) -> Result<Self, EstimatorError> {
         let modes = Self::with_any_inputs(modes)?;
         let sum: f64 = modes.modes.iter().map(|mode| mode.input.re).sum();
@@ -89,8 +91,8 @@ impl Modes {
         Ok(Self { modes: kept })
     }
 
-    /// ĉ (1 + s/μ)/(s² + k̂s + ĉ): the rod's displacement and rate, y + ẏ/μ, for an input in displacements at rest (f/ĉ for an
-    /// acceleration f). With 0 < μ < k̂ it is strictly positive real.
+    /// ĉ (1 + s/μ)/(s² + k̂s + ĉ): the rod's displacement and rate, y + ẏ/μ, for an input in displacements at rest (f/ĉ
+    /// for an acceleration f). With 0 < μ < k̂ it is strictly positive real.
     ///
     /// # Errors
     /// A rod that does not decay, or one whose two eigenvalues coincide.

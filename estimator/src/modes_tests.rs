@@ -36,7 +36,8 @@ fn refusals_name_the_mode_and_the_limit() {
     assert!(cancels.contains("add up to 0e0"), "{cancels}");
 }
 
-// Guards the erratum of (20)-(21) where it would cost the user: the paper's rod seen by its displacement is refused, with the reason.
+// Guards the erratum of (20)-(21) where it would cost the user: the paper's rod seen by its displacement is refused,
+// with the reason.
 #[test]
 fn the_papers_rod_is_refused_and_its_rate_is_not() {
     let rod = RodElements::assemble(&RodConstants::paper(), 2).unwrap().two_pole(1.0);

@@ -1,12 +1,16 @@
-//! z = H·y and f = F·x with H/F = G/R: an output of relative degree one from the displacement alone, and the input that belongs to it.
+//! z = H·y and f = F·x with H/F = G/R: an output of relative degree one from the displacement alone, and the input that
+//! belongs to it.
 //!
-//! y measured displacement (m), x = g λ/ĉ displacement at rest for the free strain λ (m), R = ĉ/(s² + k̂s + ĉ) the rod, G = R·(1 + s/μ) what the
-//! matrix law needs. In continuous time H = κ/(s + κ)·(1 + s/μ) and F = κ/(s + κ): the filter that makes the derivative of y bearable stands
-//! before f too, for every member alike, and z = H R x = G F x exactly. It does not depend on `a`, so the law's proof speaks of F x as of any f.
+//! y measured displacement (m), x = g λ/ĉ displacement at rest for the free strain λ (m), R = ĉ/(s² + k̂s + ĉ) the rod,
+//! G = R·(1 + s/μ) what the matrix law needs. In continuous time H = κ/(s + κ)·(1 + s/μ) and F = κ/(s + κ): the filter
+//! that makes the derivative of y bearable stands before f too, for every member alike, and z = H R x = G F x exactly.
+//! It does not depend on `a`, so the law's proof speaks of F x as of any f.
 //!
-//! **In discrete time** R and G, sampled exactly (`sampled_modes.rs`), share their poles: R_d = N_R/D, G_d = N_G/D. Then with any stable Q
-//!   H = N_G/Q,  F = N_R/Q  give  H R_d = G_d F  again exactly, at every tick. (κ/(s + κ) sampled on its own on either side would leave an
-//! error of the order of a tick; N_G/N_R itself is unstable, since the sampled rod has a zero near −3.7.) Q = c z (z − e^{−κT}) is the corner κ
+//! **In discrete time** R and G, sampled exactly (`sampled_modes.rs`), share their poles: R_d = N_R/D, G_d = N_G/D.
+//! Then with any stable Q
+//!   H = N_G/Q,  F = N_R/Q  give  H R_d = G_d F
+//! again exactly, at every tick. (κ/(s + κ) sampled on its own on either side would leave an error of the order of a
+//! tick; N_G/N_R itself is unstable, since the sampled rod has a zero near −3.7.) Q = c z (z − e^{−κT}) is the corner κ
 //! and a delay of one tick on both sides; c makes the gains at rest 1. Above the corner H lifts noise by κ/μ.
 //! Source: the paper's (13) and (20); zeros of sampled systems: Åström, Hagander and Sternby (1984).
 
@@ -24,20 +28,37 @@ struct Filter {
     pole: f64,
 }
 
-/// What a filter remembers.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+/// What filters of one kind remember, one entry per filter: apart, so that the members' filters run side by side.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Memory {
-    next: f64,
-    after: f64,
+    next: Vec<f64>,
+    last_input: Vec<f64>,
+}
+
+impl Memory {
+    fn at_rest(filters: usize) -> Self {
+        Self {
+            next: vec![0.0; filters],
+            last_input: vec![0.0; filters],
+        }
+    }
 }
 
 impl Filter {
-    fn advance(&self, memory: &mut Memory, input: f64) -> f64 {
-        let output = self.weights[0] * input + memory.next;
-        memory.next = self.weights[1] * input + self.pole * output + memory.after;
-        memory.after = self.weights[2] * input;
-        output
+    fn advance(&self, memory: &mut Memory, inputs: &[f64], outputs: &mut [f64]) {
+        self.side_by_side(&mut memory.next, &mut memory.last_input, inputs, outputs);
+    }
+
+    /// As slices of their own, so that the compiler knows that they do not overlap.
+    fn side_by_side(&self, next: &mut [f64], last_inputs: &mut [f64], inputs: &[f64], outputs: &mut [f64]) {
+        let ([now, last, before_last], pole) = (self.weights, self.pole);
+        let memories = next.iter_mut().zip(last_inputs);
+        for (((next, last_input), output), &input) in memories.zip(outputs).zip(inputs) {
+            *output = now * input + *next;
+            *next = last * input + pole * *output + before_last * *last_input;
+            *last_input = input;
+        }
     }
 
     /// `factor` times the numerator of a sampled two-pole system.
@@ -62,7 +83,7 @@ pub(crate) struct RodOutput {
     output_memory: Memory,
     /// F g/ĉ.
     input: Filter,
-    input_memories: Vec<Memory>,
+    input_memory: Memory,
     inputs_m: Vec<f64>,
 }
 
@@ -86,25 +107,24 @@ impl RodOutput {
         let factor = -libm::expm1(-filter_per_s * tick_s) / (1.0 - sum + product);
         Ok(Self {
             output: Filter::new(&with_rate, factor, pole),
-            output_memory: Memory::default(),
+            output_memory: Memory::at_rest(1),
             input: Filter::new(&displacement, factor * rod_per_strain.dc_gain(), pole),
-            input_memories: vec![Memory::default(); members],
+            input_memory: Memory::at_rest(members),
             inputs_m: vec![0.0; members],
         })
     }
 
     /// z at the end of a tick, m, from the displacement there.
     pub fn output_m(&mut self, displacement_m: f64) -> f64 {
-        self.output.advance(&mut self.output_memory, displacement_m)
+        let mut output = [0.0];
+        self.output
+            .advance(&mut self.output_memory, &[displacement_m], &mut output);
+        output[0]
     }
 
     /// f of every member at the end of a tick, m, from the free strains there.
     pub fn inputs_m(&mut self, strains: &[f64]) -> &[f64] {
-        let filter = self.input;
-        let members = self.input_memories.iter_mut().zip(&mut self.inputs_m).zip(strains);
-        for ((memory, input), &strain) in members {
-            *input = filter.advance(memory, strain);
-        }
+        self.input.advance(&mut self.input_memory, strains, &mut self.inputs_m);
         &self.inputs_m
     }
 }
@@ -121,8 +141,8 @@ mod tests {
         force_gain_per_kg: 0.0,
     };
 
-    // Guards H R = G F: a simulated rod's displacement through H is the modes driven by the strain through F, to rounding, for short
-    // and long ticks, a corner above and below the zero, and an overdamped rod.
+    // Guards H R = G F: a simulated rod's displacement through H is the modes driven by the strain through F, to
+    // rounding, for short and long ticks, a corner above and below the zero, and an overdamped rod.
     #[test]
     fn both_ways_from_strain_to_output_agree() {
         let overdamped = TwoPole {

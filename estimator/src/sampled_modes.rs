@@ -1,14 +1,15 @@
-//! y_i⁺ = Φ_i y_i + Γ0_i w + Γ1_i (w⁺ − w),  z = Re Σ y_i: the modes over one tick, exact for an input that is linear within it.
+//! y_i⁺ = Φ_i y_i + Γ0_i w + Γ1_i (w⁺ − w),  z = Re Σ y_i: the modes over one tick.
 //!
+//! Exact for an input that is linear within the tick.
 //! Φ = e^{λT},  Γ0 = T φ₁(λT) B,  Γ1 = T φ₂(λT) B,  φ₁(x) = (eˣ − 1)/x,  φ₂(x) = (eˣ − 1 − x)/x²; T tick (s).
 //! With ξ_i = y_i − Γ1_i w the input enters twice, but each at its own instant:
 //!   ξ_i⁺ = Φ_i ξ_i + B′_i w,  B′ = ΦΓ1 + Γ0 − Γ1,  z = Re Σ ξ_i + g w,  g = Re Σ Γ1_i.
 //! So everything in z⁺ but g w⁺ is known before w⁺ is chosen: what the law in `matrix.rs` needs to choose it.
 //! Transfer function G_d = g + Re-pairs Σ B′_i/(e^{jΩ} − Φ_i), Ω = 2πfT angle per tick.
 //!
-//! **Every tick keeps an output positive real.** The input's hat functions have the transform T sinc² ≥ 0, so the sampled transfer
-//! function is a positive sum over the aliases, Re G_d(Ω) = Σ_m sinc²(Ω/2 + πm) Re G(j(Ω + 2πm)/T). A held input or an Euler step has
-//! no such sum. The check is made nevertheless, on the numbers that the law will use.
+//! **Every tick keeps an output positive real.** The input's hat functions have the transform T sinc² ≥ 0, so the
+//! sampled transfer function is a positive sum over the aliases, Re G_d(Ω) = Σ_m sinc²(Ω/2 + πm) Re G(j(Ω + 2πm)/T). A
+//! held input or an Euler step has no such sum. The check is made nevertheless, on the numbers that the law will use.
 //! Source: partial fractions, and the aliases of a sampled signal.
 
 use crate::EstimatorError;
@@ -72,7 +73,8 @@ impl SampledModes {
         self.feedthrough
     }
 
-    /// Moves one tick on from the input `w` at its start; z⁺ − g w⁺, the output at its end without what the input there adds.
+    /// Moves one tick on from the input `w` at its start; z⁺ − g w⁺, the output at its end without what the input there
+    /// adds.
     pub fn advance(&mut self, input: f64) -> f64 {
         let mut sum = 0.0;
         for (state, mode) in self.state.iter_mut().zip(&self.modes) {

@@ -41,7 +41,8 @@ impl SampledModes {
     }
 }
 
-// Guards the modes against the matrix exponential of the model: y and y + ẏ/μ of the paper's rod, for short and long ticks.
+// Guards the modes against the matrix exponential of the model: y and y + ẏ/μ of the paper's rod, for short and long
+// ticks.
 #[test]
 fn modes_are_the_matrix_exponential() {
     let inputs: Vec<f64> = (0..200)
@@ -140,7 +141,8 @@ proptest! {
             .fold(f64::INFINITY, f64::min);
         let tick_s = libm::pow(10.0, tick);
         let passivity = SampledModes::new(&modes, tick_s).passivity(&modes, tick_s);
-        // At 1e8 rad/s the real part of a positive real system is some 1e-16; what is negative there is negative before.
+        // At 1e8 rad/s the real part of a positive real system is some 1e-16; what is negative there is negative
+        // before.
         if least > 0.0 {
             prop_assert!(matches!(passivity, Ok(eta) if eta > 0.0), "{least:e} {passivity:?}");
         }
@@ -172,7 +174,8 @@ fn the_sampled_transfer_function_is_the_sum_of_its_aliases() {
     }
 }
 
-// Guards the refusal and its sentence: a zero beyond the damping is not positive real, at no tick that resolves the rod.
+// Guards the refusal and its sentence: a zero beyond the damping is not positive real, at no tick that resolves the
+// rod.
 #[test]
 fn a_zero_beyond_the_damping_is_refused_with_its_frequency() {
     for tick_s in [1e-6, 5e-6, 5e-5] {

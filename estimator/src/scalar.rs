@@ -1,15 +1,17 @@
 //! ẏ = −k y + f(u, θ),  ŷ′ = −k ŷ + f(u, θ̂) − (ε + a*) sat(ỹ/ε),  θ̂′ = −γ ỹ_ε φ*,  ỹ = ŷ − y,  ỹ_ε = ỹ − ε sat(ỹ/ε)
 //!
-//! f magnetization that the bank predicts (A/m), y state of the first-order plant that it drives and ŷ the law's copy (A s/m), k decay
-//! (1/s), θ̂ estimate of the shape parameter on Θ (A/m), ε half-width of the dead zone (A s/m), γ gain (1/s²), φ* slope and
-//! a* = |f(θ̂) − cover(θ̂)| of the cover of f over all of Θ: the convex one where ỹ > 0, the concave one where ỹ < 0.
-//! Source: the paper's (14)-(18) with f = M(u, a) of (23), errata as in `folded.rs`; the paper has γ = 1. It asks for the state y, which no
-//! rod has: `scalar_law.rs` makes one of the measured displacement.
+//! f magnetization that the bank predicts (A/m), y state of the first-order plant that it drives and ŷ the law's copy
+//! (A s/m), k decay (1/s), θ̂ estimate of the shape parameter on Θ (A/m), ε half-width of the dead zone (A s/m), γ gain
+//! (1/s²), φ* slope and a* = |f(θ̂) − cover(θ̂)| of the cover of f over all of Θ: the convex one where ỹ > 0, the
+//! concave one where ỹ < 0.
+//! Source: the paper's (14)-(18) with f = M(u, a) of (23), errata as in `folded.rs`; the paper has γ = 1. It asks for
+//! the state y, which no rod has: `scalar_law.rs` makes one of the measured displacement.
 //!
-//! **In discrete time** with h = k·dt, backward Euler for plant and law: y⁺ = (y + dt f(θ))/(1 + h) and, with z = ŷ⁺ − y⁺,
+//! **In discrete time** with h = k·dt, backward Euler for plant and law: y⁺ = (y + dt f(θ))/(1 + h) and, with
+//! z = ŷ⁺ − y⁺,
 //!   (1 + h) z + dt (ε + a*) sat(z/ε) + h d z_ε = ŷ + dt f(θ̂) − (1 + h) y⁺,   d = max(0, γ dt² φ*²/(2h) − 1),
-//! which is the folded law's equation with (ε + a*)/k in place of a*. V = ỹ_ε² + θ̃²/γ never grows: the proof there, with dt in place of h
-//! before f, leaves z_ε²(γ dt² φ*² − 2h(1 + d)) − 2 dt ε z_ε ≤ 0.
+//! which is the folded law's equation with (ε + a*)/k in place of a*. V = ỹ_ε² + θ̃²/γ never grows: the proof there,
+//! with dt in place of h before f, leaves z_ε²(γ dt² φ*² − 2h(1 + d)) − 2 dt ε z_ε ≤ 0.
 
 use crate::covers::{CoverPoint, Covers};
 use crate::folded::output_error;
@@ -84,7 +86,7 @@ impl Scalar {
     /// What f is at the estimate, and its covers there.
     fn look(&mut self, grid: &Grid, values: &[f64]) -> (f64, CoverPoint, CoverPoint) {
         let at = self.shape_a_per_m;
-        let (lower, upper) = self.covers.around(grid.shapes_a_per_m(), values, at);
+        let (lower, upper) = self.covers.around(grid, 0..values.len(), values, at);
         (grid.linear(values, at), lower, upper)
     }
 
@@ -108,8 +110,9 @@ impl Scalar {
         self.shape_a_per_m
     }
 
-    /// One step with the bank's magnetizations (A/m, one per member of the grid) and the plant's state (A s/m), both at its end.
-    /// The outputs of the correction are magnetizations (A/m) here, its error is ỹ (A s/m), its slope has no unit.
+    /// One step with the bank's magnetizations (A/m, one per member of the grid) and the plant's state (A s/m), both at
+    /// its end. The outputs of the correction are magnetizations (A/m) here, its error is ỹ (A s/m), its slope has no
+    /// unit.
     pub fn correct(&mut self, grid: &Grid, magnetizations_a_per_m: &[f64], observed: f64) -> Correction {
         let ScalarSettings {
             decay_per_s,

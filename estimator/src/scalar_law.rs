@@ -1,10 +1,12 @@
-//! The paper's scalar form in the loop: ẏ_s = −k y_s + k y,  ŷ′ = −k ŷ + k f(u, θ̂) − k (ε + a*) sat(ỹ/ε),  θ̂′ = −γ ỹ_ε φ*,  ỹ = ŷ − y_s.
+//! ẏ_s = −k y_s + k y,  ŷ′ = −k ŷ + k f(u, θ̂) − k (ε + a*) sat(ỹ/ε),  θ̂′ = −γ ỹ_ε φ*,  ỹ = ŷ − y_s: the paper's scalar
+//! form in the loop.
 //!
-//! y measured displacement, f(u, θ) displacement that the bank predicts through the known rod, y_s state of a plant of (23) that the measured
-//! displacement drives (m); k its decay (1/s). This is `scalar.rs` with f = Y and time counted in 1/k, in which states, f, ε and a* are all metres.
-//! Beside the folded law it has the paper's own ε in the threshold and its covers over all of Θ, without a window: the original, to compare with.
-//! It stops where condition (19) stops holding: with Langevin an estimate above the truth comes down only as far as the chord of f
-//! over Θ allows, some 5 to 30 A/m on a cut (`the_scalar_law_stops_short_from_above`, `tests/laws_in_the_loop.rs`).
+//! y measured displacement, f(u, θ) displacement that the bank predicts through the known rod, y_s state of a plant of
+//! (23) that the measured displacement drives (m); k its decay (1/s). This is `scalar.rs` with f = Y and time counted
+//! in 1/k, in which states, f, ε and a* are all metres. Beside the folded law it has the paper's own ε in the threshold
+//! and its covers over all of Θ, without a window: the original, to compare with. It stops where condition (19) stops
+//! holding: with Langevin an estimate above the truth comes down only as far as the chord of f over Θ allows, some 5 to
+//! 30 A/m on a cut (`the_scalar_law_stops_short_from_above`, `tests/laws_in_the_loop.rs`).
 //! Source: the paper's (14)-(18), (23).
 
 use crate::law::is_credible;

@@ -9,14 +9,18 @@
 
 use crate::Grid;
 
-/// Twelve times the weights of five equidistant values in the derivative at the first, second, … of them.
+/// The weights of five equidistant values in the derivative at the first, second, … of them.
 const WEIGHTS: [[f64; 5]; 5] = [
-    [-25.0, 48.0, -36.0, 16.0, -3.0],
-    [-3.0, -10.0, 18.0, -6.0, 1.0],
-    [1.0, -8.0, 0.0, 8.0, -1.0],
-    [-1.0, 6.0, -18.0, 10.0, 3.0],
-    [3.0, -16.0, 36.0, -48.0, 25.0],
+    twelfths([-25.0, 48.0, -36.0, 16.0, -3.0]),
+    twelfths([-3.0, -10.0, 18.0, -6.0, 1.0]),
+    twelfths([1.0, -8.0, 0.0, 8.0, -1.0]),
+    twelfths([-1.0, 6.0, -18.0, 10.0, 3.0]),
+    twelfths([3.0, -16.0, 36.0, -48.0, 25.0]),
 ];
+
+const fn twelfths([a, b, c, d, e]: [f64; 5]) -> [f64; 5] {
+    [a / 12.0, b / 12.0, c / 12.0, d / 12.0, e / 12.0]
+}
 
 /// A function of the shape parameter at one shape, in the unit of its values and A/m.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -39,9 +43,9 @@ fn nodal_slope(values: &[f64], j: usize) -> f64 {
     let first = j.saturating_sub(2).min(last - 4);
     let products = WEIGHTS[j - first]
         .iter()
-        .zip(&values[first..])
+        .zip(&values[first..first + 5])
         .map(|(weight, value)| weight * value);
-    products.sum::<f64>() / 12.0
+    products.sum::<f64>()
 }
 
 impl Grid {
@@ -54,16 +58,17 @@ impl Grid {
             };
         }
         let j = self.gap(shape_a_per_m);
-        let (left, right) = (self.shapes_a_per_m()[j], self.shapes_a_per_m()[j + 1]);
-        let width = right - left;
-        let s = (shape_a_per_m - left) / width;
+        // Per width and not over it: the laws wait for s and for the slope, and a division takes as long as four
+        // products.
+        let per_width = self.members_per_a_per_m();
+        let s = (shape_a_per_m - self.shapes_a_per_m()[j]) * per_width;
         let (from, to) = (nodal_slope(values, j), nodal_slope(values, j + 1));
         let rise = values[j + 1] - values[j];
         let (square, cube) = (3.0 * rise - 2.0 * from - to, from + to - 2.0 * rise);
         SmoothPoint {
             value: values[j] + s * (from + s * (square + s * cube)),
-            slope: (from + s * (2.0 * square + 3.0 * s * cube)) / width,
-            curvature: (2.0 * square + 6.0 * s * cube) / (width * width),
+            slope: (from + s * (2.0 * square + 3.0 * s * cube)) * per_width,
+            curvature: (2.0 * square + 6.0 * s * cube) * (per_width * per_width),
         }
     }
 }

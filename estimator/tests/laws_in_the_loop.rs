@@ -1,4 +1,5 @@
-//! Guards the matrix law and the scalar form as laws of a scenario: exact without noise, accurate with it, and where the scalar form ends.
+//! Guards the matrix law and the scalar form as laws of a scenario: exact without noise, accurate with it, and where
+//! the scalar form ends.
 
 mod common;
 
@@ -69,8 +70,8 @@ fn drift(law: LawSettings, from_a_per_m: f64, rate_a_per_m_s: f64) -> (f64, f64)
     ((squares / count).sqrt(), worst)
 }
 
-// Guards the consistency of both sides: with the true shape and no noise the error is rounding, with and without a washout. 6800 A/m is
-// a member of the bank, so nothing is interpolated.
+// Guards the consistency of both sides: with the true shape and no noise the error is rounding, with and without a
+// washout. 6800 A/m is a member of the bank, so nothing is interpolated.
 #[test]
 fn the_true_shape_leaves_no_error() {
     for washout_hz in [None, Some(5.0)] {
@@ -140,8 +141,9 @@ fn the_matrix_law_follows_a_drift_better_than_the_folded_law() {
     );
 }
 
-// Guards the finding about the paper's scalar form on a cut with Langevin: from below it arrives and follows a rising `a`; from above, where
-// (19) does not hold, its covers over all of Θ stop it short, and a falling `a` leaves it behind.
+// Guards the finding about the paper's scalar form on a cut with Langevin: from below it arrives and follows a rising
+// `a`; from above, where (19) does not hold, its covers over all of Θ stop it short, and a falling `a` leaves it
+// behind.
 #[test]
 fn the_scalar_law_stops_short_from_above() {
     for (start, least, most) in [
@@ -202,8 +204,8 @@ fn rest_and_dwell_hold_and_a_cut_informs() {
     }
 }
 
-// Guards against a sensor that drops out in the middle of a cut, for a tick and for a while: the estimate stays while it is away, and its
-// return is no shock.
+// Guards against a sensor that drops out in the middle of a cut, for a tick and for a while: the estimate stays while
+// it is away, and its return is no shock.
 #[test]
 fn a_sensor_that_comes_back_is_no_shock() {
     for settings in [matrix(6800.0), scalar(6800.0)] {
@@ -228,7 +230,8 @@ fn a_sensor_that_comes_back_is_no_shock() {
     }
 }
 
-// Guards the washout with the matrix law: a tip that creeps by 0.5 µm a second, as a rod's that warms by 0.35 K a second.
+// Guards the washout with the matrix law: a tip that creeps by 0.5 µm a second, as a rod's that warms by 0.35 K a
+// second.
 #[test]
 fn a_washout_keeps_creep_out_of_the_matrix_law() {
     let worst = |washout_hz| {

@@ -1,11 +1,12 @@
-//! Guards the matrix law on the paper's example (section 5): the rod w/(s² + k̂s + ĉ) with w = 1.3724e-2, k̂ = 7.8899e3 1/s and ĉ = 6.4251e7 1/s²,
-//! f = M(u, a), Θ = [6300, 7300] A/m, true a = 7012 A/m; and what the paper's explicit integration costs.
+//! Guards the matrix law on the paper's example (section 5): the rod w/(s² + k̂s + ĉ) with w = 1.3724e-2, k̂ = 7.8899e3
+//! 1/s and ĉ = 6.4251e7 1/s², f = M(u, a), Θ = [6300, 7300] A/m, true a = 7012 A/m; and what the paper's explicit
+//! integration costs.
 //!
-//! The paper's output Re Σ y_i is the displacement, for which Σ B = 0; here it is z = ẏ + μy, 0 < μ < k̂, read from a simulated rod.
+//! The paper's output Re Σ y_i is the displacement, for which Σ B = 0; here it is z = ẏ + μy, 0 < μ < k̂, read from a
+//! simulated rod.
 
-use anhyst_estimator::{Covers, Grid, Matrix, MatrixConstants, Mode, Modes};
+use anhyst_estimator::{Complex64, Covers, Grid, Matrix, MatrixConstants, Mode, Modes};
 use anhyst_model::{Anhysteretic, Bank, Hysteresis, RodState, TwoPole, TwoPolePropagator};
-use num_complex::Complex64;
 
 const TRUTH: f64 = 7012.0;
 const SECONDS: f64 = 3.0;
@@ -54,7 +55,8 @@ fn constants(start_a_per_m: f64, window_a_per_m: Option<f64>) -> MatrixConstants
     }
 }
 
-/// Bank and rod under one field; `law` gets the grid, the members' magnetizations and z at every tick and says its estimate.
+/// Bank and rod under one field; `law` gets the grid, the members' magnetizations and z at every tick and says its
+/// estimate.
 fn simulate(
     curve: Anhysteretic,
     field: fn(f64) -> f64,
@@ -122,14 +124,18 @@ fn run(curve: Anhysteretic, field: fn(f64) -> f64, tick_s: f64, constants: Matri
     })
 }
 
-const CASES: [(Anhysteretic, &str, fn(f64) -> f64); 4] = [
+/// Curve, name of the input, and the input: A/m over s.
+type Case = (Anhysteretic, &'static str, fn(f64) -> f64);
+
+const CASES: [Case; 4] = [
     (Anhysteretic::Langevin, "ramp", ramp),
     (Anhysteretic::Langevin, "sine", sine),
     (Anhysteretic::Ising, "ramp", ramp),
     (Anhysteretic::Ising, "sine", sine),
 ];
 
-// Guards the paper's claim, start 6800: the estimate arrives with both curves and both inputs, at any tick, with covers over all of Θ.
+// Guards the paper's claim, start 6800: the estimate arrives with both curves and both inputs, at any tick, with covers
+// over all of Θ.
 #[test]
 fn converges_on_the_papers_example_at_any_tick() {
     for tick_s in [1e-5, 5e-5, 1e-4, 1e-3] {
@@ -144,7 +150,8 @@ fn converges_on_the_papers_example_at_any_tick() {
     }
 }
 
-// Guards the other starts. From above, Langevin's f is convex and covers over all of Θ stop short, as (19) says; a window does not.
+// Guards the other starts. From above, Langevin's f is convex and covers over all of Θ stop short, as (19) says; a
+// window does not.
 #[test]
 fn from_either_side_with_a_window_and_as_far_as_19_goes_without() {
     for start in [6400.0, 7250.0] {
@@ -166,7 +173,8 @@ fn from_either_side_with_a_window_and_as_far_as_19_goes_without() {
     }
 }
 
-// Guards ε = 0 on the example: the implicit sign does not chatter, and the estimate comes as near as the bank's interpolation.
+// Guards ε = 0 on the example: the implicit sign does not chatter, and the estimate comes as near as the bank's
+// interpolation.
 #[test]
 fn without_a_dead_zone_it_does_not_chatter() {
     for (curve, name, field) in CASES {
@@ -186,7 +194,7 @@ fn run_explicit(curve: Anhysteretic, field: fn(f64) -> f64, tick_s: f64, start_a
     let mut covers = Covers::with_members(33);
     let (mut displacement, mut velocity, mut shape) = (0.0, 0.0, start_a_per_m);
     simulate(curve, field, tick_s, |grid, magnetizations, z| {
-        let (lower, upper) = covers.around(grid.shapes_a_per_m(), magnetizations, shape);
+        let (lower, upper) = covers.around(grid, 0..magnetizations.len(), magnetizations, shape);
         let error = velocity + ZERO_PER_S * displacement - z;
         let cover = if error > 0.0 { lower } else { upper };
         let predicted = grid.linear(magnetizations, shape);
@@ -201,8 +209,9 @@ fn run_explicit(curve: Anhysteretic, field: fn(f64) -> f64, tick_s: f64, start_a
     })
 }
 
-// Guards the finding behind the exact step, and the paper's own remark at the end of section 5: integrated explicitly, the output's error
-// jumps over its dead zone from tick to tick, convex and concave cover take turns, and the estimate oscillates away from the truth.
+// Guards the finding behind the exact step, and the paper's own remark at the end of section 5: integrated explicitly,
+// the output's error jumps over its dead zone from tick to tick, convex and concave cover take turns, and the estimate
+// oscillates away from the truth.
 #[test]
 fn explicit_integration_oscillates_and_the_exact_step_does_not() {
     let explicit = run_explicit(Anhysteretic::Ising, ramp, 5e-5, 6800.0);

@@ -29,10 +29,11 @@ pub struct MatrixSettings {
 }
 
 impl Default for MatrixSettings {
-    /// Tuned on 40 µm at 50 Hz and 12 µm at 150 Hz, 20 kHz ticks, 10 nm rms sensor noise, `a` drifting by 200 A/m per second. With the zero at
-    /// half the rod's damping and the filter at the zero the sensor's noise is not lifted. No dead zone: then the law's V cannot grow at all, and
-    /// the gap a* of the covers swallows small errors already; 2 nm would cost 0.1 A/m of lag. The rest is the folded law's, but twice as fast:
-    /// this law has no filter of its own that would lag. Faster still lets more noise into the estimate than it saves in lag.
+    /// Tuned on 40 µm at 50 Hz and 12 µm at 150 Hz, 20 kHz ticks, 10 nm rms sensor noise, `a` drifting by 200 A/m per
+    /// second. With the zero at half the rod's damping and the filter at the zero the sensor's noise is not lifted. No
+    /// dead zone: then the law's V cannot grow at all, and the gap a* of the covers swallows small errors already; 2 nm
+    /// would cost 0.1 A/m of lag. The rest is the folded law's, but twice as fast: this law has no filter of its own
+    /// that would lag. Faster still lets more noise into the estimate than it saves in lag.
     fn default() -> Self {
         let folded = FoldedSettings::default();
         Self {
@@ -87,5 +88,47 @@ impl MatrixSettings {
             ..self.folded()
         };
         with_any_dead_zone.validate()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{EstimatorSettings, LawSettings};
+
+    fn refusal(matrix: MatrixSettings) -> String {
+        let settings = EstimatorSettings {
+            law: LawSettings::Matrix(matrix),
+            ..EstimatorSettings::default()
+        };
+        settings.validate().unwrap_err().to_string()
+    }
+
+    // Guards the sentences, that a dead zone of 0 is one, and that a scenario can choose the law by its name alone.
+    #[test]
+    fn refusals_say_value_and_limit() {
+        let base = MatrixSettings::default();
+        assert_eq!(base.validate(), Ok(()));
+        let zero = refusal(MatrixSettings {
+            zero_per_s: 0.0,
+            ..base
+        });
+        assert!(zero.starts_with("law.zero_per_s: 0 1/s"), "{zero}");
+        let dead_zone = refusal(MatrixSettings {
+            dead_zone_m: -1e-9,
+            ..base
+        });
+        assert!(dead_zone.starts_with("law.dead_zone_m: -0.000000001 m"), "{dead_zone}");
+        assert!(refusal(MatrixSettings { members: 1, ..base }).contains("2 to 512"));
+        assert!(
+            refusal(MatrixSettings {
+                filter_per_s: f64::INFINITY,
+                ..base
+            })
+            .starts_with("law.filter_per_s: inf")
+        );
+        let chosen: EstimatorSettings = serde_json::from_str(r#"{"law":{"Matrix":{}}}"#).unwrap();
+        assert_eq!(chosen.law, LawSettings::Matrix(base));
+        assert!(serde_json::from_str::<EstimatorSettings>(r#"{"law":{"Matrix":{"zero":1}}}"#).is_err());
     }
 }

@@ -25,8 +25,9 @@ pub struct ScalarLawSettings {
 }
 
 impl Default for ScalarLawSettings {
-    /// Those of the folded law, so that the two differ by nothing but the law. On a cut the estimate follows a rising `a` as well; twice as fast it
-    /// overshoots on the way up and stays some 13 A/m above the truth. No setting brings it down from there: see `scalar_law.rs`.
+    /// Those of the folded law, so that the two differ by nothing but the law. On a cut the estimate follows a rising
+    /// `a` as well; twice as fast it overshoots on the way up and stays some 13 A/m above the truth. No setting brings
+    /// it down from there: see `scalar_law.rs`.
     fn default() -> Self {
         let folded = FoldedSettings::default();
         Self {
@@ -68,5 +69,32 @@ impl ScalarLawSettings {
     pub fn validate(&self) -> Result<(), Invalid> {
         Invalid::unless_positive("decay_per_s", self.decay_per_s, "1/s")?;
         self.folded().validate()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{EstimatorSettings, LawSettings};
+
+    // Guards the sentences under their own names, and that a scenario can choose the law by its name alone.
+    #[test]
+    fn refusals_say_value_and_limit() {
+        let base = ScalarLawSettings::default();
+        assert_eq!(base.validate(), Ok(()));
+        let decay = ScalarLawSettings {
+            decay_per_s: 0.0,
+            ..base
+        };
+        let settings = EstimatorSettings {
+            law: LawSettings::Scalar(decay),
+            ..EstimatorSettings::default()
+        };
+        let refused = settings.validate().unwrap_err().to_string();
+        assert!(refused.starts_with("law.decay_per_s: 0 1/s"), "{refused}");
+        let chosen: EstimatorSettings = serde_json::from_str(r#"{"law":{"Scalar":{}}}"#).unwrap();
+        assert_eq!(chosen.law, LawSettings::Scalar(base));
+        // Its covers are over all of Θ: a window is not one of its settings.
+        assert!(serde_json::from_str::<EstimatorSettings>(r#"{"law":{"Scalar":{"window_a_per_m":30.0}}}"#).is_err());
     }
 }

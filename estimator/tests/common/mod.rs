@@ -1,5 +1,5 @@
-//! A plant made of the same physics as the estimator, in an open loop: a field is commanded, the plant moves, the estimator hears
-//! displacement and command.
+//! A plant made of the same physics as the estimator, in an open loop: a field is commanded, the plant moves, the
+//! estimator hears displacement and command.
 
 use anhyst_estimator::{Estimation, Estimator, EstimatorSettings};
 use anhyst_model::{
