@@ -21,6 +21,7 @@ mod node;
 mod rods;
 mod scalar;
 mod settings;
+mod several;
 mod smooth;
 mod washout;
 
@@ -39,5 +40,10 @@ pub use scalar::{Scalar, ScalarPlant, ScalarSettings};
 pub use settings::{
     EstimatorSettings, ExcitationSettings, FieldSource, FoldedSettings, GaussNewtonSettings, GradientSettings,
     LawSettings,
+};
+pub use several::{
+    CramerRao, EstimatedParameter, Information, MeasuredOutput, OutputStage, PassReport, SensitiveOutput,
+    SeveralEstimate, SeveralGaussNewton, SeveralReport, SeveralSettings, SeveralUncertainty, StrainLaw,
+    estimate_several,
 };
 pub use smooth::SmoothPoint;
