@@ -28,6 +28,7 @@ mod sampled_modes;
 mod scalar;
 mod scalar_law;
 mod settings;
+mod several;
 mod smooth;
 mod washout;
 
@@ -51,5 +52,10 @@ pub use scalar_law::ScalarLaw;
 pub use settings::{
     EstimatorSettings, ExcitationSettings, FieldSource, FoldedSettings, GaussNewtonSettings, GradientSettings,
     LawSettings, MatrixSettings, ScalarLawSettings, Tuning,
+};
+pub use several::{
+    CramerRao, EstimatedParameter, Information, MeasuredOutput, OutputStage, PassReport, SensitiveOutput,
+    SeveralEstimate, SeveralGaussNewton, SeveralReport, SeveralSettings, SeveralUncertainty, StrainLaw,
+    estimate_several,
 };
 pub use smooth::SmoothPoint;

@@ -52,6 +52,17 @@ impl SensitiveState {
     }
 }
 
+impl From<MagneticState> for SensitiveState {
+    /// A state that does not depend on the parameters: one that is known from elsewhere.
+    fn from(state: MagneticState) -> Self {
+        SensitiveState {
+            field_a_per_m: state.field_a_per_m,
+            magnetization_a_per_m: state.magnetization_a_per_m,
+            derivatives: [0.0; COUNT],
+        }
+    }
+}
+
 impl Hysteresis {
     /// [`Hysteresis::advance`] with the derivatives of the magnetization by all five parameters: the same steps, and to
     /// the last bit the same magnetization.
