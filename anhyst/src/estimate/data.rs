@@ -1,0 +1,208 @@
+//! What a measured run offers to an estimator: one drive that a rate-independent model may have, one output, its noise.
+//!
+//! The drive is the command through the model's amplifier where there is a command; else the measured field through a play of
+//! three standard deviations of its noise, because a noisy field ratchets a rate-independent model (docs/estimate.md).
+
+use crate::error::RunError;
+use anhyst_diagnosis::{MeasuredRun, NoiseFloor, Quantity};
+use anhyst_model::{Actuator, ActuatorInputs, ActuatorModel, ActuatorOutputs, Drive, MagneticState, Play};
+
+/// Samples of a sweep without time are taken for this far apart: only rates per sample matter then.
+pub const SWEEP_TICK_S: f64 = 1e-3;
+/// Width of the play in standard deviations of the field's noise.
+const PLAY_DEVIATIONS: f64 = 3.0;
+/// Points of the way on which a sweep's material is brought to its first field.
+const APPROACH: usize = 400;
+
+/// Which series is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Output {
+    /// Of the tip, m.
+    Displacement,
+    /// Without unit.
+    Strain,
+    /// A/m.
+    Magnetization,
+}
+
+impl Output {
+    /// Its column.
+    pub fn quantity(self) -> Quantity {
+        match self {
+            Output::Displacement => Quantity::Displacement,
+            Output::Strain => Quantity::Strain,
+            Output::Magnetization => Quantity::Magnetization,
+        }
+    }
+
+    /// For messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Output::Displacement => "displacement",
+            Output::Strain => "strain",
+            Output::Magnetization => "magnetization",
+        }
+    }
+
+    /// SI.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Output::Displacement => "m",
+            Output::Strain => "",
+            Output::Magnetization => "A/m",
+        }
+    }
+
+    /// The series of a simulated run.
+    pub fn of(self, outputs: &ActuatorOutputs) -> &[f64] {
+        match self {
+            Output::Displacement => &outputs.displacement_m,
+            Output::Strain => &outputs.strain,
+            Output::Magnetization => &outputs.magnetization_a_per_m,
+        }
+    }
+}
+
+/// A run made ready.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Observed {
+    /// Time of each sample, s; none for a sweep.
+    pub time_s: Option<Vec<f64>>,
+    /// Between samples, s.
+    pub tick_s: f64,
+    /// Command or field in the coil, A/m.
+    pub drive_a_per_m: Vec<f64>,
+    /// Which of the two.
+    pub drive: Drive,
+    /// Measured temperature of the rod, K.
+    pub temperature_k: Option<Vec<f64>>,
+    /// Which output.
+    pub output: Output,
+    /// The measured output.
+    pub measured: Vec<f64>,
+    /// rms of its noise.
+    pub noise: f64,
+    /// What was decided on the way, in sentences.
+    pub notes: Vec<String>,
+}
+
+impl Observed {
+    /// Chooses drive and output.
+    ///
+    /// # Errors
+    /// A run without field or command, or without an output that the model has.
+    pub fn of(run: &MeasuredRun, model: &ActuatorModel) -> Result<Self, RunError> {
+        let mut notes = Vec::new();
+        let output = choose_output(run, model)?;
+        let (drive_a_per_m, drive) = choose_drive(run, &mut notes)?;
+        let measured = run.series(output.quantity()).unwrap_or_default().to_vec();
+        let floor = run.noise(output.quantity());
+        let noise = floor.map_or(0.0, |floor: NoiseFloor| floor.rms);
+        if run.tick_s.is_none() {
+            notes.push(
+                "no time: a quasi-static sweep; its material comes from the opposite end of the sweep's field".to_owned(),
+            );
+        }
+        Ok(Self {
+            time_s: run.time_s.clone(),
+            tick_s: run.tick_s.unwrap_or(SWEEP_TICK_S),
+            drive_a_per_m,
+            drive,
+            temperature_k: run.series(Quantity::Temperature).map(<[f64]>::to_vec),
+            output,
+            measured,
+            noise,
+            notes,
+        })
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.measured.len()
+    }
+
+    /// True if there is none.
+    pub fn is_empty(&self) -> bool {
+        self.measured.is_empty()
+    }
+
+    /// Runs a model freely along the drive.
+    ///
+    /// # Errors
+    /// A model that cannot be run on this data.
+    pub fn simulate(&self, model: &ActuatorModel, outputs: &mut ActuatorOutputs) -> Result<(), RunError> {
+        let refuse = |error: anhyst_model::ModelError| RunError::Setup(error.to_string());
+        let mut actuator = match self.time_s {
+            Some(_) => Actuator::new(model, self.tick_s),
+            None => Actuator::quasi_static(model).map(|actuator| actuator.starting_at(self.first_state(model))),
+        }
+        .map_err(refuse)?;
+        let inputs = ActuatorInputs {
+            drive_a_per_m: &self.drive_a_per_m,
+            drive: self.drive,
+            temperature_k: self.temperature_k.as_deref(),
+            force_n: None,
+        };
+        actuator.run(inputs, outputs).map_err(refuse)
+    }
+
+    /// Where a sweep finds its material: at its first field, come from the other end of the sweep.
+    fn first_state(&self, model: &ActuatorModel) -> MagneticState {
+        let first = self.drive_a_per_m.first().copied().unwrap_or_default();
+        let later = self.drive_a_per_m.iter().find(|field| (**field - first).abs() > 0.0).copied().unwrap_or(first);
+        let peak = self.drive_a_per_m.iter().fold(0.0_f64, |most, field| most.max(field.abs()));
+        let far = if later > first { -peak } else { peak };
+        let mut state = MagneticState::default();
+        for point in 1..=APPROACH {
+            state = model.material.hysteresis.advance(state, far * point as f64 / APPROACH as f64);
+        }
+        for point in 1..=APPROACH {
+            let share = point as f64 / APPROACH as f64;
+            state = model.material.hysteresis.advance(state, far + (first - far) * share);
+        }
+        state
+    }
+}
+
+fn choose_output(run: &MeasuredRun, model: &ActuatorModel) -> Result<Output, RunError> {
+    let has = |output: Output| run.series(output.quantity()).is_some();
+    let candidates = [Output::Displacement, Output::Magnetization, Output::Strain];
+    let usable = |output: &Output| has(*output) && (*output != Output::Displacement || model.rod.is_some());
+    candidates.into_iter().find(usable).ok_or_else(|| {
+        let present: Vec<&str> = run.outputs().map(Quantity::name).collect();
+        RunError::Setup(format!(
+            "{}: no output that the model \"{}\" has: it needs displacement (with a rod in the model), magnetization, flux density or \
+             strain, and the file holds {}",
+            run.source,
+            model.name,
+            if present.is_empty() { "none".to_owned() } else { present.join(", ") }
+        ))
+    })
+}
+
+fn choose_drive(run: &MeasuredRun, notes: &mut Vec<String>) -> Result<(Vec<f64>, Drive), RunError> {
+    if let Some(command) = run.series(Quantity::FieldCommand) {
+        return Ok((command.to_vec(), Drive::Command));
+    }
+    let Some(field) = run.series(Quantity::Field) else {
+        return Err(RunError::Setup(format!(
+            "{}: neither a field command nor a measured field; name one with --column field=HEADER*SCALE",
+            run.source
+        )));
+    };
+    let noise = run.noise(Quantity::Field).map_or(0.0, |floor| floor.rms);
+    // Steps of a sweep without time are no noise.
+    if run.tick_s.is_none() || noise == 0.0 {
+        return Ok((field.to_vec(), Drive::CoilField));
+    }
+    let width = PLAY_DEVIATIONS * noise;
+    let mut play = Play::new(width).map_err(|error| RunError::Setup(error.to_string()))?;
+    notes.push(format!(
+        "no command: driven by the measured field through a play of {width:.2} A/m, three times its noise"
+    ));
+    let smooth = field.iter().map(|&field| {
+        play.follow(field);
+        play.output()
+    });
+    Ok((smooth.collect(), Drive::CoilField))
+}
