@@ -93,7 +93,7 @@ impl Hysteresis {
         if phase.coefficients.lag(&fraction, magnetization).value() * direction < 0.0 {
             let real = Coefficients::of(self, direction);
             let present = real.curve::<C>(state.field_a_per_m, state.magnetization_a_per_m);
-            let (bent, still_frozen) = self.bend::<C>(&real, &present, state.magnetic(), field_to);
+            let (bent, still_frozen, _) = self.bend::<C>(&real, &present, state.magnetic(), field_to);
             let frozen = magnetization - phase.reversibility * phase.anhysteretic(&fraction);
             if still_frozen {
                 return SensitiveState::at(field_to, phase.bent::<C>(frozen, bent, field_to));
@@ -104,7 +104,9 @@ impl Hysteresis {
             }
             fraction = phase.coefficients.curve::<Chained<C>>(field, magnetization);
         }
-        let end = self.march::<Carried, Chained<C>>(&phase.coefficients, &fraction, field, magnetization, field_to);
+        let longest = self.longest_substep_a_per_m();
+        let (end, _) =
+            self.march::<Carried, Chained<C>>(&phase.coefficients, &fraction, field, magnetization, field_to, longest);
         SensitiveState::at(field_to, end)
     }
 
