@@ -148,19 +148,23 @@ impl Observed {
 
     /// Where a sweep finds its material: at its first field, come from the other end of the sweep.
     fn first_state(&self, model: &ActuatorModel) -> MagneticState {
+        let follow = |state, &field: &f64| model.material.hysteresis.advance(state, field);
+        self.approach().iter().fold(MagneticState::default(), follow)
+    }
+
+    /// The way of a sweep's field from zero to the end opposite to where it begins to go, and from there to its first value, A/m; nothing
+    /// for a run over time, which begins demagnetised.
+    pub fn approach(&self) -> Vec<f64> {
+        if self.time_s.is_some() {
+            return Vec::new();
+        }
         let first = self.drive_a_per_m.first().copied().unwrap_or_default();
-        let later = self.drive_a_per_m.iter().find(|field| (**field - first).abs() > 0.0).copied().unwrap_or(first);
+        let leaves = self.drive_a_per_m.iter().find(|field| **field != first).copied().unwrap_or(first);
         let peak = self.drive_a_per_m.iter().fold(0.0_f64, |most, field| most.max(field.abs()));
-        let far = if later > first { -peak } else { peak };
-        let mut state = MagneticState::default();
-        for point in 1..=APPROACH {
-            state = model.material.hysteresis.advance(state, far * point as f64 / APPROACH as f64);
-        }
-        for point in 1..=APPROACH {
-            let share = point as f64 / APPROACH as f64;
-            state = model.material.hysteresis.advance(state, far + (first - far) * share);
-        }
-        state
+        let far = if leaves > first { -peak } else { peak };
+        let shares = (1..=APPROACH).map(|point| point as f64 / APPROACH as f64);
+        let out = shares.clone().map(|share| far * share);
+        out.chain(shares.map(|share| far + (first - far) * share)).collect()
     }
 }
 
