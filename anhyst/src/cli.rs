@@ -31,6 +31,8 @@ pub enum Command {
     View(ViewArguments),
     /// Fit a material to measured loops.
     Fit(Box<crate::commands::fit::FitArguments>),
+    /// Estimate parameters of a model from a measured run.
+    Estimate(Box<crate::commands::estimate::EstimateArguments>),
     /// Compute the paper's figures and put them on one page.
     Paper(crate::commands::paper::PaperArguments),
     /// Compare the estimation laws under motions, noise and drift.

@@ -23,6 +23,7 @@ pub mod assemble;
 pub mod cli;
 pub mod commands;
 pub mod error;
+pub mod estimate;
 pub mod figure;
 pub mod folder;
 pub mod judge;

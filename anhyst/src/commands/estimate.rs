@@ -4,6 +4,7 @@ use super::Ending;
 use super::summary::plain_table;
 use crate::error::RunError;
 use crate::estimate::{Choices, Estimated, one_parameter, picture, several_parameters};
+use crate::figure::svg;
 use crate::scenario::load_model;
 use anhyst_diagnosis::{ColumnMapping, DiagnosisError, MeasuredRun, RowRange, RunReadOptions};
 use anhyst_estimator::LawSettings;
@@ -61,7 +62,9 @@ fn range(text: &str) -> Result<(f64, f64), String> {
     if from > 0.0 && to > from && to.is_finite() {
         Ok((from, to))
     } else {
-        Err(format!("{text}: the lower edge must be above 0 A/m and below the upper one"))
+        Err(format!(
+            "{text}: the lower edge must be above 0 A/m and below the upper one"
+        ))
     }
 }
 
@@ -87,7 +90,9 @@ pub fn run(arguments: &EstimateArguments) -> miette::Result<Ending> {
     };
     if !(choices.drift_variance_per_s >= 0.0 && choices.drift_variance_per_s.is_finite()) {
         let given = choices.drift_variance_per_s;
-        return Err(miette::miette!("--drift-variance {given} (A/m)²/s must be finite and not below 0"));
+        return Err(miette::miette!(
+            "--drift-variance {given} (A/m)²/s must be finite and not below 0"
+        ));
     }
     // The results' folder is made before the work, so that a typing error costs nothing.
     make_folder(&arguments.out)?;
@@ -113,7 +118,9 @@ pub fn run(arguments: &EstimateArguments) -> miette::Result<Ending> {
 fn parameters(names: &[String]) -> miette::Result<Vec<HysteresisParameter>> {
     let mut parameters = Vec::new();
     for name in names {
-        let known = HysteresisParameter::ALL.into_iter().find(|parameter| parameter.symbol() == name);
+        let known = HysteresisParameter::ALL
+            .into_iter()
+            .find(|parameter| parameter.symbol() == name);
         let parameter = known.ok_or_else(|| {
             let known = HysteresisParameter::ALL.map(HysteresisParameter::symbol).join(", ");
             miette::miette!("--parameters {name}: there is no such parameter; there are {known}")
@@ -143,20 +150,36 @@ fn write(found: &Estimated, measured: &MeasuredRun, model: &str, out: &Path) -> 
         std::fs::write(&path, text).map_err(|cause| RunError::Write { path, cause })
     };
     save("estimate.json", json(found)? + "\n")?;
-    let figure = picture(found, measured, model);
-    save("estimate.svg", figure.svg().map_err(|error| RunError::Setup(error.to_string()))?)?;
+    let panels = picture(found, measured);
+    let drawn = svg(&format!("{model}: {}", found.report.law), &panels);
+    save(
+        "estimate.svg",
+        drawn.map_err(|error| RunError::Setup(error.to_string()))?,
+    )?;
     #[cfg(feature = "recorder")]
-    crate::album::of_figures(model, &[figure]).save(&out.join("estimate.rrd"))?;
+    anhyst_recorder::Album {
+        name: model.into(),
+        pages: vec![crate::figure::album_page("estimate", "", &panels)],
+    }
+    .save(&out.join("estimate.rrd"))?;
     Ok(())
 }
 
 fn print(found: &Estimated, out: &Path) {
     let report = &found.report;
     let mut table = plain_table();
-    let deviation = if report.sd_of_law { "standard deviation" } else { "bound on it" };
+    let deviation = if report.sd_of_law {
+        "standard deviation"
+    } else {
+        "bound on it"
+    };
     table.set_header(["parameter", "value", deviation]);
     for (symbol, parameter) in &report.parameters {
-        table.add_row([symbol.clone(), format!("{:.6e}", parameter.value), format!("{:.2e}", parameter.sd)]);
+        table.add_row([
+            symbol.clone(),
+            format!("{:.6e}", parameter.value),
+            format!("{:.2e}", parameter.sd),
+        ]);
     }
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);

@@ -3,6 +3,7 @@
 pub mod check;
 pub mod compare;
 pub mod doctor;
+pub mod estimate;
 pub mod fit;
 pub mod graph;
 pub mod laws;

@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// `paper`
 #[derive(Debug, Args)]
 pub struct PaperArguments {
-    /// Folder of the results: index.html, figure-N.svg, paper.rrd.
+    /// Folder of the results: index.html, figure-N.svg, figure-N.png, paper.rrd.
     #[arg(long, default_value = "runs/paper")]
     pub out: PathBuf,
     /// Print the figures behind the figures as JSON.

@@ -100,7 +100,8 @@ impl Observed {
         let noise = floor.map_or(0.0, |floor: NoiseFloor| floor.rms);
         if run.tick_s.is_none() {
             notes.push(
-                "no time: a quasi-static sweep; its material comes from the opposite end of the sweep's field".to_owned(),
+                "no time: a quasi-static sweep; its material comes from the opposite end of the sweep's field"
+                    .to_owned(),
             );
         }
         Ok(Self {
@@ -159,8 +160,16 @@ impl Observed {
             return Vec::new();
         }
         let first = self.drive_a_per_m.first().copied().unwrap_or_default();
-        let leaves = self.drive_a_per_m.iter().find(|field| **field != first).copied().unwrap_or(first);
-        let peak = self.drive_a_per_m.iter().fold(0.0_f64, |most, field| most.max(field.abs()));
+        let leaves = self
+            .drive_a_per_m
+            .iter()
+            .find(|field| **field != first)
+            .copied()
+            .unwrap_or(first);
+        let peak = self
+            .drive_a_per_m
+            .iter()
+            .fold(0.0_f64, |most, field| most.max(field.abs()));
         let far = if leaves > first { -peak } else { peak };
         let shares = (1..=APPROACH).map(|point| point as f64 / APPROACH as f64);
         let out = shares.clone().map(|share| far * share);

@@ -36,8 +36,8 @@ pub struct Estimated {
     pub report: EstimateReport,
     /// Time (s) or sample number of each row.
     pub abscissa: Vec<f64>,
-    /// Each parameter's course: value and standard deviation at every row.
-    pub courses: Vec<Vec<[f64; 2]>>,
+    /// Each parameter's symbol and course: value and standard deviation (0: none is known there) at every row.
+    pub courses: Vec<(String, Vec<[f64; 2]>)>,
     /// What the model with the final estimate gives along the whole run.
     pub predicted: Vec<f64>,
 }

@@ -61,18 +61,27 @@ pub fn one_parameter(
         drift_variance_per_s: choices.drift_variance_per_s,
     };
     let probe = LawSettings::tuned(&choices.law, &tuning(1e-9, 1e-9)).unwrap_or(untuned);
-    probe.validate().map_err(|invalid| RunError::Setup(invalid.to_string()))?;
+    probe
+        .validate()
+        .map_err(|invalid| RunError::Setup(invalid.to_string()))?;
     let predicted = predict(&observed, model, range, probe.members(), progress)?;
     let unit_m = unit_m(&observed);
     let sensitivity = predicted.sensitivity(start) * unit_m;
-    let settings = LawSettings::tuned(&choices.law, &tuning(sensitivity.max(1e-15), observed.noise * unit_m)).unwrap_or(probe);
-    let mut law = AnyLaw::new(&settings, &two_pole(model), observed.tick_s).map_err(|error| RunError::Setup(error.to_string()))?;
+    let settings =
+        LawSettings::tuned(&choices.law, &tuning(sensitivity.max(1e-15), observed.noise * unit_m)).unwrap_or(probe);
+    let mut law = AnyLaw::new(&settings, &two_pole(model), observed.tick_s)
+        .map_err(|error| RunError::Setup(error.to_string()))?;
     let mut course = predicted.follow(&observed, &mut law, unit_m, 0.0);
     // The zero of a strain gauge or a fluxmeter is arbitrary: it is taken off, with the law run again, until it stays.
     let mut offset = 0.0;
-    for _ in 0..if observed.output == Output::Displacement { 0 } else { OFFSET_PASSES } {
+    for _ in 0..if observed.output == Output::Displacement {
+        0
+    } else {
+        OFFSET_PASSES
+    } {
         offset = predicted.offset(&observed, course.value);
-        law = AnyLaw::new(&settings, &two_pole(model), observed.tick_s).map_err(|error| RunError::Setup(error.to_string()))?;
+        law = AnyLaw::new(&settings, &two_pole(model), observed.tick_s)
+            .map_err(|error| RunError::Setup(error.to_string()))?;
         course = predicted.follow(&observed, &mut law, unit_m, offset);
     }
     let seconds = began.elapsed().as_secs_f64();
@@ -124,9 +133,12 @@ fn unit_m(observed: &Observed) -> f64 {
     if observed.output == Output::Displacement {
         return 1.0;
     }
-    let bounds = observed.measured.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
-        (low.min(value), high.max(value))
-    });
+    let bounds = observed
+        .measured
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
+            (low.min(value), high.max(value))
+        });
     SCALE_M / (bounds.1 - bounds.0).max(f64::MIN_POSITIVE)
 }
 
@@ -148,11 +160,7 @@ fn predict(
     });
     let runs = runs.into_iter().collect::<Result<Vec<_>, RunError>>()?;
     let (outputs, strains) = runs.into_iter().unzip();
-    Ok(Predicted {
-        grid,
-        outputs,
-        strains,
-    })
+    Ok(Predicted { grid, outputs, strains })
 }
 
 /// Where the law went, and what the run says whatever the law.
@@ -231,11 +239,18 @@ impl Predicted {
             };
             let found = law.correct(prediction, unit_m * (measured - offset));
             course.sd_of_law = found.standard_deviation_a_per_m > 0.0;
-            let sd = if course.sd_of_law { found.standard_deviation_a_per_m } else { seen.deviation_bound_a_per_m };
+            let sd = if course.sd_of_law {
+                found.standard_deviation_a_per_m
+            } else {
+                seen.deviation_bound_a_per_m
+            };
             (course.value, course.sd) = (found.shape_a_per_m, sd);
             (course.informed, course.at_edge) = (seen.informed, found.at_edge);
             course.least_errors_a_per_m = [seen.least_error_above_a_per_m, seen.least_error_below_a_per_m];
-            course.rows.push([course.value, sd.min(self.grid.upper_a_per_m() - self.grid.lower_a_per_m())]);
+            course.rows.push([
+                course.value,
+                sd.min(self.grid.upper_a_per_m() - self.grid.lower_a_per_m()),
+            ]);
         }
         course
     }
@@ -282,7 +297,7 @@ fn finish(
     Ok(Estimated {
         report,
         abscissa: abscissa(observed),
-        courses: vec![course.rows],
+        courses: vec![("a".to_owned(), course.rows)],
         predicted,
     })
 }
@@ -291,7 +306,9 @@ fn notes(observed: &Observed, offset: f64) -> Vec<String> {
     let mut notes = observed.notes.clone();
     if observed.output != Output::Displacement {
         let (unit, name) = (observed.output.unit(), observed.output.name());
-        notes.push(format!("the zero of the measured {name} is off by {offset:.4e} {unit}; it was estimated too and taken off"));
+        notes.push(format!(
+            "the zero of the measured {name} is off by {offset:.4e} {unit}; it was estimated too and taken off"
+        ));
     }
     notes
 }
@@ -338,7 +355,13 @@ pub fn unexplained(observed: &Observed, after: f64, warnings: &mut Vec<String>) 
 /// rms of measured minus predicted; for strain and magnetization without their means, whose zeros are the instruments'.
 pub fn residual_rms(observed: &Observed, predicted: &[f64]) -> f64 {
     let count = observed.len().max(1) as f64;
-    let left = || observed.measured.iter().zip(predicted).map(|(measured, predicted)| measured - predicted);
+    let left = || {
+        observed
+            .measured
+            .iter()
+            .zip(predicted)
+            .map(|(measured, predicted)| measured - predicted)
+    };
     let mean = match observed.output {
         Output::Displacement => 0.0,
         Output::Strain | Output::Magnetization => left().sum::<f64>() / count,

@@ -8,13 +8,18 @@ use anhyst_diagnosis::{MeasuredRun, Quantity};
 pub fn picture(found: &Estimated, measured: &MeasuredRun) -> Vec<Panel> {
     let (over, report) = (&found.abscissa, &found.report);
     let abscissa = if measured.time_s.is_some() { TIME } else { "sample" };
-    let mut panels: Vec<Panel> = report
-        .parameters
+    let mut panels: Vec<Panel> = found
+        .courses
         .iter()
-        .zip(&found.courses)
-        .map(|((symbol, parameter), course)| {
-            let at = |pick: &dyn Fn(&[f64; 2]) -> f64| over.iter().zip(course).map(|(x, row)| [*x, pick(row)]).collect();
-            let ends = [over.first(), over.last()].into_iter().flatten().map(|x| [*x, parameter.value]).collect();
+        .filter_map(|(symbol, course)| Some((symbol, course, report.parameters.get(symbol)?)))
+        .map(|(symbol, course, parameter)| {
+            let at =
+                |pick: &dyn Fn(&[f64; 2]) -> f64| over.iter().zip(course).map(|(x, row)| [*x, pick(row)]).collect();
+            let ends = [over.first(), over.last()]
+                .into_iter()
+                .flatten()
+                .map(|x| [*x, parameter.value])
+                .collect();
             let mut curves = vec![curve("estimate", at(&|row| row[0])), dashed("final", ends)];
             // A course without deviations has them all at zero.
             if course.iter().any(|row| row[1] > 0.0) {
@@ -31,13 +36,25 @@ pub fn picture(found: &Estimated, measured: &MeasuredRun) -> Vec<Panel> {
     };
     let seen = measured.series(quantity).unwrap_or_default();
     let points = |series: &[f64]| over.iter().zip(series).map(|(x, y)| [*x, *y]).collect();
-    let left: Vec<f64> = seen.iter().zip(&found.predicted).map(|(seen, predicted)| seen - predicted).collect();
+    let left: Vec<f64> = seen
+        .iter()
+        .zip(&found.predicted)
+        .map(|(seen, predicted)| seen - predicted)
+        .collect();
     panels.push(panel(
         "measured, and predicted with the final estimate",
         abscissa,
         &report.output,
-        vec![curve("measured", points(seen)), curve("predicted", points(&found.predicted))],
+        vec![
+            curve("measured", points(seen)),
+            curve("predicted", points(&found.predicted)),
+        ],
     ));
-    panels.push(panel("what is left", abscissa, &report.output, vec![curve("measured - predicted", points(&left))]));
+    panels.push(panel(
+        "what is left",
+        abscissa,
+        &report.output,
+        vec![curve("measured - predicted", points(&left))],
+    ));
     panels
 }

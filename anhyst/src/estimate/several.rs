@@ -6,7 +6,9 @@ use super::report::{EstimateReport, EstimatedParameter};
 use super::{Choices, Estimated, Observed};
 use crate::error::RunError;
 use anhyst_diagnosis::MeasuredRun;
-use anhyst_estimator::{MeasuredOutput, SeveralGaussNewton, SeveralReport, SeveralSettings, StrainLaw, estimate_several};
+use anhyst_estimator::{
+    MeasuredOutput, SeveralGaussNewton, SeveralReport, SeveralSettings, StrainLaw, estimate_several,
+};
 use anhyst_model::{ActuatorModel, ActuatorOutputs, HysteresisParameter, Stage, TwoPole};
 use std::time::Instant;
 
@@ -38,13 +40,29 @@ pub fn several_parameters(
     let refuse = |error: anhyst_estimator::EstimatorError| RunError::Setup(error.to_string());
     let estimate = |offset: f64| -> Result<SeveralReport, RunError> {
         let outputs = fields.outputs(&observed, offset);
-        estimate_several(&settings, nominal, measured_output, observed.tick_s, &fields.field_a_per_m, &outputs).map_err(refuse)
+        estimate_several(
+            &settings,
+            nominal,
+            measured_output,
+            observed.tick_s,
+            &fields.field_a_per_m,
+            &outputs,
+        )
+        .map_err(refuse)
     };
     let mut found = estimate(0.0)?;
     let mut offset = 0.0;
     let mut predicted = predict(&observed, model, &found)?;
-    for _ in 0..if observed.output == Output::Displacement { 0 } else { OFFSET_PASSES } {
-        let left = observed.measured.iter().zip(&predicted).map(|(measured, predicted)| measured - predicted);
+    for _ in 0..if observed.output == Output::Displacement {
+        0
+    } else {
+        OFFSET_PASSES
+    } {
+        let left = observed
+            .measured
+            .iter()
+            .zip(&predicted)
+            .map(|(measured, predicted)| measured - predicted);
         offset = left.sum::<f64>() / observed.len().max(1) as f64;
         found = estimate(offset)?;
         predicted = predict(&observed, model, &found)?;
@@ -62,7 +80,13 @@ pub fn several_parameters(
         }
     }
     let seconds = began.elapsed().as_secs_f64();
-    Ok(finish(run, model, (&observed, offset), (found, courses, predicted), seconds))
+    Ok(finish(
+        run,
+        model,
+        (&observed, offset),
+        (found, courses, predicted),
+        seconds,
+    ))
 }
 
 fn check(model: &ActuatorModel, choices: &Choices) -> Result<(), RunError> {
@@ -72,7 +96,10 @@ fn check(model: &ActuatorModel, choices: &Choices) -> Result<(), RunError> {
             choices.law
         )));
     }
-    let unknown = model.effects.iter().find(|effect| effect.kind().stage() != Stage::Amplifier);
+    let unknown = model
+        .effects
+        .iter()
+        .find(|effect| effect.kind().stage() != Stage::Amplifier);
     match unknown {
         Some(effect) => Err(RunError::Setup(format!(
             "several parameters are estimated with exact sensitivities, which the effect {} of the model has none of; estimate `a` alone",
@@ -115,7 +142,9 @@ fn measured_output(observed: &Observed, model: &ActuatorModel) -> Result<Measure
         Output::Magnetization => MeasuredOutput::Magnetization,
         Output::Strain => MeasuredOutput::Strain(strain),
         Output::Displacement => {
-            let rod = model.rod.ok_or_else(|| RunError::Setup("the model has no rod".into()))?;
+            let rod = model
+                .rod
+                .ok_or_else(|| RunError::Setup("the model has no rod".into()))?;
             let per_strain = 1.0 / model.material.strain_per_magnetization();
             MeasuredOutput::Displacement {
                 rod_per_strain: TwoPole {
@@ -129,10 +158,16 @@ fn measured_output(observed: &Observed, model: &ActuatorModel) -> Result<Measure
 }
 
 fn noise(observed: &Observed) -> f64 {
-    let range = observed.measured.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
-        (low.min(value), high.max(value))
-    });
-    observed.noise.max(LEAST_NOISE * (range.1 - range.0)).max(f64::MIN_POSITIVE.sqrt())
+    let range = observed
+        .measured
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| {
+            (low.min(value), high.max(value))
+        });
+    observed
+        .noise
+        .max(LEAST_NOISE * (range.1 - range.0))
+        .max(f64::MIN_POSITIVE.sqrt())
 }
 
 fn predict(observed: &Observed, model: &ActuatorModel, found: &SeveralReport) -> Result<Vec<f64>, RunError> {
@@ -168,11 +203,22 @@ fn finish(
         warnings.clone_from(&uncertainty.warnings);
     }
     let informed = warnings.is_empty();
+    let parameters_named: Vec<String> = match found.passes.last() {
+        Some(last) => last
+            .uncertainty
+            .parameters
+            .iter()
+            .map(|parameter| parameter.symbol().to_owned())
+            .collect(),
+        None => Vec::new(),
+    };
     unexplained(observed, after, &mut warnings);
     let mut notes = observed.notes.clone();
     if observed.output != Output::Displacement {
         let (unit, name) = (observed.output.unit(), observed.output.name());
-        notes.push(format!("the zero of the measured {name} is off by {offset:.4e} {unit}; it was estimated too and taken off"));
+        notes.push(format!(
+            "the zero of the measured {name} is off by {offset:.4e} {unit}; it was estimated too and taken off"
+        ));
     }
     Estimated {
         report: EstimateReport {
@@ -192,7 +238,7 @@ fn finish(
             warnings,
         },
         abscissa: abscissa(observed),
-        courses,
+        courses: parameters_named.into_iter().zip(courses).collect(),
         predicted,
     }
 }

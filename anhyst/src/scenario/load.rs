@@ -3,7 +3,7 @@
 use super::derive::{Derived, is_derived};
 use super::{MaterialSource, Scenario, ScenarioError, source};
 use anhyst_ipc::Invalid;
-use anhyst_model::{Material, ModelError};
+use anhyst_model::{ActuatorModel, AmplifierConstants, Material, ModelError};
 use ron::extensions::Extensions;
 use ron::ser::PrettyConfig;
 use serde::de::DeserializeOwned;
@@ -150,6 +150,36 @@ fn load_material(file: &Path, scenario: &Path, text: &str) -> Result<Material, S
         .map_err(|error| refuse("magnetostriction", error))?;
     Ok(material)
 }
+
+/// Reads a model of an actuator; a file of a material alone is one without amplifier and rod, for sweeps.
+///
+/// # Errors
+/// The first thing that is wrong, with file, line and column.
+pub fn load_model(path: &Path) -> Result<ActuatorModel, ScenarioError> {
+    let text = read(path)?;
+    let has_material = source::read(&text).is_some_and(|place| place.has_field("material"));
+    let model = if has_material {
+        parse::<ActuatorModel>(path, &text)?
+    } else {
+        let material: Material = parse(path, &text)?;
+        ActuatorModel {
+            name: material.name.clone(),
+            source: material.source.clone(),
+            amplifier: AmplifierConstants::default(),
+            material,
+            rod: None,
+            effects: Vec::new(),
+            ambient_temperature_k: ROOM_TEMPERATURE_K,
+        }
+    };
+    model
+        .validate()
+        .map_err(|error| ScenarioError::at(path, &text, place_of(&text, ""), error.to_string()))?;
+    Ok(model)
+}
+
+/// A material's numbers belong to this temperature unless a model says otherwise.
+const ROOM_TEMPERATURE_K: f64 = 293.0;
 
 fn refuse(path: &Path, text: &str, invalid: &Invalid) -> ScenarioError {
     ScenarioError::at(path, text, place_of(text, &invalid.path), invalid.to_string())

@@ -8,7 +8,7 @@ mod source;
 mod validate;
 
 pub use error::ScenarioError;
-pub use load::{Setting, load, to_ron};
+pub use load::{Setting, load, load_model, to_ron};
 
 use anhyst_controller::ControllerSettings;
 use anhyst_estimator::EstimatorSettings;
