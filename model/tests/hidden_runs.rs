@@ -56,19 +56,23 @@ fn amended(name: &str, truth: &Value) -> Option<ActuatorModel> {
         changed.material.hysteresis.pinning_a_per_m = number("k");
         return Some(changed);
     }
-    let kind = EffectKind::from_name(name)?;
-    let values = match kind {
-        EffectKind::EddyCurrent => vec![number("tau_s")],
-        EffectKind::AfterEffect => vec![number("fraction"), 0.03, 3.0],
-        EffectKind::ThermalDrift => vec![number("rate"), 20.0, 1.0],
-        EffectKind::Backlash => vec![number("gap_m")],
-        EffectKind::SecondMode => vec![number("gain"), number("hz"), 0.03],
-        EffectKind::AmplifierSlew => vec![number("rate")],
-        EffectKind::SensorDelay => vec![number("s")],
-        EffectKind::Friction => vec![number("equiv_m"), 1e-3],
+    let effect = Effect::typical(EffectKind::from_name(name)?);
+    // Their key of the truth, and our parameter.
+    let keys: &[(&str, &str)] = match effect.kind() {
+        EffectKind::EddyCurrent => &[("tau_s", "time_constant_s")],
+        EffectKind::AfterEffect => &[("fraction", "fraction")],
+        EffectKind::ThermalDrift => &[("rate", "heating_k_per_s")],
+        EffectKind::Backlash => &[("gap_m", "gap_m")],
+        EffectKind::SecondMode => &[("gain", "gain"), ("hz", "frequency_hz")],
+        EffectKind::AmplifierSlew => &[("rate", "slew_limit_a_per_m_s")],
+        EffectKind::SensorDelay => &[("s", "delay_s")],
+        EffectKind::Friction => &[("equiv_m", "friction_m")],
         _ => return None,
     };
-    Some(nominal.with_effect(Effect::new(kind, &values).expect("within its bounds")))
+    let effect = keys.iter().fold(effect, |effect, (key, parameter)| {
+        effect.with(parameter, number(key)).expect("within its bounds")
+    });
+    Some(nominal.with_effect(effect))
 }
 
 #[test]

@@ -17,8 +17,14 @@ pub fn publish(figures: &[Figure], out: &Path) -> Result<(), RunError> {
     };
     for figure in figures {
         let (drawn, (width, height)) = drawing(&heading(figure), &figure.panels);
-        save(format!("figure-{}.svg", figure.number), drawn.svg(width, height).map_err(refused)?.as_bytes())?;
-        save(format!("figure-{}.png", figure.number), &drawn.png(width, height).map_err(refused)?)?;
+        save(
+            format!("figure-{}.svg", figure.number),
+            drawn.svg(width, height).map_err(refused)?.as_bytes(),
+        )?;
+        save(
+            format!("figure-{}.png", figure.number),
+            &drawn.png(width, height).map_err(refused)?,
+        )?;
     }
     save("index.html".into(), page(figures)?.html().as_bytes())?;
     #[cfg(feature = "recorder")]
@@ -53,7 +59,10 @@ fn section(figure: &Figure) -> Result<Section, RunError> {
         ("We get", figure.we_get.as_str()),
         None,
     );
-    Ok(section.figure(&drawn, size, &heading(figure)).map_err(refused)?.table(table))
+    Ok(section
+        .figure(&drawn, size, &heading(figure))
+        .map_err(refused)?
+        .table(table))
 }
 
 #[cfg(feature = "recorder")]

@@ -37,20 +37,24 @@ impl Weights {
     fn of(ticks: f64, span: f64) -> Self {
         let (decay, to) = ramp_weights(ticks, span);
         let theta = ticks / span;
-        // Beyond, it is 1/θ, which the difference can no longer tell.
-        let bulge = if theta > 1e3 {
-            1.0 / theta
-        } else {
-            12.0 * theta - (1.0 - decay) * (6.0 * theta + 12.0 * theta * theta)
-        };
         Weights {
             span,
             output: decay,
             from: 1.0 - decay - to,
             to,
-            bulge,
+            bulge: bulge_response(theta, 1.0, decay),
         }
     }
+}
+
+/// y after a part s of a piece with input 6s(1 − s), from 0; θ is τ over the piece, `decay` e^(−s/θ).
+fn bulge_response(theta: f64, s: f64, decay: f64) -> f64 {
+    if theta > 1e3 {
+        // The difference below would keep no digits; this leaves out 1/θ of the answer.
+        return s * s * (3.0 - 2.0 * s) / theta;
+    }
+    let b = 6.0 + 12.0 * theta;
+    s * (b - 6.0 * s) - theta * b * (1.0 - decay)
 }
 
 /// A first-order lag with its state.
@@ -118,15 +122,19 @@ impl Lag {
             mean: input_mean - self.ticks / span * (to - from),
         };
         if (input_from - output_from) * (piece.to - self.output) < 0.0 {
-            let slope = (piece.to - input_from) / piece.span;
-            let rise = slope * self.ticks;
-            let time = -self.ticks * libm::log(rise / (output_from - input_from + rise));
+            let change = piece.to - input_from;
+            let theta = self.ticks / piece.span;
+            let decay = theta * change / (output_from - input_from + theta * change);
+            let part = -theta * libm::log(decay);
             // Rounding may put it outside; then it is no more than a rounding away from an end.
-            if time > 0.0 && time < piece.span {
-                let turn = input_from + slope * time;
-                output.push(mean(time, 0.5 * (input_from + turn), output_from, turn));
-                let rest = piece.span - time;
-                output.push(mean(rest, 0.5 * (turn + piece.to), turn, self.output));
+            if part > 0.0 && part < 1.0 {
+                // The input's bulge counts, too; it moves the time, but at an extreme that does not matter.
+                let turn = input_from + part * (change + bulge * bulge_response(theta, part, decay) / part);
+                let begun = input_from + part * (0.5 * change + bulge * (3.0 - 2.0 * part));
+                let time = piece.span * part;
+                output.push(mean(time, begun, output_from, turn));
+                let ended = (piece.mean - part * begun) / (1.0 - part);
+                output.push(mean(piece.span - time, ended, turn, self.output));
                 return;
             }
         }
@@ -168,15 +176,16 @@ mod tests {
             lag.step(f64::from(k));
         }
         let mut course = Course::empty();
-        let mut broken = lag;
         for k in 1..10 {
             let to = 9.0 - f64::from(k);
             course.clear();
+            let whole_from = lag;
             lag.follow(Piece::straight(1.0, to + 1.0, to), &mut course);
             let [turn, end] = course.pieces() else {
                 assert_eq!(course.pieces().len(), 1);
                 continue;
             };
+            let mut broken = whole_from;
             assert!((turn.to - (to + 1.0 - turn.span)).abs() < 1e-12, "output meets input");
             assert!(turn.to > end.to && (turn.span + end.span - 1.0).abs() < 1e-15);
             let mut pieces = Course::empty();
