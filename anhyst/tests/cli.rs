@@ -27,6 +27,9 @@ fn help_names_every_process() {
         "replay",
         "view",
         "fit",
+        "estimate",
+        "paper",
+        "laws",
         "doctor",
         "completions",
     ] {
