@@ -6,7 +6,7 @@ use anhyst_estimator::{
     StrainLaw, estimate_several,
 };
 use anhyst_model::{
-    Anhysteretic, DriveSignal, Hysteresis, HysteresisParameter, MagneticState, Material, Noise, TwoPole,
+    Anhysteretic, DriveSignal, Hysteresis, HysteresisParameter, Material, Noise, SensitiveState, TwoPole,
 };
 use proptest::prelude::*;
 
@@ -36,12 +36,12 @@ fn fields(signal: DriveSignal, duration_s: f64) -> Vec<f64> {
 /// Outputs without noise.
 fn simulate(hysteresis: &Hysteresis, measured: MeasuredOutput, fields: &[f64]) -> Vec<f64> {
     let mut stage = OutputStage::new(measured, TICK_S).unwrap();
-    let mut state = MagneticState::default();
+    let mut state = SensitiveState::default();
     fields
         .iter()
         .map(|field| {
-            state = hysteresis.advance(state, *field);
-            stage.advance(&state.into()).value
+            state = hysteresis.advance_with_sensitivities(state, *field);
+            stage.advance(&state).value
         })
         .collect()
 }

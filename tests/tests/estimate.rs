@@ -37,7 +37,16 @@ fn measured(folder: &Path, changed: &[(HysteresisParameter, f64)]) -> String {
 fn estimate(folder: &Path, data: &str, more: &[&str]) -> serde_json::Value {
     let out = folder.join("out");
     let out = out.to_string_lossy();
-    let common = ["estimate", "--model", "scenarios/models/nominal.ron", "--data", data, "--out", &out, "--json"];
+    let common = [
+        "estimate",
+        "--model",
+        "scenarios/models/nominal.ron",
+        "--data",
+        data,
+        "--out",
+        &out,
+        "--json",
+    ];
     let arguments: Vec<&str> = common.into_iter().chain(more.iter().copied()).collect();
     let finished = Finished::run(&arguments, LIMIT).expect(0);
     for file in ["estimate.json", "estimate.svg"] {
@@ -51,13 +60,24 @@ fn every_law_finds_the_shape() {
     let folder = tempfile::tempdir().unwrap();
     let data = measured(folder.path(), &[(HysteresisParameter::Shape, 1.03)]);
     let truth = 1.03 * 7012.0;
-    for (law, within) in [("gauss-newton", 1.0), ("folded", 3.0), ("matrix", 3.0), ("gradient", 3.0)] {
+    for (law, within) in [
+        ("gauss-newton", 1.0),
+        ("folded", 3.0),
+        ("matrix", 3.0),
+        ("gradient", 3.0),
+    ] {
         let found = estimate(folder.path(), &data, &["--law", law]);
         let value = found["parameters"]["a"]["value"].as_f64().unwrap();
         assert!((value - truth).abs() < within, "{law}: {value} A/m, truth {truth} A/m");
-        assert_eq!((found["informed"].as_bool(), found["law"].as_str()), (Some(true), Some(law)));
+        assert_eq!(
+            (found["informed"].as_bool(), found["law"].as_str()),
+            (Some(true), Some(law))
+        );
         let (after, before) = (&found["residual_rms_after"], &found["residual_rms_before"]);
-        assert!(after.as_f64().unwrap() < 1.1 * NOISE_M && before.as_f64().unwrap() > 5.0 * NOISE_M, "{law}: {found}");
+        assert!(
+            after.as_f64().unwrap() < 1.1 * NOISE_M && before.as_f64().unwrap() > 5.0 * NOISE_M,
+            "{law}: {found}"
+        );
     }
 }
 
@@ -70,7 +90,10 @@ fn several_parameters_are_found_together() {
     for (symbol, truth) in [("a", 1.02 * 7012.0), ("k", 0.97 * 4000.0)] {
         let parameter = &found["parameters"][symbol];
         let (value, sd) = (parameter["value"].as_f64().unwrap(), parameter["sd"].as_f64().unwrap());
-        assert!((value - truth).abs() < 5.0 * sd && sd < 1e-2 * truth, "{symbol}: {value} ± {sd}, truth {truth}");
+        assert!(
+            (value - truth).abs() < 5.0 * sd && sd < 1e-2 * truth,
+            "{symbol}: {value} ± {sd}, truth {truth}"
+        );
     }
 }
 

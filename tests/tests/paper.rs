@@ -11,7 +11,10 @@ fn the_page_stands_alone_and_the_estimates_arrive() {
     let out = folder.path().to_string_lossy();
     let finished = Finished::run(&["paper", "--out", &out, "--json"], LIMIT).expect(0);
     let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
-    assert!(!page.contains("http://") || !page.contains("src=\"http"), "the page fetches something");
+    assert!(
+        !page.contains("http://") || !page.contains("src=\"http"),
+        "the page fetches something"
+    );
     for figure in [2, 4, 5, 6, 7] {
         assert!(page.contains(&format!("Fig. {figure}:")), "figure {figure} is missing");
         for ending in ["svg", "png"] {
@@ -23,9 +26,16 @@ fn the_page_stands_alone_and_the_estimates_arrive() {
         let figures = found.as_array().unwrap().iter().filter(|entry| entry[0] == figure);
         let mut findings = figures.flat_map(|entry| entry[1].as_array().unwrap());
         let finding = findings.find(|finding| finding["what"].as_str().unwrap().starts_with(what));
-        finding.unwrap_or_else(|| panic!("no {what}"))["found"].as_str().unwrap().to_owned()
+        finding.unwrap_or_else(|| panic!("no {what}"))["found"]
+            .as_str()
+            .unwrap()
+            .to_owned()
     };
-    for (figure, start, within) in [(6, "6800, Langevin", 1.0), (6, "6800, Ising", 1.0), (6, "6400, Langevin", 1.0)] {
+    for (figure, start, within) in [
+        (6, "6800, Langevin", 1.0),
+        (6, "6800, Ising", 1.0),
+        (6, "6400, Langevin", 1.0),
+    ] {
         let off: f64 = of(figure, &format!("â after the ramp from {start}")).parse().unwrap();
         assert!(off.abs() < within, "figure {figure} from {start}: {off} A/m");
     }
@@ -38,7 +48,16 @@ fn the_page_stands_alone_and_the_estimates_arrive() {
 
 #[test]
 fn laws_are_compared() {
-    let arguments = ["laws", "--laws", "folded,gauss-newton", "--excitation", "milling", "--noise-nm", "10", "--json"];
+    let arguments = [
+        "laws",
+        "--laws",
+        "folded,gauss-newton",
+        "--excitation",
+        "milling",
+        "--noise-nm",
+        "10",
+        "--json",
+    ];
     let finished = Finished::run(&arguments, LIMIT).expect(0);
     let entries: serde_json::Value = serde_json::from_str(&finished.out).unwrap();
     assert_eq!(entries.as_array().unwrap().len(), 4);

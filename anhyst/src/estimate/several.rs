@@ -16,6 +16,8 @@ use std::time::Instant;
 const KNOWN: f64 = 0.1;
 /// The noise of a series that shows none, as a share of its range.
 const LEAST_NOISE: f64 = 1e-6;
+/// Passes over the data: what is learnt early in a pass is learnt with the tangents of a poor estimate.
+const PASSES: u32 = 4;
 /// Passes in which the instrument's zero settles.
 const OFFSET_PASSES: usize = 6;
 
@@ -36,7 +38,8 @@ pub fn several_parameters(
     let fields = Fields::of(&observed, model)?;
     let measured_output = measured_output(&observed, model)?;
     let nominal = model.material.hysteresis;
-    let settings = SeveralSettings::around(parameters, &nominal, KNOWN, noise(&observed));
+    let mut settings = SeveralSettings::around(parameters, &nominal, KNOWN, noise(&observed));
+    settings.passes = PASSES;
     let refuse = |error: anhyst_estimator::EstimatorError| RunError::Setup(error.to_string());
     let estimate = |offset: f64| -> Result<SeveralReport, RunError> {
         let outputs = fields.outputs(&observed, offset);

@@ -73,6 +73,18 @@ pub enum MeasuredOutput {
 }
 
 impl MeasuredOutput {
+    /// Second derivative of λ or M by M.
+    fn curvature(&self, magnetization_a_per_m: f64) -> f64 {
+        match self {
+            MeasuredOutput::Magnetization => 0.0,
+            MeasuredOutput::Displacement { strain, .. } | MeasuredOutput::Strain(strain) => {
+                let step = STEP * strain.saturation_magnetization_a_per_m;
+                let [above, below] = [step, -step].map(|step| strain.at(magnetization_a_per_m + step).1);
+                (above - below) / (2.0 * step)
+            }
+        }
+    }
+
     /// λ or M, and its derivative by M.
     fn driving(&self, magnetization_a_per_m: f64) -> (f64, f64) {
         match self {
@@ -83,6 +95,10 @@ impl MeasuredOutput {
         }
     }
 }
+
+/// Step of the difference that gives a strain law's second derivative, as a share of Ms; exact for laws up to the fourth power but for its
+/// own square.
+const STEP: f64 = 1e-4;
 
 /// An output and its derivatives by all five parameters.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -162,7 +178,15 @@ impl OutputStage {
         let derivatives = state.derivatives.map(|derivative| slope * derivative);
         self.output = match &mut self.rod {
             None => SensitiveOutput { value, derivatives },
-            Some(rod) => rod.advance(value, &derivatives),
+            // The bulge of the strain is that of M by the strain law's slope.
+            Some(rod) => {
+                let curved = self.measured.curvature(state.magnetization_a_per_m) * state.bulge_a_per_m;
+                let mut bulges = [0.0; COUNT];
+                for (index, bulge) in bulges.iter_mut().enumerate() {
+                    *bulge = slope * state.bulge_derivatives[index] + curved * state.derivatives[index];
+                }
+                rod.advance((value, slope * state.bulge_a_per_m), (&derivatives, &bulges))
+            }
         };
         self.output
     }
@@ -178,20 +202,27 @@ impl OutputStage {
 }
 
 impl SensitiveRod {
-    fn advance(&mut self, strain: f64, derivatives: &[f64; COUNT]) -> SensitiveOutput {
+    fn advance(
+        &mut self,
+        (strain, bulge): (f64, f64),
+        (derivatives, bulges): (&[f64; COUNT], &[f64; COUNT]),
+    ) -> SensitiveOutput {
         let (gain, propagator, started) = (self.gain, self.propagator, self.started);
-        let step = |carried: &mut Carried, strain: f64| {
+        let step = |carried: &mut Carried, strain: f64, bulge: f64| {
             let reached = gain * strain;
             if started {
-                carried.state = propagator.advance(carried.state, carried.acceleration, reached);
+                carried.state = propagator.advance_curved(carried.state, carried.acceleration, reached, gain * bulge);
             }
             carried.acceleration = reached;
             carried.state.displacement_m
         };
-        let value = step(&mut self.value, strain);
+        let value = step(&mut self.value, strain, bulge);
         let mut displacements = [0.0; COUNT];
-        for ((displacement, carried), strain) in displacements.iter_mut().zip(&mut self.derivatives).zip(derivatives) {
-            *displacement = step(carried, *strain);
+        let inputs = derivatives.iter().zip(bulges);
+        for ((displacement, carried), (strain, bulge)) in
+            displacements.iter_mut().zip(&mut self.derivatives).zip(inputs)
+        {
+            *displacement = step(carried, *strain, *bulge);
         }
         self.started = true;
         SensitiveOutput {

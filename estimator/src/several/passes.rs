@@ -8,7 +8,7 @@ use super::settings::SeveralSettings;
 use super::uncertainty::SeveralUncertainty;
 use crate::EstimatorError;
 use anhyst_ipc::Invalid;
-use anhyst_model::{Hysteresis, MagneticState};
+use anhyst_model::{Hysteresis, SensitiveState};
 use serde::{Deserialize, Serialize};
 
 /// What one pass reached.
@@ -69,11 +69,11 @@ pub fn estimate_several(
 }
 
 fn residual_rms(hysteresis: &Hysteresis, mut stage: OutputStage, fields: &[f64], outputs: &[f64]) -> f64 {
-    let mut state = MagneticState::default();
+    let mut state = SensitiveState::default();
     let (mut squares, mut samples) = (0.0, 0.0);
     for (field, output) in fields.iter().zip(outputs) {
-        state = hysteresis.advance(state, *field);
-        let residual = output - stage.advance(&state.into()).value;
+        state = hysteresis.advance_with_sensitivities(state, *field);
+        let residual = output - stage.advance(&state).value;
         if residual.is_finite() {
             squares += residual * residual;
             samples += 1.0;

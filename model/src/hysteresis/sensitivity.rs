@@ -30,6 +30,12 @@ pub struct SensitiveState {
     pub field_a_per_m: f64,
     /// M, A/m.
     pub magnetization_a_per_m: f64,
+    /// Mean of M on the way here, the field going straight, less the mean of its ends, A/m: what a straight line between samples leaves out.
+    #[serde(default)]
+    pub bulge_a_per_m: f64,
+    /// Its derivatives, like those of M.
+    #[serde(default)]
+    pub bulge_derivatives: [f64; COUNT],
     /// ∂M/∂θ in the order of [`HysteresisParameter::ALL`].
     pub derivatives: [f64; COUNT],
 }
@@ -47,9 +53,26 @@ impl SensitiveState {
         SensitiveState {
             field_a_per_m,
             magnetization_a_per_m: magnetization.value(),
+            bulge_a_per_m: 0.0,
+            bulge_derivatives: [0.0; COUNT],
             derivatives: magnetization.derivatives(),
         }
     }
+
+    /// At the end of a way from one magnetization to another, with the mean on it.
+    fn after(field_a_per_m: f64, [from, to, mean]: [Carried; 3]) -> Self {
+        let bulge = mean - Carried::splat(0.5) * (from + to);
+        SensitiveState {
+            bulge_a_per_m: bulge.value(),
+            bulge_derivatives: bulge.derivatives(),
+            ..Self::at(field_a_per_m, to)
+        }
+    }
+}
+
+/// `mean_of_cubic` of `advance.rs`: mean over a way of length `way` between two values with their slopes.
+fn mean_of_cubic(way: Carried, [from, to]: [Carried; 2], [slope_from, slope_to]: [Carried; 2]) -> Carried {
+    Carried::splat(0.5) * (from + to) + way * (slope_from - slope_to) * Carried::splat(1.0 / 12.0)
 }
 
 impl From<MagneticState> for SensitiveState {
@@ -58,6 +81,8 @@ impl From<MagneticState> for SensitiveState {
         SensitiveState {
             field_a_per_m: state.field_a_per_m,
             magnetization_a_per_m: state.magnetization_a_per_m,
+            bulge_a_per_m: 0.0,
+            bulge_derivatives: [0.0; COUNT],
             derivatives: [0.0; COUNT],
         }
     }
@@ -76,12 +101,18 @@ impl Hysteresis {
     fn sensitive_on<C: Curve<f64> + Curve<Dual<1>>>(&self, state: SensitiveState, field_to: f64) -> SensitiveState {
         let change = field_to - state.field_a_per_m;
         if change == 0.0 {
-            return state;
+            return SensitiveState {
+                bulge_a_per_m: 0.0,
+                bulge_derivatives: [0.0; COUNT],
+                ..state
+            };
         }
         if !change.is_finite() {
             return SensitiveState {
                 field_a_per_m: field_to,
                 magnetization_a_per_m: f64::NAN,
+                bulge_a_per_m: f64::NAN,
+                bulge_derivatives: [f64::NAN; COUNT],
                 derivatives: [f64::NAN; COUNT],
             };
         }
@@ -90,24 +121,39 @@ impl Hysteresis {
         let mut field = Carried::splat(state.field_a_per_m);
         let mut magnetization = Carried::new(state.magnetization_a_per_m, state.derivatives);
         let mut fraction = phase.coefficients.curve::<Chained<C>>(field, magnetization);
+        let start = magnetization;
+        // Of M over H.
+        let mut integral = Carried::splat(0.0);
         if phase.coefficients.lag(&fraction, magnetization).value() * direction < 0.0 {
             let real = Coefficients::of(self, direction);
             let present = real.curve::<C>(state.field_a_per_m, state.magnetization_a_per_m);
+            let (from, tangent) = (magnetization, phase.coefficients.bending_slope(&fraction));
+            let slope = |field: Carried, magnetization: Carried| {
+                let there = phase.coefficients.curve::<Chained<C>>(field, magnetization);
+                phase.coefficients.bending_slope(&there)
+            };
             let (bent, still_frozen, _) = self.bend::<C>(&real, &present, state.magnetic(), field_to);
             let frozen = magnetization - phase.reversibility * phase.anhysteretic(&fraction);
             if still_frozen {
-                return SensitiveState::at(field_to, phase.bent::<C>(frozen, bent, field_to));
+                let to = phase.bent::<C>(frozen, bent, field_to);
+                let slopes = [tangent, slope(Carried::splat(field_to), to)];
+                let mean = mean_of_cubic(Carried::splat(change), [from, to], slopes);
+                return SensitiveState::after(field_to, [from, to, mean]);
             }
             let bending = self.frozen(state.magnetic());
             if (bending.switch_field - state.field_a_per_m) * direction > 0.0 {
                 (field, magnetization) = self.switch(&phase, frozen, bending);
             }
             fraction = phase.coefficients.curve::<Chained<C>>(field, magnetization);
+            let way = field - Carried::splat(state.field_a_per_m);
+            let slopes = [tangent, slope(field, magnetization)];
+            integral = way * mean_of_cubic(way, [from, magnetization], slopes);
         }
         let longest = self.longest_substep_a_per_m();
-        let (end, _) =
+        let (end, marched) =
             self.march::<Carried, Chained<C>>(&phase.coefficients, &fraction, field, magnetization, field_to, longest);
-        SensitiveState::at(field_to, end)
+        let mean = (integral + marched) * Carried::splat(1.0 / change);
+        SensitiveState::after(field_to, [start, end, mean])
     }
 
     /// Field and magnetization where δ̂ becomes 1; the values are those of `bending`.

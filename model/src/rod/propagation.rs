@@ -75,7 +75,7 @@ impl TwoPolePropagator {
     /// As [`TwoPolePropagator::advance`] for an acceleration on a parabola, whose mean over the tick lies
     /// `mean_excess` above that of the straight line.
     #[inline]
-    pub(crate) fn advance_curved(
+    pub fn advance_curved(
         &self,
         state: RodState,
         acceleration_from: f64,
