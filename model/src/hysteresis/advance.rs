@@ -109,7 +109,8 @@ impl Hysteresis {
         }
     }
 
-    /// The magnetization at `field_to`, with δ̂ = 1 all the way. Carried numbers other than `f64` do not change the strides.
+    /// The magnetization at `field_to`, with δ̂ = 1 all the way. Carried numbers other than `f64` do not change the
+    /// strides.
     #[inline(always)]
     pub(super) fn march<N: Single, C: Curve<N>>(
         &self,
@@ -151,8 +152,8 @@ impl Hysteresis {
         }
     }
 
-    /// Solves M = (1 − c)·Mirr + c·Man(H + αM) by Newton inside its bracket ±c·Ms, from the tangent at the present state;
-    /// also says whether δ̂ is still 0 there, that is, whether Man has not passed Mirr.
+    /// Solves M = (1 − c)·Mirr + c·Man(H + αM) by Newton inside its bracket ±c·Ms, from the tangent at the present
+    /// state; also says whether δ̂ is still 0 there, that is, whether Man has not passed Mirr.
     #[inline(always)]
     pub(super) fn bend<C: Curve<f64>>(
         &self,
