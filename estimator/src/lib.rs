@@ -1,8 +1,8 @@
 //! Adaptive estimation of the shape parameter `a` of the anhysteretic curve, and of the magnetization with it.
 //!
-//! A bank of models over the range of `a`, driven by the best knowledge of the coil field ([`Estimator`]); covers of their
-//! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`GaussNewton`], [`Gradient`], [`FixedShape`]).
-//! The paper's scalar form stands beside them for simulations ([`Scalar`]).
+//! A bank of models over the range of `a`, driven by the best knowledge of the coil field ([`Estimator`]); covers of
+//! their outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`GaussNewton`],
+//! [`Gradient`], [`FixedShape`]). The paper's scalar form stands beside them for simulations ([`Scalar`]).
 //! A monitor of what the motion can say about `a` ([`ExcitationMonitor`]) holds every law while that is too little.
 //! `node.rs` is the only file that knows messages.
 
@@ -42,8 +42,8 @@ pub use settings::{
     LawSettings,
 };
 pub use several::{
-    CramerRao, EstimatedParameter, Information, MeasuredOutput, OutputStage, PassReport, SensitiveOutput,
-    SeveralEstimate, SeveralGaussNewton, SeveralReport, SeveralSettings, SeveralUncertainty, StrainLaw,
-    estimate_several,
+    CramerRao, EstimatedParameter, Information, MeasuredOutput, MinMaxEstimate, MinMaxParameter, MinMaxSettings,
+    OutputStage, PassReport, SensitiveOutput, SeveralEstimate, SeveralGaussNewton, SeveralMinMax, SeveralReport,
+    SeveralSettings, SeveralUncertainty, StrainLaw, estimate_several,
 };
 pub use smooth::SmoothPoint;
