@@ -54,8 +54,8 @@ pub use settings::{
     LawSettings, MatrixSettings, ScalarLawSettings, Tuning,
 };
 pub use several::{
-    CramerRao, EstimatedParameter, Information, MeasuredOutput, OutputStage, PassReport, SensitiveOutput,
-    SeveralEstimate, SeveralGaussNewton, SeveralReport, SeveralSettings, SeveralUncertainty, StrainLaw,
-    estimate_several,
+    CramerRao, EstimatedParameter, Information, MeasuredOutput, MinMaxEstimate, MinMaxParameter, MinMaxSettings,
+    OutputStage, PassReport, SensitiveOutput, SeveralEstimate, SeveralGaussNewton, SeveralMinMax, SeveralReport,
+    SeveralSettings, SeveralUncertainty, StrainLaw, estimate_several,
 };
 pub use smooth::SmoothPoint;

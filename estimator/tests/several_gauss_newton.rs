@@ -1,5 +1,5 @@
-//! Guards the estimation of several parameters at once: as accurate as the Cramér-Rao bound allows, honest about it, and loud
-//! where the data cannot tell parameters apart. One simulated truth serves all seeds.
+//! Guards the estimation of several parameters at once: as accurate as the Cramér-Rao bound allows, honest about it,
+//! and loud where the data cannot tell parameters apart. One simulated truth serves all seeds.
 
 use anhyst_estimator::{
     EstimatedParameter, Information, MeasuredOutput, OutputStage, SeveralGaussNewton, SeveralReport, SeveralSettings,
@@ -87,99 +87,133 @@ fn judge(report: &SeveralReport, truth: &Hysteresis, bounds: &[f64]) -> Judged {
     }
 }
 
-/// Shares within three bounds (by pass and parameter) and shares within one own deviation (by pass, all parameters together).
-fn campaign(parameters: &[HysteresisParameter], share: f64, seeds: u64) -> (Vec<Vec<f64>>, Vec<f64>) {
-    let truth = Hysteresis::terfenol_d();
-    let fields = fields(DriveSignal::standard(5.0), 5.0);
-    let outputs = simulate(&truth, displacement(), &fields);
-    let bounds = Information::of_run(&truth, displacement(), TICK_S, NOISE_M, fields.iter().copied())
-        .unwrap()
-        .bound(parameters)
-        .unwrap()
-        .deviations;
-    for (parameter, bound) in parameters.iter().zip(&bounds) {
-        println!(
-            "{} bound {:.2e} of it",
-            parameter.symbol(),
-            bound / parameter.of(&truth).abs()
-        );
-    }
-    let run = |seed: u64| {
-        let nominal = start(truth, parameters, share, seed);
-        let settings = SeveralSettings::around(parameters, &nominal, share, NOISE_M);
-        let measured = noisy(&outputs, NOISE_M, seed);
-        let report = estimate_several(&settings, nominal, displacement(), TICK_S, &fields, &measured).unwrap();
-        judge(&report, &truth, &bounds)
-    };
-    let judged: Vec<Judged> = std::thread::scope(|scope| {
-        let halves = [0, 1].map(|odd| scope.spawn(move || (odd..seeds).step_by(2).map(run).collect::<Vec<_>>()));
-        halves.into_iter().flat_map(|half| half.join().unwrap()).collect()
-    });
-    let share_of = |inside: &dyn Fn(&Judged) -> f64| judged.iter().map(inside).sum::<f64>() / seeds as f64;
-    let passes = judged[0].over_bound.len();
-    let within_bounds = (0..passes)
-        .map(|pass| {
-            (0..parameters.len())
-                .map(|i| share_of(&|one| f64::from(one.over_bound[pass][i] <= 3.0)))
-                .collect()
-        })
-        .collect();
-    let honest = (0..passes)
-        .map(|pass| {
-            share_of(&|one| {
-                let own = &one.over_own[pass];
-                own.iter().filter(|over| **over <= 1.0).count() as f64 / own.len() as f64
-            })
-        })
-        .collect();
-    for pass in 0..passes {
-        let rms: Vec<f64> = (0..parameters.len())
-            .map(|i| share_of(&|one| one.over_bound[pass][i].powi(2)).sqrt())
-            .collect();
-        println!("pass {}: rms error over bound {rms:.2?}", pass + 1);
-    }
-    println!("within three bounds {within_bounds:?}, within one own deviation {honest:?}");
-    (within_bounds, honest)
+/// Some seeds, judged.
+struct Campaign {
+    seeds: Vec<Judged>,
 }
+
+impl Campaign {
+    /// The standard excitation for 5 s, all of `parameters` off by `share` at the start; β as given.
+    fn run(parameters: &[HysteresisParameter], share: f64, annealing_samples: f64, seeds: u64) -> Self {
+        let truth = Hysteresis::terfenol_d();
+        let fields = fields(DriveSignal::standard(5.0), 5.0);
+        let outputs = simulate(&truth, displacement(), &fields);
+        let bounds = Information::of_run(&truth, displacement(), TICK_S, NOISE_M, fields.iter().copied())
+            .unwrap()
+            .bound(parameters)
+            .unwrap()
+            .deviations;
+        for (parameter, bound) in parameters.iter().zip(&bounds) {
+            println!(
+                "{} bound {:.2e} of it",
+                parameter.symbol(),
+                bound / parameter.of(&truth).abs()
+            );
+        }
+        let run = |seed: u64| {
+            let nominal = start(truth, parameters, share, seed);
+            let settings = SeveralSettings {
+                annealing_samples,
+                ..SeveralSettings::around(parameters, &nominal, share, NOISE_M)
+            };
+            let measured = noisy(&outputs, NOISE_M, seed);
+            let report = estimate_several(&settings, nominal, displacement(), TICK_S, &fields, &measured).unwrap();
+            judge(&report, &truth, &bounds)
+        };
+        let seeds = std::thread::scope(|scope| {
+            let halves = [0, 1].map(|odd| scope.spawn(move || (odd..seeds).step_by(2).map(run).collect::<Vec<_>>()));
+            halves.into_iter().flat_map(|half| half.join().unwrap()).collect()
+        });
+        let campaign = Self { seeds };
+        campaign.print();
+        campaign
+    }
+
+    fn mean(&self, of: impl Fn(&Judged) -> f64) -> f64 {
+        self.seeds.iter().map(of).sum::<f64>() / self.seeds.len() as f64
+    }
+
+    /// The least of the parameters' shares within three bounds.
+    fn within_three_bounds(&self, pass: usize) -> f64 {
+        let parameters = self.seeds[0].over_bound[pass].len();
+        (0..parameters)
+            .map(|i| self.mean(|one| f64::from(one.over_bound[pass][i] <= 3.0)))
+            .fold(1.0, f64::min)
+    }
+
+    /// Share of all errors within their own deviation: 0.68 where that is honest.
+    fn honest(&self, pass: usize) -> f64 {
+        self.mean(|one| {
+            let own = &one.over_own[pass];
+            own.iter().filter(|over| **over <= 1.0).count() as f64 / own.len() as f64
+        })
+    }
+
+    /// Nine of ten seeds have all their errors within so many of their own deviations: 2.3 for five honest ones.
+    fn worst_over_own(&self, pass: usize) -> f64 {
+        let worst = |one: &Judged| one.over_own[pass].iter().fold(0.0, |most: f64, over| most.max(*over));
+        let mut worst: Vec<f64> = self.seeds.iter().map(worst).collect();
+        worst.sort_by(f64::total_cmp);
+        worst[worst.len() * 9 / 10]
+    }
+
+    fn print(&self) {
+        for pass in 0..2 {
+            let parameters = self.seeds[0].over_bound[pass].len();
+            let rms: Vec<f64> = (0..parameters)
+                .map(|i| self.mean(|one| one.over_bound[pass][i].powi(2)).sqrt())
+                .collect();
+            println!(
+                "pass {}: rms error over bound {rms:.2?}, within three bounds {:.2}, within one own deviation {:.2}, worst over own {:.1}",
+                pass + 1,
+                self.within_three_bounds(pass),
+                self.honest(pass),
+                self.worst_over_own(pass)
+            );
+        }
+    }
+}
+
+const ANNEALING: f64 = 100.0;
 
 // Guards the bar: five parameters from 5 % off, 5 s, 20 nm. One pass is enough for it.
 #[test]
 fn five_parameters_reach_the_bound() {
-    let (within, honest) = campaign(&HysteresisParameter::ALL, 0.05, 50);
+    let campaign = Campaign::run(&HysteresisParameter::ALL, 0.05, ANNEALING, 50);
     for pass in 0..2 {
-        assert!(
-            within[pass].iter().all(|share| *share >= 0.9),
-            "pass {pass}: {:?}",
-            within[pass]
-        );
-        assert!((0.58..=0.78).contains(&honest[pass]), "pass {pass}: {}", honest[pass]);
+        assert!(campaign.within_three_bounds(pass) >= 0.9);
+        assert!((0.58..=0.78).contains(&campaign.honest(pass)));
     }
 }
 
 // Guards a poor start: 20 % off in each of five. The second pass repairs what the first could not.
 #[test]
 fn five_parameters_from_far_away() {
-    let (within, honest) = campaign(&HysteresisParameter::ALL, 0.2, 20);
-    assert!(within[1].iter().all(|share| *share >= 0.9), "{:?}", within[1]);
-    assert!((0.58..=0.78).contains(&honest[1]), "{}", honest[1]);
+    let campaign = Campaign::run(&HysteresisParameter::ALL, 0.2, ANNEALING, 30);
+    assert!(campaign.within_three_bounds(1) >= 0.9);
+    assert!((0.58..=0.78).contains(&campaign.honest(1)) && campaign.worst_over_own(1) < 3.5);
+}
+
+// Guards the need for annealing: without it the first pass from there is far too sure of itself.
+#[test]
+fn without_annealing_the_first_pass_is_too_sure() {
+    let campaign = Campaign::run(&HysteresisParameter::ALL, 0.2, 0.0, 20);
+    assert!(campaign.worst_over_own(0) > 20.0);
 }
 
 #[test]
 fn the_shape_alone_and_pairs_reach_the_bound() {
     use HysteresisParameter::*;
-    for parameters in [
-        vec![Shape],
-        vec![Shape, SaturationMagnetization],
-        vec![Coupling, Reversibility],
-        vec![Pinning, Shape],
-    ] {
-        let (within, honest) = campaign(&parameters, 0.05, 20);
-        assert!(
-            within[1].iter().all(|share| *share >= 0.9),
-            "{parameters:?} {:?}",
-            within[1]
-        );
-        assert!((0.5..=0.84).contains(&honest[1]), "{parameters:?} {}", honest[1]);
+    let pairs: [&[HysteresisParameter]; 4] = [
+        &[Shape],
+        &[Shape, SaturationMagnetization],
+        &[Coupling, Reversibility],
+        &[Pinning, Shape],
+    ];
+    for parameters in pairs {
+        let campaign = Campaign::run(parameters, 0.05, ANNEALING, 20);
+        assert!(campaign.within_three_bounds(1) >= 0.9, "{parameters:?}");
+        assert!((0.5..=0.84).contains(&campaign.honest(1)), "{parameters:?}");
     }
 }
 
@@ -191,8 +225,8 @@ fn loop_30_ka_per_m() -> Vec<f64> {
     fields(signal, 1.0)
 }
 
-// Guards the warning: on one quasi-static major loop a and α trade and it says so, with what they fix together; after the standard
-// excitation no pair is suspicious.
+// Guards the warning: on one quasi-static major loop a and α trade and it says so, with what they fix together; after
+// the standard excitation no pair is suspicious.
 #[test]
 fn one_loop_cannot_tell_a_from_alpha_but_the_standard_excitation_can() {
     let truth = Hysteresis::terfenol_d();
@@ -216,7 +250,8 @@ fn one_loop_cannot_tell_a_from_alpha_but_the_standard_excitation_can() {
     assert!(of_standard.is_empty(), "{of_standard:#?}");
 }
 
-// Guards the outputs without a rod, on a quasi-static loop and on both curves: within five deviations of the truth, and close.
+// Guards the outputs without a rod, on a quasi-static loop and on both curves: within five deviations of the truth, and
+// close.
 #[test]
 fn strain_and_magnetization_serve_as_well() {
     use HysteresisParameter::*;
@@ -301,6 +336,7 @@ fn a_missing_measurement_teaches_nothing() {
         assert!(found.held && found.hysteresis == truth && found.predicted_output == output);
     }
     assert_eq!(law.uncertainty(), before);
+    assert_eq!(law.deviations().as_slice(), before.deviations);
 }
 
 #[test]
@@ -347,7 +383,8 @@ fn settings_are_refused_with_their_reason() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    // Guards against broken sensors and poor materials: whatever is measured, the material stays valid and inside its ranges.
+    // Guards against broken sensors and poor materials: whatever is measured, the material stays valid and inside its
+    // ranges.
     #[test]
     fn any_measurement_leaves_a_valid_material(
         words in prop::collection::vec(any::<u64>(), 1..40), coupling in -0.02..0.025_f64, ising in any::<bool>(), scale in 1e3..1e5_f64,

@@ -1,8 +1,8 @@
 //! Numbers that carry derivatives: x + Σ x_i ε_i with ε_i ε_j = 0, so that every formula differentiates itself.
 //!
-//! The arithmetic is that of `num-dual`, with one exception: its quotient multiplies by 1/y, which may differ from x/y in the last
-//! bit; here the value is x/y, so that a computation with dual numbers gives the same values as one with `f64`.
-//! A constant has no derivatives at all (not zeros): products with it cost nothing more.
+//! The arithmetic is that of `num-dual`, with one exception: its quotient multiplies by 1/y, which may differ from x/y
+//! in the last bit; here the value is x/y, so that a computation with dual numbers gives the same values as one with
+//! `f64`. A constant has no derivatives at all (not zeros): products with it cost nothing more.
 
 use std::ops::{Add, Div, Mul, Sub};
 

@@ -7,10 +7,10 @@
 //! 4. multisine 0.2 A Σ sin(2π f_i τ + φ_i), f = 7, 23, 61, 97, 151, 283 Hz, faded in and out within 50 ms;
 //! 5. shrinking loops A(1 − 0.8 τ/T) sin(2π 30 Hz τ).
 //!
-//! Together they visit major and minor loops, fast and slow, biased and not: enough to tell all five parameters of the hysteresis apart.
-//! `Tracking`: min(1, t/0.2 s)·A(sin 2π50t + 0.3125 sin(2π150t + 0.4)), a cut with its third harmonic.
-//! H, A in A/m, times in s, frequencies in Hz. Source: the development runs with one hidden effect, whose commanded fields they
-//! reproduce (12 kA/m and 9.6 kA/m; in the sweep up to the phase of that simulation's summation).
+//! Together they visit major and minor loops, fast and slow, biased and not: enough to tell all five parameters of the
+//! hysteresis apart. `Tracking`: min(1, t/0.2 s)·A(sin 2π50t + 0.3125 sin(2π150t + 0.4)), a cut with its third
+//! harmonic. H, A in A/m, times in s, frequencies in Hz. Source: the development runs with one hidden effect, whose
+//! commanded fields they reproduce (12 kA/m and 9.6 kA/m; in the sweep up to the phase of that simulation's summation).
 
 use std::f64::consts::PI;
 
@@ -223,7 +223,8 @@ fn triangle(periods: f64) -> f64 {
 mod tests {
     use super::*;
 
-    // Guards agreement with the development runs: fields read off their commanded column (4 s, 10 kHz), two or more of each part.
+    // Guards agreement with the development runs: fields read off their commanded column (4 s, 10 kHz), two or more of
+    // each part.
     #[test]
     fn the_fields_of_the_development_runs() {
         let standard = DriveSignal::standard(4.0);
@@ -261,7 +262,8 @@ mod tests {
         }
     }
 
-    // Guards other durations: the parts keep their shares, nothing jumps within a part, and after the end the field is held.
+    // Guards other durations: the parts keep their shares, nothing jumps within a part, and after the end the field is
+    // held.
     #[test]
     fn parts_scale_with_the_duration() {
         for duration in [0.3, 5.0, 40.0] {

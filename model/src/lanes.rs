@@ -1,8 +1,8 @@
 //! Numbers that the stepping equations are written in: one `f64`, or `WIDTH` of them side by side.
 //!
 //! The equations exist once and are generic over [`Number`]; a single model uses `f64`, a bank uses
-//! [`Lanes`], sensitivities use dual numbers (`dual.rs`). Every operation is an IEEE basic operation in a fixed order, and no fused
-//! multiply-add is used, so scalar, AVX2 and AVX-512 code give the same bits.
+//! [`Lanes`], sensitivities use dual numbers (`dual.rs`). Every operation is an IEEE basic operation in a fixed order,
+//! and no fused multiply-add is used, so scalar, AVX2 and AVX-512 code give the same bits.
 
 use std::ops::{Add, Div, Mul, Sub};
 

@@ -79,7 +79,8 @@ fn differences(material: &Hysteresis, fields: &[f64], parameter: HysteresisParam
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    // Guards that nothing but derivatives is added: bit for bit the same magnetization, on every way, reversal and step length.
+    // Guards that nothing but derivatives is added: bit for bit the same magnetization, on every way, reversal and step
+    // length.
     #[test]
     fn the_value_is_that_of_advance(material in materials(), turns in prop::collection::vec(-4.0..4.0, 1..12), parts in 1..30_usize) {
         let mut plain = MagneticState::default();
@@ -170,7 +171,8 @@ fn one_way_in_one_call_or_in_many() {
     }
 }
 
-// Guards the closed form at rest: with c = 0 and no walls moved yet nothing depends on anything; a broken field is not hidden.
+// Guards the closed form at rest: with c = 0 and no walls moved yet nothing depends on anything; a broken field is not
+// hidden.
 #[test]
 fn special_cases() {
     let material = Hysteresis::terfenol_d();

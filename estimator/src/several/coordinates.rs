@@ -1,8 +1,10 @@
-//! q_i = ln(θ_i/θ_i0)/(d_i/θ_i0) for Ms, a, k and c, q_i = (α − α_0)/d_i: the numbers in which the parameters are searched.
+//! q_i = ln(θ_i/θ_i0)/(d_i/θ_i0) for Ms, a, k and c, q_i = (α − α_0)/d_i: the numbers in which the parameters are
+//! searched.
 //!
-//! θ_0 start, d its standard deviation, so that q starts at 0 with deviation 1. What a loop fixes best are products and quotients (its
-//! initial slope c·Ms/a, its height, its width): sums of logarithms, which a linear step keeps, where a step linear in θ leaves
-//! them by its square. Logarithms keep positive parameters positive, too. α may have either sign and stays linear.
+//! θ_0 start, d its standard deviation, so that q starts at 0 with deviation 1. What a loop fixes best are products and
+//! quotients (its initial slope c·Ms/a, its height, its width): sums of logarithms, which a linear step keeps, where a
+//! step linear in θ leaves them by its square. Logarithms keep positive parameters positive, too. α may have either
+//! sign and stays linear.
 
 use super::output::COUNT;
 use super::settings::SeveralSettings;

@@ -1,6 +1,7 @@
 //! I = Σ φφᵀ/σ²,  φ = ∂y/∂θ:  no unbiased estimate has a covariance below I⁻¹ (Cramér and Rao).
 //!
-//! y output and σ its rms noise (same unit), θ the parameters of the hysteresis. White Gaussian noise, everything else known.
+//! y output and σ its rms noise (same unit), θ the parameters of the hysteresis. White Gaussian noise, everything else
+//! known.
 
 use super::output::{COUNT, MeasuredOutput, OutputStage, SensitiveOutput};
 use crate::EstimatorError;

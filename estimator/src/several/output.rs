@@ -1,10 +1,12 @@
 //! From M and ∂M/∂θ to what is measured and its derivatives: y = u(λ(M)), λ(M) or M.
 //!
-//! ∂λ/∂θ = λ′(M)·∂M/∂θ, and the rod ü + k̂u̇ + ĉu = gλ is linear, so each ∂u/∂θ_i obeys the rod's equation with ∂λ/∂θ_i for λ and is
-//! propagated by the same exact propagator.
-//! M magnetization (A/m), λ free strain (no unit), u tip displacement (m), g m/s² per unit of strain, θ = [Ms, a, k, α, c].
+//! ∂λ/∂θ = λ′(M)·∂M/∂θ, and the rod ü + k̂u̇ + ĉu = gλ is linear, so each ∂u/∂θ_i obeys the rod's equation with ∂λ/∂θ_i
+//! for λ and is propagated by the same exact propagator.
+//! M magnetization (A/m), λ free strain (no unit), u tip displacement (m), g m/s² per unit of strain, θ = [Ms, a, k, α,
+//! c].
 //! Assumptions: rod and λ(M) are known; λ keeps the Ms that it was measured with, so Ms acts through M alone.
 
+use crate::law::is_credible;
 use anhyst_model::{
     HysteresisParameter, Magnetostriction, Material, ModelError, RodState, SensitiveState, TwoPole, TwoPolePropagator,
 };
@@ -72,6 +74,11 @@ pub enum MeasuredOutput {
     Magnetization,
 }
 
+/// A strain or a magnetization beyond these is no measurement of a material; for displacements the loop's laws have a
+/// limit.
+const CREDIBLE_STRAIN: f64 = 1.0;
+const CREDIBLE_MAGNETIZATION_A_PER_M: f64 = 1e9;
+
 impl MeasuredOutput {
     /// Second derivative of λ or M by M.
     fn curvature(&self, magnetization_a_per_m: f64) -> f64 {
@@ -82,6 +89,15 @@ impl MeasuredOutput {
                 let [above, below] = [step, -step].map(|step| strain.at(magnetization_a_per_m + step).1);
                 (above - below) / (2.0 * step)
             }
+        }
+    }
+
+    /// Whether a law may use the measurement at all; NaN may not.
+    fn is_credible(&self, output: f64) -> bool {
+        match self {
+            MeasuredOutput::Displacement { .. } => is_credible(output),
+            MeasuredOutput::Strain(_) => output.abs() <= CREDIBLE_STRAIN,
+            MeasuredOutput::Magnetization => output.abs() <= CREDIBLE_MAGNETIZATION_A_PER_M,
         }
     }
 
@@ -135,6 +151,14 @@ struct Carried {
 }
 
 impl Carried {
+    fn advance(&mut self, propagator: &TwoPolePropagator, started: bool, reached: f64, bulge: f64) -> f64 {
+        if started {
+            self.state = propagator.advance_curved(self.state, self.acceleration, reached, bulge);
+        }
+        self.acceleration = reached;
+        self.state.displacement_m
+    }
+
     fn shift(&mut self, by: &Carried, times: f64) {
         self.state.displacement_m += times * by.state.displacement_m;
         self.state.velocity_m_per_s += times * by.state.velocity_m_per_s;
@@ -172,7 +196,8 @@ impl OutputStage {
         })
     }
 
-    /// The output one tick later, where the material has arrived at `state`. The first call is tick 0: the rod is still at rest.
+    /// The output one tick later, where the material has arrived at `state`. The first call is tick 0: the rod is still
+    /// at rest.
     pub fn advance(&mut self, state: &SensitiveState) -> SensitiveOutput {
         let (value, slope) = self.measured.driving(state.magnetization_a_per_m);
         let derivatives = state.derivatives.map(|derivative| slope * derivative);
@@ -191,6 +216,20 @@ impl OutputStage {
         self.output
     }
 
+    /// The output alone: for a stage that is never asked for derivatives.
+    pub(super) fn advance_value(&mut self, magnetization_a_per_m: f64) -> f64 {
+        let (value, _) = self.measured.driving(magnetization_a_per_m);
+        match &mut self.rod {
+            None => value,
+            Some(rod) => rod.advance_value(value),
+        }
+    }
+
+    /// Whether a law may use a measurement of this output.
+    pub(super) fn is_credible(&self, output: f64) -> bool {
+        self.measured.is_credible(output)
+    }
+
     /// Moves the state to first order to where other parameters, `change` away, would have brought it.
     pub fn shift(&mut self, change: &[f64; COUNT]) {
         if let Some(rod) = &mut self.rod {
@@ -202,31 +241,33 @@ impl OutputStage {
 }
 
 impl SensitiveRod {
+    fn advance_value(&mut self, strain: f64) -> f64 {
+        let displacement = self
+            .value
+            .advance(&self.propagator, self.started, self.gain * strain, 0.0);
+        self.started = true;
+        displacement
+    }
+
+    /// Strain and its bulge, and the derivatives of both.
     fn advance(
         &mut self,
         (strain, bulge): (f64, f64),
         (derivatives, bulges): (&[f64; COUNT], &[f64; COUNT]),
     ) -> SensitiveOutput {
-        let (gain, propagator, started) = (self.gain, self.propagator, self.started);
-        let step = |carried: &mut Carried, strain: f64, bulge: f64| {
-            let reached = gain * strain;
-            if started {
-                carried.state = propagator.advance_curved(carried.state, carried.acceleration, reached, gain * bulge);
-            }
-            carried.acceleration = reached;
-            carried.state.displacement_m
-        };
-        let value = step(&mut self.value, strain, bulge);
+        let (gain, started) = (self.gain, self.started);
         let mut displacements = [0.0; COUNT];
         let inputs = derivatives.iter().zip(bulges);
         for ((displacement, carried), (strain, bulge)) in
             displacements.iter_mut().zip(&mut self.derivatives).zip(inputs)
         {
-            *displacement = step(carried, *strain, *bulge);
+            *displacement = carried.advance(&self.propagator, started, gain * strain, gain * bulge);
         }
         self.started = true;
         SensitiveOutput {
-            value,
+            value: self
+                .value
+                .advance(&self.propagator, started, gain * strain, gain * bulge),
             derivatives: displacements,
         }
     }
@@ -296,7 +337,8 @@ mod tests {
         }
     }
 
-    // Guards the first-order move: a stage shifted by its derivatives goes on like one that always had the other material.
+    // Guards the first-order move: a stage shifted by its derivatives goes on like one that always had the other
+    // material.
     #[test]
     fn a_shifted_stage_is_that_of_the_other_material() {
         let [measured, ..] = outputs();

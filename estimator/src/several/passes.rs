@@ -29,8 +29,8 @@ pub struct SeveralReport {
     pub passes: Vec<PassReport>,
 }
 
-/// Estimates from recorded fields (A/m) and outputs, one each per tick, the first at tick 0 in a demagnetised material and a
-/// rod at rest. Outputs that are not finite are left out.
+/// Estimates from recorded fields (A/m) and outputs, one each per tick, the first at tick 0 in a demagnetised material
+/// and a rod at rest. Outputs that are not numbers are left out.
 ///
 /// # Errors
 /// A setting, a material or an output that cannot be used, or lists of different lengths.
@@ -74,7 +74,7 @@ fn residual_rms(hysteresis: &Hysteresis, mut stage: OutputStage, fields: &[f64],
     for (field, output) in fields.iter().zip(outputs) {
         state = hysteresis.advance_with_sensitivities(state, *field);
         let residual = output - stage.advance(&state).value;
-        if residual.is_finite() {
+        if stage.is_credible(*output) {
             squares += residual * residual;
             samples += 1.0;
         }

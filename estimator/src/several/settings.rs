@@ -17,8 +17,8 @@ pub struct EstimatedParameter {
 }
 
 impl EstimatedParameter {
-    /// A parameter known to `share` of its nominal value (0.05: 5 %), kept within six times that: within a factor e^(±6 share),
-    /// c below 0.99, α within ±6 share of itself. Not for a coupling of 0, whose deviation has to be said.
+    /// A parameter known to `share` of its nominal value (0.05: 5 %), kept within six times that: within a factor e^(±6
+    /// share), c below 0.99, α within ±6 share of itself. Not for a coupling of 0, whose deviation has to be said.
     pub fn around(parameter: HysteresisParameter, nominal: &Hysteresis, share: f64) -> Self {
         let value = parameter.of(nominal);
         let start_deviation = share * value.abs();
@@ -64,8 +64,8 @@ pub struct SeveralSettings {
     pub parameters: Vec<EstimatedParameter>,
     /// σ: rms noise of what is measured, in its unit.
     pub noise: f64,
-    /// β: an e-fold of what is known about an output takes at least this many samples. Far from the truth a larger β is safer;
-    /// it costs a share β·m/N of the information of N samples about m parameters.
+    /// β: an e-fold of what is known about an output takes at least this many samples. Far from the truth a larger β is
+    /// safer; it costs a share β·m/N of the information of N samples about m parameters.
     #[serde(default = "default_annealing")]
     pub annealing_samples: f64,
     /// How often [`super::estimate_several`] goes over the data.

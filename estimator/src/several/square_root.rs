@@ -1,7 +1,7 @@
 //! P = L Lᵀ;  a = Lᵀφ,  S = r + aᵀa,  K = L a/S,  L⁺ = L − K aᵀ/(1 + √(r/S)):  P⁺ = P − K φᵀP without ever forming P.
 //!
-//! P covariance of the m coordinates, φ derivatives of the output by them, r variance of the measurement (unit of the output
-//! squared). A difference of nearly equal covariances could lose its sign; the square of a root cannot.
+//! P covariance of the m coordinates, φ derivatives of the output by them, r variance of the measurement (unit of the
+//! output squared). A difference of nearly equal covariances could lose its sign; the square of a root cannot.
 //! Source: Potter's update, in Bierman, Factorization Methods for Discrete Sequential Estimation (1977), chapter II.
 
 use super::output::COUNT;

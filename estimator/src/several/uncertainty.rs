@@ -66,7 +66,8 @@ impl SeveralUncertainty {
                 }
                 let (one, other) = (first.symbol(), second.symbol());
                 let mut sentence = format!(
-                    "{one} and {other} cannot be told apart by these data: their correlation is {correlation:.4}, the limit {limit}; \
+                    "{one} and {other} cannot be told apart by these data: \
+                     their correlation is {correlation:.4}, the limit {limit}; \
                      hold one of them, or take data with other amplitudes, biases and minor loops"
                 );
                 let pair = [*first, *second];
@@ -99,12 +100,14 @@ impl SeveralUncertainty {
             let (now, first) = (self.deviations[i], coordinates.start_deviation(i));
             if now > UNINFORMED_SHARE * first {
                 sentences.push(format!(
-                    "the data say next to nothing about {symbol}: its standard deviation is {now:.3e} {unit} after {first:.3e} {unit} before them"
+                    "the data say next to nothing about {symbol}: \
+                     its standard deviation is {now:.3e} {unit} after {first:.3e} {unit} before them"
                 ));
             }
             if coordinates.at_edge(i, hysteresis) {
                 sentences.push(format!(
-                    "{symbol} stands at the edge of its range, {} {unit}: its standard deviation means nothing, widen the range or hold it",
+                    "{symbol} stands at the edge of its range, {} {unit}: \
+                     its standard deviation means nothing, widen the range or hold it",
                     self.estimates[i]
                 ));
             }

@@ -1,13 +1,14 @@
 //! M and ∂M/∂θ, θ = [Ms, a, k, α, c], advanced together: `advance.rs` in dual numbers.
 //!
-//! δ̂ = 1: the very same Runge-Kutta steps; their lengths are held as real numbers, only the last one, from the last field to the
-//! end, carries the derivative of where the march began.
-//! δ̂ = 0: M solves R(M, θ) = M − (1 − c)Mirr − c·Man(H + αM) = 0, so ∂M/∂θ = −(∂R/∂θ)/(∂R/∂M): one Newton correction in dual
-//! numbers from the solution in real ones.
+//! δ̂ = 1: the very same Runge-Kutta steps; their lengths are held as real numbers, only the last one, from the last
+//! field to the end, carries the derivative of where the march began.
+//! δ̂ = 0: M solves R(M, θ) = M − (1 − c)Mirr − c·Man(H + αM) = 0, so ∂M/∂θ = −(∂R/∂θ)/(∂R/∂M): one Newton correction
+//! in dual numbers from the solution in real ones.
 //! Switch: H* = a·x* − α·Mirr with x* = curve⁻¹(Mirr/Ms), so ∂x* = ∂(Mirr/Ms)/curve′(x*). M is continuous across it and
 //! across reversals, and so is ∂M/∂θ.
-//! The derivatives are exact for the steps taken, to rounding; of the 1e-9 Ms by which those miss the equation they say nothing.
-//! M in A/m; ∂M/∂Ms no unit, ∂M/∂a and ∂M/∂k no unit, ∂M/∂α and ∂M/∂c A/m. The field H(t) does not depend on θ.
+//! The derivatives are exact for the steps taken, to rounding; of the 1e-9 Ms by which those miss the equation they say
+//! nothing. M in A/m; ∂M/∂Ms no unit, ∂M/∂a and ∂M/∂k no unit, ∂M/∂α and ∂M/∂c A/m. The field H(t) does not depend on
+//! θ.
 
 use super::advance::Bending;
 use super::parameter::HysteresisParameter;

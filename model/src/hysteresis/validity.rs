@@ -6,6 +6,8 @@
 //! 2. α·(Man − Mirr) ≥ k: the denominator of (3) vanishes. The largest Man − Mirr that can be reached on a rising field
 //!    is that of the major loop from negative saturation, because solutions of the first-order equation do not cross.
 //!    Along it, in the effective field, dMirr/dHe = z(1 − cα·Man′)/(k − αcz), z = Man − Mirr, from (3) and (5).
+//!    Where z is largest dMirr/dHe = Man′, which solved for z gives z = k·Man′: never more than kχ₀, so αχ₀ < 1 decides
+//!    without an integration. A valid Langevin material always has that, an Ising one unless it makes use of the pinning.
 
 use super::Hysteresis;
 use crate::error::{ModelError, require, require_positive};
@@ -42,9 +44,9 @@ impl Hysteresis {
     }
 
     fn validate_pinning(&self) -> Result<(), ModelError> {
-        // Man − Mirr can never exceed 2 Ms, so most materials need no integration.
+        // Man − Mirr can exceed neither 2 Ms nor kχ₀, so most materials need no integration.
         let worst = 2.0 * self.coupling * self.saturation_magnetization_a_per_m;
-        if worst < self.pinning_a_per_m {
+        if worst < self.pinning_a_per_m || self.coupling * self.initial_susceptibility() < 1.0 {
             return Ok(());
         }
         let distance_a_per_m = self.largest_distance_on_major_loop();
@@ -90,5 +92,34 @@ impl Hysteresis {
             largest = if distance > largest { distance } else { largest };
         }
         largest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Anhysteretic;
+    use proptest::prelude::*;
+
+    proptest! {
+        // Guards the bound that saves the integration: Man − Mirr on the major loop is nowhere above k·χ₀, and gets near it.
+        #[test]
+        fn the_distance_is_bounded_by_pinning_times_susceptibility(
+            ising in any::<bool>(), shape in 1e3..3e4_f64, pinning in 0.05..3.0_f64, coupling in -1.0..0.99_f64, c in 0.0..0.9_f64,
+        ) {
+            let anhysteretic = if ising { Anhysteretic::Ising } else { Anhysteretic::Langevin };
+            let material = Hysteresis {
+                anhysteretic,
+                saturation_magnetization_a_per_m: 7.65e5,
+                shape_a_per_m: shape,
+                pinning_a_per_m: pinning * shape,
+                coupling: coupling * shape / (7.65e5 * anhysteretic.initial_slope()),
+                reversibility: c,
+            };
+            let share = material.largest_distance_on_major_loop()
+                / (material.pinning_a_per_m * material.initial_susceptibility());
+            prop_assert!(share < 1.0 + 1e-6, "{share} of k chi_0");
+            prop_assert!(pinning > 0.1 || coupling < 0.0 || share > 0.9, "{share} of k chi_0");
+        }
     }
 }
