@@ -5,7 +5,7 @@ use anhyst_estimator::{
     MeasuredOutput, MinMaxParameter, MinMaxSettings, OutputStage, SeveralMinMax, SeveralSettings, StrainLaw,
     estimate_several,
 };
-use anhyst_model::{DriveSignal, Hysteresis, HysteresisParameter, MagneticState, Material, TwoPole};
+use anhyst_model::{DriveSignal, Hysteresis, HysteresisParameter, Material, SensitiveState, TwoPole};
 use proptest::prelude::*;
 
 const TICK_S: f64 = 1e-4;
@@ -32,12 +32,12 @@ fn fields() -> Vec<f64> {
 
 fn simulate(hysteresis: &Hysteresis, fields: &[f64]) -> Vec<f64> {
     let mut stage = OutputStage::new(displacement(), TICK_S).unwrap();
-    let mut state = MagneticState::default();
+    let mut state = SensitiveState::default();
     fields
         .iter()
         .map(|field| {
-            state = hysteresis.advance(state, *field);
-            stage.advance(&state.into()).value
+            state = hysteresis.advance_with_sensitivities(state, *field);
+            stage.advance(&state).value
         })
         .collect()
 }

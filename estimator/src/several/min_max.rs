@@ -157,8 +157,9 @@ impl SeveralMinMax {
     pub fn step(&mut self, field_a_per_m: f64, measured_output: f64) -> &MinMaxEstimate {
         let members = self.materials.iter().zip(&mut self.states).zip(&mut self.stages);
         for (((material, state), stage), output) in members.zip(&mut self.outputs) {
-            *state = material.advance(*state, field_a_per_m);
-            *output = stage.advance_value(state.magnetization_a_per_m);
+            let (reached, bulge) = material.advance_with_bulge(*state, field_a_per_m);
+            *state = reached;
+            *output = stage.advance_value(reached.magnetization_a_per_m, bulge);
         }
         self.estimate.held = !self.stages[0].is_credible(measured_output);
         self.estimate.adapting = false;

@@ -234,8 +234,9 @@ fn actuator(levels: usize, allowance: f64, truth: [f64; 2]) -> Vec<f64> {
     let mut history = vec![lyapunov(&law.law, &truth, 2)];
     for tick in 0..10_000 {
         let field = signal.field_a_per_m(f64::from(tick) * tick_s);
-        state = true_material.advance(state, field);
-        law.step(field, stage.advance_value(state.magnetization_a_per_m));
+        let (reached, bulge) = true_material.advance_with_bulge(state, field);
+        state = reached;
+        law.step(field, stage.advance_value(state.magnetization_a_per_m, bulge));
         history.push(lyapunov(&law.law, &truth, 2));
     }
     history

@@ -217,11 +217,11 @@ impl OutputStage {
     }
 
     /// The output alone: for a stage that is never asked for derivatives.
-    pub(super) fn advance_value(&mut self, magnetization_a_per_m: f64) -> f64 {
-        let (value, _) = self.measured.driving(magnetization_a_per_m);
+    pub(super) fn advance_value(&mut self, magnetization_a_per_m: f64, bulge_a_per_m: f64) -> f64 {
+        let (value, slope) = self.measured.driving(magnetization_a_per_m);
         match &mut self.rod {
             None => value,
-            Some(rod) => rod.advance_value(value),
+            Some(rod) => rod.advance_value(value, slope * bulge_a_per_m),
         }
     }
 
@@ -241,10 +241,9 @@ impl OutputStage {
 }
 
 impl SensitiveRod {
-    fn advance_value(&mut self, strain: f64) -> f64 {
-        let displacement = self
-            .value
-            .advance(&self.propagator, self.started, self.gain * strain, 0.0);
+    fn advance_value(&mut self, strain: f64, bulge: f64) -> f64 {
+        let (reached, bulge) = (self.gain * strain, self.gain * bulge);
+        let displacement = self.value.advance(&self.propagator, self.started, reached, bulge);
         self.started = true;
         displacement
     }

@@ -64,6 +64,18 @@ impl Hysteresis {
         }
     }
 
+    /// As [`Hysteresis::advance`], and the bulge: mean M on the way, the field going straight, less the mean of its ends (A/m). It is what a
+    /// rod between samples feels beyond a straight line.
+    pub fn advance_with_bulge(&self, state: MagneticState, field_to_a_per_m: f64) -> (MagneticState, f64) {
+        let longest = self.longest_substep_a_per_m();
+        let (end, mean) = match self.anhysteretic {
+            Anhysteretic::Langevin => self.advance_on::<LangevinByRange>(state, field_to_a_per_m, longest),
+            Anhysteretic::Ising => self.advance_on::<IsingEverywhere>(state, field_to_a_per_m, longest),
+        };
+        let ends = 0.5 * (state.magnetization_a_per_m + end.magnetization_a_per_m);
+        (end, mean - ends)
+    }
+
     /// As [`Hysteresis::advance`] to 1e-7 Ms, with longer substeps, and the mean magnetization (A/m) on the way: what a
     /// rod feels of a whole tick.
     #[inline]
