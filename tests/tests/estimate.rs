@@ -111,7 +111,10 @@ fn what_cannot_be_estimated_is_refused() {
         (&["--parameters", "a,b"], "there is no such parameter"),
         (&["--parameters", "a,a"], "stands twice"),
         (&["--range", "7300..6300"], "lower edge"),
-        (&["--column", "displacement=nothing"], "nothing"),
+        (
+            &["--column", "displacement=nothing"],
+            "has no column for the displacement",
+        ),
     ] {
         let arguments: Vec<&str> = common.iter().chain(more).copied().collect();
         let finished = Finished::run(&arguments, LIMIT).expect(2);

@@ -77,7 +77,7 @@ pub fn run(arguments: &EstimateArguments) -> miette::Result<Ending> {
     let model = load_model(&arguments.model)?;
     let reading = RunReadOptions {
         mappings: arguments.columns.clone(),
-        rows: arguments.rows.clone(),
+        rows: arguments.rows,
         drop_rows: arguments.drop_rows.clone(),
     };
     let refused = |error: DiagnosisError| miette::miette!("{error}");

@@ -16,6 +16,8 @@ macro_rules! signals {
     ($($kind:ident in $file:ident),* $(,)?) => {
         /// Any effect that is a signal in and a signal out.
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+        // An actuator has a few of them: the bytes that a box would save are fewer than the time it would cost in every sample.
+        #[allow(clippy::large_enum_variant)]
         enum SignalStage {
             $($kind($file::$kind),)*
         }

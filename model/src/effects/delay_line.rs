@@ -17,7 +17,8 @@ pub(crate) struct DelayLine {
 impl DelayLine {
     /// For ages up to `oldest_ticks`, and a few more for interpolation.
     pub fn new(oldest_ticks: f64) -> Result<Self, ModelError> {
-        if !(oldest_ticks <= MOST_SAMPLES) {
+        // Not-a-number is refused too.
+        if oldest_ticks.is_nan() || oldest_ticks > MOST_SAMPLES {
             return Err(ModelError::OutOfRange {
                 quantity: "a delay",
                 value: oldest_ticks,
