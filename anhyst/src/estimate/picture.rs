@@ -26,13 +26,23 @@ pub fn picture(found: &Estimated, measured: &MeasuredRun) -> Vec<Panel> {
                 curves.push(dashed("+ 2 sd", at(&|row| row[0] + 2.0 * row[1])));
                 curves.push(dashed("- 2 sd", at(&|row| row[0] - 2.0 * row[1])));
             }
-            panel(&format!("estimate of {symbol}"), abscissa, symbol, curves)
+            let unit = if ["a", "k", "Ms"].contains(&symbol.as_str()) {
+                ", A/m"
+            } else {
+                ""
+            };
+            panel(
+                &format!("estimate of {symbol}"),
+                abscissa,
+                &format!("{symbol}{unit}"),
+                curves,
+            )
         })
         .collect();
-    let quantity = match report.output.as_str() {
-        "strain" => Quantity::Strain,
-        "magnetization" => Quantity::Magnetization,
-        _ => Quantity::Displacement,
+    let (quantity, ordinate) = match report.output.as_str() {
+        "strain" => (Quantity::Strain, "strain"),
+        "magnetization" => (Quantity::Magnetization, "magnetization, A/m"),
+        _ => (Quantity::Displacement, "displacement, m"),
     };
     let seen = measured.series(quantity).unwrap_or_default();
     let points = |series: &[f64]| over.iter().zip(series).map(|(x, y)| [*x, *y]).collect();
@@ -44,7 +54,7 @@ pub fn picture(found: &Estimated, measured: &MeasuredRun) -> Vec<Panel> {
     panels.push(panel(
         "measured, and predicted with the final estimate",
         abscissa,
-        &report.output,
+        ordinate,
         vec![
             curve("measured", points(seen)),
             curve("predicted", points(&found.predicted)),
@@ -53,7 +63,7 @@ pub fn picture(found: &Estimated, measured: &MeasuredRun) -> Vec<Panel> {
     panels.push(panel(
         "what is left",
         abscissa,
-        &report.output,
+        ordinate,
         vec![curve("measured - predicted", points(&left))],
     ));
     panels
