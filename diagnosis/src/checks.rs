@@ -1,9 +1,9 @@
 //! Is a table what it says it is? Refusals before any fit: magnitudes no material has, constant or too short
 //! columns, time that runs back, a field that is no sweep, a magnetization that falls while the field rises.
 
-use crate::columns::Quantity;
 use crate::data::{MeasuredLoop, SERIES, Sample, Table};
 use crate::error::{DiagnosisError, Place};
+use crate::quantity::Quantity;
 use crate::sweep;
 
 /// Fewer samples than this cannot carry five parameters and an offset.
@@ -89,7 +89,7 @@ pub(crate) fn samples(table: &Table, samples: &[Sample]) -> Result<(), Diagnosis
         }
         // Columns were checked as they were read; the magnetization made from flux density was not.
         for sample in samples {
-            let place = || table.place(sample.row, sample.line, series);
+            let place = || table.place(sample.row, series);
             magnitude(series, sample.values[index].unwrap_or_default(), place)?;
         }
     }
@@ -97,7 +97,7 @@ pub(crate) fn samples(table: &Table, samples: &[Sample]) -> Result<(), Diagnosis
         if let (Some(previous), Some(value)) = (pair[0].values[0], pair[1].values[0])
             && value <= previous
         {
-            let place = table.place(pair[1].row, pair[1].line, Quantity::Time);
+            let place = table.place(pair[1].row, Quantity::Time);
             return Err(DiagnosisError::TimeRunsBack { place, value, previous });
         }
     }

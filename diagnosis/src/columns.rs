@@ -1,127 +1,41 @@
-//! Which column of a table holds which quantity, and the factor that takes it to SI units.
+//! Which column of a table holds which quantity, and what takes it to SI units.
 //!
-//! A header is known by its name ([`KNOWN_HEADERS`], without regard to case), or it is named:
-//! `field=H_raw*1000` takes the column `H_raw` and multiplies it by 1000 to get A/m.
+//! A header is known by its name ([`Quantity::known_header`]), or it is named: `field=H_raw*1000` takes the column
+//! `H_raw` and multiplies it by 1000 to get A/m, `temperature=T*1+273.15` adds an offset after the factor, and
+//! `current=-` leaves the quantity out.
 
 use std::path::Path;
 use std::str::FromStr;
 
 use crate::error::DiagnosisError;
+use crate::quantity::{Quantity, Unit};
 
-/// What a column can hold, in SI units once read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    LoopId,
-    Time,
-    Field,
-    FluxDensity,
-    Magnetization,
-    Strain,
-}
+/// The header that stands for "do not read this quantity".
+const LEFT_OUT: &str = "-";
 
-impl Quantity {
-    pub const ALL: [Quantity; 6] = [
-        Quantity::LoopId,
-        Quantity::Time,
-        Quantity::Field,
-        Quantity::FluxDensity,
-        Quantity::Magnetization,
-        Quantity::Strain,
-    ];
-
-    /// The word used in a mapping.
-    pub fn key(self) -> &'static str {
-        match self {
-            Quantity::LoopId => "loop",
-            Quantity::Time => "time",
-            Quantity::Field => "field",
-            Quantity::FluxDensity => "flux",
-            Quantity::Magnetization => "magnetization",
-            Quantity::Strain => "strain",
-        }
-    }
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Quantity::LoopId => "loop number",
-            Quantity::FluxDensity => "flux density",
-            other => other.key(),
-        }
-    }
-}
-
-/// Lower-case header, quantity, factor to SI.
-const KNOWN_HEADERS: &[(&str, Quantity, f64)] = &[
-    ("loop_id", Quantity::LoopId, 1.0),
-    ("loop", Quantity::LoopId, 1.0),
-    ("time_s", Quantity::Time, 1.0),
-    ("t_s", Quantity::Time, 1.0),
-    ("time_ms", Quantity::Time, 1e-3),
-    ("field_a_per_m", Quantity::Field, 1.0),
-    ("field_ka_per_m", Quantity::Field, 1e3),
-    ("h_a_per_m", Quantity::Field, 1.0),
-    ("h_ka_per_m", Quantity::Field, 1e3),
-    ("h_oe", Quantity::Field, OERSTED_A_PER_M),
-    ("b_t", Quantity::FluxDensity, 1.0),
-    ("b_mt", Quantity::FluxDensity, 1e-3),
-    ("flux_density_t", Quantity::FluxDensity, 1.0),
-    ("flux_density_mt", Quantity::FluxDensity, 1e-3),
-    ("m_a_per_m", Quantity::Magnetization, 1.0),
-    ("m_ka_per_m", Quantity::Magnetization, 1e3),
-    ("magnetization_a_per_m", Quantity::Magnetization, 1.0),
-    ("magnetization_ka_per_m", Quantity::Magnetization, 1e3),
-    ("strain", Quantity::Strain, 1.0),
-    ("strain_ppm", Quantity::Strain, 1e-6),
-    ("strain_um_per_m", Quantity::Strain, 1e-6),
-    ("microstrain", Quantity::Strain, 1e-6),
-];
-
-/// 1 Oe in A/m.
-const OERSTED_A_PER_M: f64 = 1000.0 / (4.0 * std::f64::consts::PI);
-
-/// Unit that ends a header, lower case, and its factor to SI.
-const NAMED_UNITS: &[(&str, &str, f64)] = &[
-    ("ka_per_m", "kA/m", 1e3),
-    ("ka/m", "kA/m", 1e3),
-    ("a_per_m", "A/m", 1.0),
-    ("a/m", "A/m", 1.0),
-    ("_mt", "mT", 1e-3),
-    ("_t", "T", 1.0),
-    ("_ppm", "ppm", 1e-6),
-    ("_oe", "Oe", OERSTED_A_PER_M),
-];
-
-/// A column named by the user: quantity, header, and the factor to SI if one was given.
+/// A column named by the user: quantity, header, and the factor and offset to SI if they were given.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColumnMapping {
     pub quantity: Quantity,
     pub header: String,
     pub scale: Option<f64>,
+    /// Added after scaling.
+    pub offset: Option<f64>,
 }
 
 impl FromStr for ColumnMapping {
     type Err = DiagnosisError;
 
-    /// `name=HEADER` or `name=HEADER*SCALE`.
+    /// `name=HEADER`, `name=HEADER*SCALE`, `name=HEADER*SCALE+OFFSET` or `name=-`.
     fn from_str(text: &str) -> Result<Self, DiagnosisError> {
         let refusal = || DiagnosisError::BadMapping {
             text: text.to_owned(),
-            expected: "loop, time, field, flux, magnetization or strain, then = and the header, then * and a scale \
-                       if the unit is not SI, as in field=H_raw*1000",
+            keys: keys(&Quantity::ALL),
         };
         let (key, rest) = text.split_once('=').ok_or_else(refusal)?;
-        let quantity = Quantity::ALL
-            .into_iter()
-            .find(|quantity| quantity.key() == key.trim())
-            .ok_or_else(refusal)?;
-        let (header, scale) = match rest.rsplit_once('*') {
-            Some((header, scale)) => {
-                let scale: f64 = scale.trim().parse().map_err(|_| refusal())?;
-                if !scale.is_finite() || scale == 0.0 {
-                    return Err(refusal());
-                }
-                (header, Some(scale))
-            }
+        let quantity = Quantity::of_key(key.trim()).ok_or_else(refusal)?;
+        let (header, numbers) = match rest.rsplit_once('*') {
+            Some((header, numbers)) => (header, Some(scale_and_offset(numbers.trim()).ok_or_else(refusal)?)),
             None => (rest, None),
         };
         if header.trim().is_empty() {
@@ -130,52 +44,95 @@ impl FromStr for ColumnMapping {
         Ok(ColumnMapping {
             quantity,
             header: header.trim().to_owned(),
-            scale,
+            scale: numbers.map(|(scale, _)| scale),
+            offset: numbers.and_then(|(_, offset)| offset),
         })
     }
 }
 
-/// A column found in a file.
+/// `SCALE`, `SCALE+OFFSET` or `SCALE-OFFSET`; the sign of an exponent is no beginning of an offset.
+fn scale_and_offset(text: &str) -> Option<(f64, Option<f64>)> {
+    let number = |part: &str| part.trim().parse::<f64>().ok().filter(|value| value.is_finite());
+    let usable = |scale: f64| (scale != 0.0).then_some(scale);
+    if let Some(scale) = number(text) {
+        return Some((usable(scale)?, None));
+    }
+    let signs = text.match_indices(['+', '-']).map(|(index, _)| index);
+    let mut splits = signs.filter_map(|index| Some((number(&text[..index])?, number(&text[index..])?)));
+    let (scale, offset) = splits.next()?;
+    Some((usable(scale)?, Some(offset)))
+}
+
+/// Keys of quantities as a list for a sentence: "loop, time or strain".
+pub(crate) fn keys(quantities: &[Quantity]) -> String {
+    let keys: Vec<_> = quantities.iter().map(|quantity| quantity.key()).collect();
+    match keys.split_last() {
+        Some((last, others)) if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+        _ => keys.concat(),
+    }
+}
+
+/// A column found in a file: its value times `scale` plus `offset` is in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     pub index: usize,
     pub header: String,
     pub scale: f64,
+    pub offset: f64,
+    /// The user wrote the scale, so an unlikely magnitude is meant.
+    pub(crate) scale_given: bool,
+    /// The unit that a mapped column's name says.
+    pub(crate) named: Option<&'static Unit>,
+}
+
+impl Column {
+    /// The unit in the name needs another scale than the one given. A sign is a choice (a coil wound the other way).
+    pub(crate) fn contradiction(&self, file: &Path) -> Option<DiagnosisError> {
+        let unit = self.named?;
+        let agrees = (0.5..2.0).contains(&(self.scale.abs() / unit.factor));
+        (!agrees).then(|| DiagnosisError::ScaleContradictsName {
+            file: file.to_owned(),
+            column: self.header.clone(),
+            named_unit: unit.symbol,
+            expected: unit.factor,
+            scale: self.scale,
+        })
+    }
 }
 
 /// The columns of one file by quantity.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Columns {
     found: Vec<(Quantity, Column)>,
 }
 
 impl Columns {
-    /// Finds every quantity among the headers: named ones first, then by known names.
-    pub fn resolve(file: &Path, headers: &[String], mappings: &[ColumnMapping]) -> Result<Self, DiagnosisError> {
+    /// Finds every wanted quantity among the headers: named ones first, then by known names.
+    pub(crate) fn resolve(
+        file: &Path,
+        headers: &[String],
+        mappings: &[ColumnMapping],
+        wanted: &[Quantity],
+    ) -> Result<Self, DiagnosisError> {
+        refuse_mappings(mappings, wanted)?;
         let mut found = Vec::new();
-        for quantity in Quantity::ALL {
+        for &quantity in wanted {
             let column = match mappings.iter().find(|mapping| mapping.quantity == quantity) {
+                Some(mapping) if mapping.header == LEFT_OUT => None,
                 Some(mapping) => Some(named(file, headers, mapping)?),
                 None => known(file, headers, quantity)?,
             };
             found.extend(column.map(|column| (quantity, column)));
         }
-        let columns = Columns { found };
-        columns.require(file, headers, Quantity::Field)?;
-        Ok(columns)
+        Ok(Columns { found })
     }
 
     pub fn of(&self, quantity: Quantity) -> Option<&Column> {
-        self.found
-            .iter()
-            .find(|(of, _)| *of == quantity)
-            .map(|(_, column)| column)
+        self.iter().find(|(of, _)| *of == quantity).map(|(_, column)| column)
     }
 
-    fn require(&self, file: &Path, headers: &[String], quantity: Quantity) -> Result<(), DiagnosisError> {
-        self.of(quantity)
-            .map(|_| ())
-            .ok_or_else(|| missing(file, headers, quantity))
+    pub fn iter(&self) -> impl Iterator<Item = (Quantity, &Column)> {
+        self.found.iter().map(|(quantity, column)| (*quantity, column))
     }
 
     /// Header of a quantity, for messages.
@@ -186,67 +143,128 @@ impl Columns {
     }
 }
 
-fn missing(file: &Path, headers: &[String], quantity: Quantity) -> DiagnosisError {
+/// A mapping that would change nothing is a mistake.
+fn refuse_mappings(mappings: &[ColumnMapping], wanted: &[Quantity]) -> Result<(), DiagnosisError> {
+    for (index, mapping) in mappings.iter().enumerate() {
+        let quantity_key = mapping.quantity.key();
+        if let Some(before) = mappings[..index]
+            .iter()
+            .find(|other| other.quantity == mapping.quantity)
+        {
+            return Err(DiagnosisError::MappedTwice {
+                quantity_key,
+                first: before.header.clone(),
+                second: mapping.header.clone(),
+            });
+        }
+        if !wanted.contains(&mapping.quantity) {
+            return Err(DiagnosisError::NotWanted {
+                quantity_key,
+                wanted: keys(wanted),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Headers as a message lists them.
+pub(crate) fn quoted(headers: &[String]) -> String {
     let quoted: Vec<String> = headers.iter().map(|header| format!("\"{header}\"")).collect();
+    quoted.join(", ")
+}
+
+pub(crate) fn missing(file: &Path, headers: &[String], quantity: Quantity) -> DiagnosisError {
     DiagnosisError::MissingColumn {
         file: file.to_owned(),
         quantity: quantity.name(),
         quantity_key: quantity.key(),
-        present: quoted.join(", "),
+        present: quoted(headers),
     }
 }
 
 fn named(file: &Path, headers: &[String], mapping: &ColumnMapping) -> Result<Column, DiagnosisError> {
-    let index = headers
-        .iter()
-        .position(|header| *header == mapping.header)
-        .ok_or_else(|| missing(file, headers, mapping.quantity))?;
-    let lower = mapping.header.to_lowercase();
-    let unit = NAMED_UNITS.iter().find(|(ending, ..)| lower.ends_with(ending));
-    let scale = mapping.scale.or(unit.map(|(.., factor)| *factor)).unwrap_or(1.0);
-    if let Some((_, named_unit, expected)) = unit {
-        // A sign is a choice (a coil wound the other way); a magnitude that contradicts the name is a mistake.
-        let ratio = scale.abs() / expected;
-        if !(0.5..2.0).contains(&ratio) {
-            let (file, column) = (file.to_owned(), mapping.header.clone());
-            return Err(DiagnosisError::ScaleContradictsName {
-                file,
-                column,
-                named_unit,
-                expected: *expected,
-                scale,
-            });
-        }
+    let quantity = mapping.quantity;
+    let same = |header: &&String| **header == mapping.header;
+    let index = headers.iter().position(|header| same(&header));
+    let index = index.ok_or_else(|| missing(file, headers, quantity))?;
+    let times = headers.iter().filter(same).count();
+    if times > 1 {
+        let (file, column) = (file.to_owned(), mapping.header.clone());
+        return Err(DiagnosisError::HeaderTwice { file, column, times });
     }
+    let unit = quantity.named_unit(&mapping.header);
+    let from_name = unit.map_or((1.0, 0.0), |unit| (unit.factor, unit.offset));
     Ok(Column {
         index,
         header: mapping.header.clone(),
-        scale,
+        scale: mapping.scale.unwrap_or(from_name.0),
+        // Who writes a scale says all there is to say, the offset too.
+        offset: mapping
+            .offset
+            .unwrap_or(if mapping.scale.is_some() { 0.0 } else { from_name.1 }),
+        scale_given: mapping.scale.is_some(),
+        named: unit,
     })
 }
 
 fn known(file: &Path, headers: &[String], quantity: Quantity) -> Result<Option<Column>, DiagnosisError> {
     let mut hits = headers.iter().enumerate().filter_map(|(index, header)| {
-        let lower = header.to_lowercase();
-        let scale = KNOWN_HEADERS
-            .iter()
-            .find(|(name, of, _)| *name == lower && *of == quantity)?
-            .2;
+        let (scale, offset) = quantity.known_header(header)?;
         Some(Column {
             index,
             header: header.clone(),
             scale,
+            offset,
+            scale_given: false,
+            named: None,
         })
     });
     let first = hits.next();
-    if let (Some(first), Some(second)) = (&first, hits.next()) {
-        return Err(DiagnosisError::TwoColumns {
+    match (&first, hits.next()) {
+        (Some(first), Some(second)) if first.header == second.header => Err(DiagnosisError::HeaderTwice {
+            file: file.to_owned(),
+            column: first.header.clone(),
+            times: 2 + hits.count(),
+        }),
+        (Some(first), Some(second)) => Err(DiagnosisError::TwoColumns {
             file: file.to_owned(),
             quantity: quantity.name(),
             quantity_key: quantity.key(),
             first: first.header.clone(),
             second: second.header,
-        });
+        }),
+        _ => Ok(first),
     }
-    Ok(first)
+}
+
+#[cfg(test)]
+mod tests {
+    //! Guards what a mapping means: a sign taken for an exponent would shift or scale a whole column.
+    use super::*;
+
+    #[test]
+    fn scales_and_offsets_are_told_apart() {
+        let numbers = |text: &str| {
+            let mapping: ColumnMapping = text.parse().ok()?;
+            Some((mapping.header, mapping.scale, mapping.offset))
+        };
+        let is = |text, header: &str, scale, offset| {
+            assert_eq!(numbers(text), Some((header.to_owned(), scale, offset)), "{text}");
+        };
+        is("displacement=d*1e-6", "d", Some(1e-6), None);
+        is("Displacement_m=d*2e-6-1e-4", "d", Some(2e-6), Some(-1e-4));
+        is("temperature = T+x *1+273.15", "T+x", Some(1.0), Some(273.15));
+        is("flux_density=a*b*-1", "a*b", Some(-1.0), None);
+        is("current=-", "-", None, None);
+        for wrong in [
+            "field=H*1e",
+            "field=H*1+",
+            "field=H*0",
+            "field=H*nan",
+            "speed=v",
+            "field=*2",
+        ] {
+            assert_eq!(numbers(wrong), None, "{wrong}");
+        }
+    }
 }

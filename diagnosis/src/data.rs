@@ -6,14 +6,14 @@
 
 use std::path::{Path, PathBuf};
 
-use csv::StringRecord;
 use serde::{Deserialize, Serialize};
-use xxhash_rust::xxh3::xxh3_64;
 
 use crate::checks;
-use crate::columns::{ColumnMapping, Columns, Quantity};
-use crate::error::{DiagnosisError, Place};
+use crate::columns::{ColumnMapping, Columns, missing};
+use crate::error::{DiagnosisError, Place, Remedy};
+use crate::quantity::Quantity;
 use crate::rows::RowRange;
+use crate::sheet::Sheet;
 
 /// μ0, T·m/A.
 pub const VACUUM_PERMEABILITY_T_M_PER_A: f64 = 1.256_637_061_27e-6;
@@ -50,8 +50,7 @@ pub struct MeasuredLoops {
 
 /// One row of the table, already in SI units.
 pub(crate) struct Sample {
-    pub row: u64,
-    pub line: u64,
+    pub row: usize,
     pub loop_id: String,
     pub values: [Option<f64>; 5],
 }
@@ -65,39 +64,29 @@ pub(crate) const SERIES: [Quantity; 5] = [
     Quantity::Strain,
 ];
 
+/// What is looked for among the headers.
+const WANTED: [Quantity; 6] = [
+    Quantity::LoopId,
+    Quantity::Time,
+    Quantity::Field,
+    Quantity::FluxDensity,
+    Quantity::Magnetization,
+    Quantity::Strain,
+];
+
 impl MeasuredLoops {
-    /// Reads and checks a file; every refusal says the value, its limit and its place.
+    /// Reads and checks a file, text or Parquet; every refusal says the value, its limit and its place.
     pub fn read(file: &Path, options: &ReadOptions) -> Result<Self, DiagnosisError> {
-        let bytes = std::fs::read(file).map_err(|source| DiagnosisError::Unreadable {
-            file: file.to_owned(),
-            source,
-        })?;
-        let not_csv = |source| DiagnosisError::NotCsv {
-            file: file.to_owned(),
-            source,
-        };
-        let mut reader = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .comment(Some(b'#'))
-            .from_reader(bytes.as_slice());
-        let headers: Vec<String> = reader.headers().map_err(not_csv)?.iter().map(str::to_owned).collect();
-        let columns = Columns::resolve(file, &headers, &options.mappings)?;
+        let sheet = Sheet::open(file)?;
+        let columns = Columns::resolve(file, &sheet.headers, &options.mappings, &WANTED)?;
         let table = Table {
-            file,
+            sheet: &sheet,
             columns: &columns,
         };
-        if columns.of(Quantity::FluxDensity).is_none() && columns.of(Quantity::Magnetization).is_none() {
-            return Err(DiagnosisError::NothingToFit { file: file.to_owned() });
-        }
-        let (mut samples, mut dropped_rows) = (Vec::new(), 0);
-        for (row, record) in reader.records().enumerate() {
-            let (row, record) = (row as u64, record.map_err(not_csv)?);
-            if options.drop_rows.iter().any(|range| range.contains(row)) {
-                dropped_rows += 1;
-            } else {
-                samples.push(table.sample(row, &record)?);
-            }
-        }
+        table.check_columns()?;
+        let dropped = |row: usize| options.drop_rows.iter().any(|range| range.contains(row as u64));
+        let kept: Vec<usize> = (0..sheet.rows()).filter(|row| !dropped(*row)).collect();
+        let samples = kept.iter().map(|row| table.sample(*row)).collect::<Result<_, _>>()?;
         let loops = split(samples)
             .into_iter()
             .map(|samples| {
@@ -116,19 +105,18 @@ impl MeasuredLoops {
                 least: checks::LEAST_ROWS,
             });
         }
-        let data_hash = format!("{:016x}", xxh3_64(&bytes));
         Ok(MeasuredLoops {
             source: file.display().to_string(),
-            data_hash,
-            dropped_rows,
+            dropped_rows: sheet.rows() - kept.len(),
             loops,
+            data_hash: sheet.data_hash,
         })
     }
 }
 
 /// A file with its columns: knows how to read a row and how to say where a value stands.
 pub(crate) struct Table<'a> {
-    pub file: &'a Path,
+    pub sheet: &'a Sheet,
     pub columns: &'a Columns,
 }
 
@@ -143,23 +131,35 @@ impl Table<'_> {
         }
     }
 
-    pub fn place(&self, row: u64, line: u64, quantity: Quantity) -> Box<Place> {
+    pub fn place(&self, row: usize, quantity: Quantity) -> Box<Place> {
         let (file, column) = (self.file_name(), self.header(quantity));
         Box::new(Place {
             file,
-            row,
-            line,
+            row: row as u64,
+            line: self.sheet.line(row),
             column,
         })
     }
 
     pub fn file_name(&self) -> PathBuf {
-        self.file.to_owned()
+        self.sheet.file.clone()
     }
 
-    fn sample(&self, row: u64, record: &StringRecord) -> Result<Sample, DiagnosisError> {
-        let line = record.position().map_or(row + 2, csv::Position::line);
-        let value = |quantity| self.value(row, line, record, quantity);
+    fn check_columns(&self) -> Result<(), DiagnosisError> {
+        let (file, columns) = (&self.sheet.file, self.columns);
+        if columns.of(Quantity::Field).is_none() {
+            return Err(missing(file, &self.sheet.headers, Quantity::Field));
+        }
+        if columns.of(Quantity::FluxDensity).is_none() && columns.of(Quantity::Magnetization).is_none() {
+            return Err(DiagnosisError::NothingToFit { file: file.clone() });
+        }
+        let contradiction = columns.iter().find_map(|(_, column)| column.contradiction(file));
+        contradiction.map_or(Ok(()), Err)
+    }
+
+    fn sample(&self, row: usize) -> Result<Sample, DiagnosisError> {
+        self.sheet.check_row(row, Remedy::DropRow)?;
+        let value = |quantity| self.value(row, quantity);
         let (time, field, flux_density) = (
             value(Quantity::Time)?,
             value(Quantity::Field)?,
@@ -169,51 +169,32 @@ impl Table<'_> {
             Some(magnetization) => Some(magnetization),
             None => flux_density
                 .zip(field)
-                .map(|(flux_density_t, field)| flux_density_t / VACUUM_PERMEABILITY_T_M_PER_A - field),
+                .map(|(flux_density_t, field)| magnetization_a_per_m(flux_density_t, field)),
         };
         let loop_id = match self.columns.of(Quantity::LoopId) {
-            Some(column) => record.get(column.index).unwrap_or_default().to_owned(),
+            Some(column) => self.sheet.text(row, column.index),
             None => "0".to_owned(),
         };
         Ok(Sample {
             row,
-            line,
             loop_id,
             values: [time, field, flux_density, magnetization, value(Quantity::Strain)?],
         })
     }
 
-    fn value(
-        &self,
-        row: u64,
-        line: u64,
-        record: &StringRecord,
-        quantity: Quantity,
-    ) -> Result<Option<f64>, DiagnosisError> {
+    fn value(&self, row: usize, quantity: Quantity) -> Result<Option<f64>, DiagnosisError> {
         let Some(column) = self.columns.of(quantity) else {
             return Ok(None);
         };
-        let text = record.get(column.index).unwrap_or_default();
-        let place = || {
-            let (file, column) = (self.file_name(), column.header.clone());
-            Box::new(Place {
-                file,
-                row,
-                line,
-                column,
-            })
-        };
-        let raw: f64 = text.parse().map_err(|_| DiagnosisError::NotANumber {
-            place: place(),
-            text: text.to_owned(),
-        })?;
-        let value = raw * column.scale;
-        if !value.is_finite() {
-            return Err(DiagnosisError::NotFinite { place: place(), value });
-        }
-        checks::magnitude(quantity, value, place)?;
+        let value = self.sheet.value(row, column, Remedy::DropRow)?;
+        checks::magnitude(quantity, value, || self.sheet.place(row, column))?;
         Ok(Some(value))
     }
+}
+
+/// M = B/μ0 − H.
+pub(crate) fn magnetization_a_per_m(flux_density_t: f64, field_a_per_m: f64) -> f64 {
+    flux_density_t / VACUUM_PERMEABILITY_T_M_PER_A - field_a_per_m
 }
 
 /// Samples by loop, loops in the order of their first row.
@@ -238,7 +219,7 @@ impl From<Vec<Sample>> for MeasuredLoop {
         };
         MeasuredLoop {
             id: samples.first().map(|sample| sample.loop_id.clone()).unwrap_or_default(),
-            rows: samples.iter().map(|sample| sample.row).collect(),
+            rows: samples.iter().map(|sample| sample.row as u64).collect(),
             time_s: series(0),
             field_a_per_m: series(1).unwrap_or_default(),
             magnetization_a_per_m: series(3),

@@ -9,18 +9,39 @@ use thiserror::Error;
 pub struct Place {
     pub file: PathBuf,
     pub row: u64,
-    pub line: u64,
+    /// Parquet has no lines.
+    pub line: Option<u64>,
     pub column: String,
 }
 
 impl std::fmt::Display for Place {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Place { row, line, column, .. } = self;
-        write!(
-            formatter,
-            "{}, row {row} (line {line}), column \"{column}\"",
-            self.file.display()
-        )
+        let Place { row, column, .. } = self;
+        write!(formatter, "{}, row {row}", self.file.display())?;
+        if let Some(line) = self.line {
+            write!(formatter, " (line {line})")?;
+        }
+        write!(formatter, ", column \"{column}\"")
+    }
+}
+
+/// How a bad row is got rid of: a loop does without it, a run would have a gap there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Remedy {
+    DropRow,
+    CutRun,
+}
+
+impl Remedy {
+    /// The advice as the end of a sentence.
+    pub fn of(self, row: u64) -> String {
+        let after = row + 1;
+        match self {
+            Remedy::DropRow => format!("Mend the file, or drop the row with --drop-rows {row}..{after}"),
+            Remedy::CutRun => {
+                format!("Mend the file, or keep what stands before or after it: --rows ..{row} or --rows {after}..")
+            }
+        }
     }
 }
 
@@ -29,8 +50,30 @@ impl std::fmt::Display for Place {
 pub enum DiagnosisError {
     #[error("{file} cannot be read: {source}")]
     Unreadable { file: PathBuf, source: std::io::Error },
+    #[error("{file}: is empty")]
+    Empty { file: PathBuf },
+    #[error("{file}: is not a table: it looks like {looks_like}")]
+    NotATable { file: PathBuf, looks_like: String },
     #[error("{file}: is not a table of comma-separated values: {source}")]
     NotCsv { file: PathBuf, source: csv::Error },
+    #[error("{file}: is not a Parquet file that can be read: {source}")]
+    NotParquet {
+        file: PathBuf,
+        source: Box<parquet::errors::ParquetError>,
+    },
+    #[error("{file}: has no header, its first line is {found}. Put a line with the names of the columns before it")]
+    NoHeader { file: PathBuf, found: String },
+    #[error(
+        "{file}, row {row} (line {line}): is not a table there: it has {cells} cells, but the header has {expected}. {remedy}"
+    )]
+    Ragged {
+        file: PathBuf,
+        row: u64,
+        line: u64,
+        cells: usize,
+        expected: usize,
+        remedy: String,
+    },
     #[error(
         "{file}: has no column for the {quantity}; it has {present}. Name one with {quantity_key}=HEADER or {quantity_key}=HEADER*SCALE"
     )]
@@ -50,10 +93,26 @@ pub enum DiagnosisError {
         first: String,
         second: String,
     },
-    #[error("{place}: \"{text}\" is not a number")]
-    NotANumber { place: Box<Place>, text: String },
-    #[error("{place}: the value is {value}, but every value must be finite. Drop the row or mend the file")]
-    NotFinite { place: Box<Place>, value: f64 },
+    #[error(
+        "{file}: column \"{column}\" stands there {times} times, so nobody knows which one is meant. Rename all but one"
+    )]
+    HeaderTwice {
+        file: PathBuf,
+        column: String,
+        times: usize,
+    },
+    #[error("{place}: \"{text}\" is not a number. {remedy}")]
+    NotANumber {
+        place: Box<Place>,
+        text: String,
+        remedy: String,
+    },
+    #[error("{place}: the value is {value}, but every value must be finite. {remedy}")]
+    NotFinite {
+        place: Box<Place>,
+        value: f64,
+        remedy: String,
+    },
     #[error(
         "{file}, loop {loop_id}: column \"{column}\" is {value} in all {rows} rows, so nothing can be learnt from it"
     )]
@@ -71,11 +130,102 @@ pub enum DiagnosisError {
         rows: usize,
         least: usize,
     },
-    #[error("{place}: time is {value} s after {previous} s, but it must increase from row to row")]
+    #[error(
+        "{place}: time is {value} s after {previous} s, but it must increase from row to row. Sort the rows, or cut the file there"
+    )]
     TimeRunsBack {
         place: Box<Place>,
         value: f64,
         previous: f64,
+    },
+    #[error(
+        "{place}: time {value} s is that of the row before, as in {repeats} rows of the file. Write times with more digits, or drop one of the rows"
+    )]
+    TimeRepeats {
+        place: Box<Place>,
+        value: f64,
+        repeats: usize,
+    },
+    #[error(
+        "{place}: time jumps from {from_s} s to {to_s} s, so {missing} samples are missing ({gaps} such gaps in all, none is allowed). \
+         Cut the run there: the longest stretch without a gap is --rows {keep_from}..{keep_to}"
+    )]
+    Gap {
+        place: Box<Place>,
+        from_s: f64,
+        to_s: f64,
+        missing: u64,
+        gaps: usize,
+        keep_from: u64,
+        keep_to: u64,
+    },
+    #[error(
+        "{place}: time {value} s is {off_s:.3e} s off a uniform clock of {tick_s:.6e} s, at most {limit_s:.3e} s is allowed. \
+         Resample the run to uniform time, or cut the uneven part off with --rows"
+    )]
+    Jitter {
+        place: Box<Place>,
+        value: f64,
+        off_s: f64,
+        tick_s: f64,
+        limit_s: f64,
+    },
+    #[error("{place}: {what} {size:.4e} {unit}, but {bound} {limit:e} {unit} is likely: {reason}. {remedy}")]
+    Unlikely {
+        place: Box<Place>,
+        what: String,
+        size: f64,
+        unit: &'static str,
+        bound: &'static str,
+        limit: f64,
+        reason: &'static str,
+        remedy: String,
+    },
+    #[error("{file}: has no {side} column: one of {wanted} is needed, and it has {present}. Name one, as in {example}")]
+    OneSided {
+        file: PathBuf,
+        side: &'static str,
+        wanted: String,
+        present: String,
+        example: &'static str,
+    },
+    #[error(
+        "{file}: {rows} of its {in_file} rows are kept, but a run needs at least {least}. Keep more with --rows, or measure longer"
+    )]
+    RunTooShort {
+        file: PathBuf,
+        rows: usize,
+        in_file: usize,
+        least: usize,
+    },
+    #[error(
+        "{place}: loop {second} begins after loop {first}, but a run is one record without a break. \
+         Choose one, as in --rows {first_row}..{end_row}"
+    )]
+    SeveralLoops {
+        place: Box<Place>,
+        first: String,
+        second: String,
+        first_row: u64,
+        end_row: u64,
+    },
+    #[error(
+        "{place}: the value is {value} {unit} in all {rows} rows, so nothing can be learnt from it. \
+         Check that the channel was connected, or leave it out with {quantity_key}=-"
+    )]
+    ConstantInRun {
+        place: Box<Place>,
+        quantity_key: &'static str,
+        value: f64,
+        unit: &'static str,
+        rows: usize,
+    },
+    #[error("{source_of_data}: the {quantity} has {samples} samples, but the first series has {expected}")]
+    UnequalLengths {
+        source_of_data: String,
+        quantity: &'static str,
+        samples: usize,
+        expected: usize,
     },
     #[error(
         "{file}, loop {loop_id}: the field turns round {reversals} times in {rows} rows, at most {limit} can be a sweep. \
@@ -102,7 +252,7 @@ pub enum DiagnosisError {
         reason: &'static str,
     },
     #[error(
-        "{file}, column \"{column}\": its name says {named_unit}, which needs a scale of {expected}, but the scale is {scale}"
+        "{file}, column \"{column}\": its name says {named_unit}, which needs a scale of {expected}, but the scale is {scale}. Leave the scale out, or rename the column"
     )]
     ScaleContradictsName {
         file: PathBuf,
@@ -122,9 +272,20 @@ pub enum DiagnosisError {
         response_column: String,
         correlation: f64,
     },
-    #[error("\"{text}\" does not name a column: write {expected}")]
-    BadMapping { text: String, expected: &'static str },
-    #[error("\"{text}\" is not a range of rows: write 1139.. or 0..10 (the end is not dropped)")]
+    #[error(
+        "\"{text}\" does not name a column: write {keys}, then = and the header, then * and a scale if the unit is not SI, as in \
+         field=H_raw*1000 or temperature=T*1+273.15. A header of - leaves the quantity out"
+    )]
+    BadMapping { text: String, keys: String },
+    #[error("the {quantity_key} is named twice, as \"{first}\" and as \"{second}\": name one column")]
+    MappedTwice {
+        quantity_key: &'static str,
+        first: String,
+        second: String,
+    },
+    #[error("{quantity_key}=... names a quantity that is not read here: {wanted} can be named")]
+    NotWanted { quantity_key: &'static str, wanted: String },
+    #[error("\"{text}\" is not a range of rows: write 1139.. or 0..10 (row 10 is not in it)")]
     BadRows { text: String },
     #[error("\"{text}\" does not fix a parameter: write Ms, a, k, alpha or c, then = and a number, as in alpha=-0.01")]
     BadFix { text: String },

@@ -1,4 +1,4 @@
-//! Ranges of rows to leave out, as in `1139..`, `..3` or `20..25` (the end is kept). Rows count from 0 after the header.
+//! Ranges of rows, as in `1139..`, `..3` or `20..25` (row 25 is not in it). Rows count from 0 after the header.
 
 use std::str::FromStr;
 

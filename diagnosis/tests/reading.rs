@@ -152,7 +152,16 @@ fn values_are_refused_with_row_line_and_column() {
         "H_A_per_m,B_T",
         |i, h, b| if i == 7 { h.to_string() } else { format!("{h},{b}") },
     );
-    assert_says(&short, &nothing, &["is not a table"]);
+    assert_says(
+        &short,
+        &nothing,
+        &[
+            "is not a table there",
+            "1 cells",
+            "the header has 2",
+            "--drop-rows 7..8",
+        ],
+    );
 }
 
 #[test]
