@@ -13,6 +13,7 @@ use core::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use crate::ModelError;
+use crate::effects::lag::ramp_weights;
 use crate::error::require_positive;
 
 /// Longest extra delay in ticks.
@@ -101,13 +102,7 @@ impl Amplifier {
         constants.validate()?;
         require_positive(tick_s, "the tick", "s")?;
         let lag_s = constants.lag_s();
-        let (decay, weight_to) = if lag_s > 0.0 {
-            // 1 − E keeps its digits for a lag much longer than a tick.
-            let fallen = -libm::expm1(-tick_s / lag_s);
-            (1.0 - fallen, 1.0 - fallen * lag_s / tick_s)
-        } else {
-            (0.0, 1.0)
-        };
+        let (decay, weight_to) = ramp_weights(lag_s, tick_s);
         Ok(Amplifier {
             constants,
             tick_s,

@@ -36,6 +36,51 @@ pub enum ModelError {
         distance_a_per_m: f64,
         product_a_per_m: f64,
     },
+    /// 3b₃M² joins α until the anhysteretic curve folds.
+    #[error(
+        "the prestress term b3 of {cubic_coupling_m2_per_a2} m^2/A^2 makes (alpha + 3 b3 M^2) times the anhysteretic susceptibility \
+         {product:.4} somewhere below saturation, but it must stay below 1: at 1 the slope dM/dH becomes infinite and then negative"
+    )]
+    PrestressFolds {
+        cubic_coupling_m2_per_a2: f64,
+        product: f64,
+    },
+    /// A value of an effect is outside its bounds or not a number.
+    #[error("{parameter} of {effect} is {value} {unit}, but must be between {lower} and {upper} {unit}")]
+    EffectOutOfBounds {
+        effect: &'static str,
+        parameter: &'static str,
+        value: f64,
+        unit: &'static str,
+        lower: f64,
+        upper: f64,
+    },
+    /// Another number of values than the effect has parameters.
+    #[error("{effect} has {needed} parameters, but {given} values were given")]
+    EffectValues {
+        effect: &'static str,
+        needed: usize,
+        given: usize,
+    },
+    /// No parameter of that name.
+    #[error("{effect} has no parameter {parameter}")]
+    EffectParameterUnknown { effect: &'static str, parameter: String },
+    /// The same effect twice.
+    #[error("{effect} stands twice among the effects; one of a kind is the most, because two cannot be told apart")]
+    EffectRepeated { effect: &'static str },
+    /// The model has no rod for the effect to act on.
+    #[error("{effect} acts on the moving rod, but the model has no rod")]
+    EffectNeedsRod { effect: &'static str },
+    /// A sweep without time cannot have the effect.
+    #[error("{effect} needs time, but a quasi-static sweep has none")]
+    EffectNeedsTime { effect: &'static str },
+    /// Two columns of a run differ in length.
+    #[error("{given} samples of {quantity} were given for {needed} samples of the drive; they must be as many")]
+    LengthsDiffer {
+        quantity: &'static str,
+        needed: usize,
+        given: usize,
+    },
     /// A bank or a rod was asked for with nothing in it.
     #[error("{what} needs at least {least}, but {given} were given")]
     TooFew {

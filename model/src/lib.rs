@@ -1,16 +1,19 @@
 //! Physics of a hysteretic actuator: no I/O, no messages, no clock.
 //!
 //! Field H → magnetization M ([`Hysteresis`], [`Bank`]) → free strain ([`Magnetostriction`]) → displacement (the rod),
-//! with heat, sensors and the play operator for noisy fields beside them.
+//! with heat, sensors and the play operator for noisy fields beside them. [`Actuator`] is the whole chain from the
+//! command to what the sensor says, with any of the physical [`effects`] in it.
 //! SI units throughout; a bare number's unit is in its name. Every step is a pure function of its state and inputs, allocates
 //! nothing, and gives the same bits in debug and release builds and on every processor: only basic operations, `libm`,
 //! fixed order, no fused multiply-add.
 
+pub mod actuator;
 pub mod amplifier;
 pub mod anhysteretic;
 mod bank;
 mod bank_step;
 mod curve;
+pub mod effects;
 mod error;
 pub mod heat;
 pub mod hysteresis;
@@ -21,9 +24,13 @@ pub mod play;
 pub mod rod;
 pub mod sensor;
 
+pub use actuator::{
+    Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutput, ActuatorOutputs, Drive, simulate,
+};
 pub use amplifier::{Amplifier, AmplifierConstants, AmplifierOutput};
 pub use anhysteretic::Anhysteretic;
 pub use bank::Bank;
+pub use effects::{Effect, EffectKind, EffectParameter, ParameterRole, Stage};
 pub use error::ModelError;
 pub use heat::{CoilLoss, ThermalCircuit, ThermalExpansion, shape_at};
 pub use hysteresis::{Hysteresis, Inversion, MagneticState};

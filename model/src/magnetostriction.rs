@@ -43,7 +43,7 @@ fn half() -> f64 {
 impl Magnetostriction {
     /// Coefficients of λ = linear·M + square·M² + fourth·M⁴.
     #[inline]
-    fn coefficients(&self, saturation: f64) -> (f64, f64, f64) {
+    pub(crate) fn coefficients(&self, saturation: f64) -> (f64, f64, f64) {
         let gamma = |saturation_magnetostriction: f64| 1.5 * saturation_magnetostriction / (saturation * saturation);
         match *self {
             Magnetostriction::Linearised {

@@ -26,6 +26,11 @@ impl Play {
         })
     }
 
+    /// The same play with its output at rest there, in the middle of the dead band.
+    pub fn resting_at(self, output: f64) -> Self {
+        Play { output, ..self }
+    }
+
     /// Drags the output along with the input and returns it; a NaN input leaves it where it is.
     pub fn follow(&mut self, input: f64) -> f64 {
         if input - self.half_width > self.output {

@@ -61,6 +61,13 @@ impl<N: Number> Coefficients<N> {
         (lag * q_squared + bending * wall) / (wall * (q_squared - self.coupling * bending))
     }
 
+    /// dM/dH with δ̂ = 0.
+    #[inline(always)]
+    pub fn bending_slope(&self, fraction: &Fraction<N>) -> N {
+        let bending = self.reversible_gain * fraction.derivative;
+        bending / (fraction.denominator * fraction.denominator - self.coupling * bending)
+    }
+
     /// dM/dH with δ̂ = 1.
     #[inline(always)]
     pub fn slope<C: Curve<N>>(&self, field: N, magnetization: N) -> N {
@@ -70,12 +77,22 @@ impl<N: Number> Coefficients<N> {
     /// Magnetization after the field step, the first slope being known.
     #[inline(always)]
     pub fn step_from<C: Curve<N>>(&self, field: N, magnetization: N, step: N, first: N) -> N {
+        self.step_with_mean::<C>(field, magnetization, step, first).0
+    }
+
+    /// The same, and the mean magnetization over the step from the same slopes: M + (h/6)(k₁ + k₂ + k₃), fourth order.
+    #[inline(always)]
+    pub fn step_with_mean<C: Curve<N>>(&self, field: N, magnetization: N, step: N, first: N) -> (N, N) {
         let half = N::splat(0.5) * step;
         let middle = field + half;
         let second = self.slope::<C>(middle, magnetization + half * first);
         let third = self.slope::<C>(middle, magnetization + half * second);
         let fourth = self.slope::<C>(field + step, magnetization + step * third);
         let sum = (first + fourth) + N::splat(2.0) * (second + third);
-        magnetization + step * N::splat(1.0 / 6.0) * sum
+        let sixth = step * N::splat(1.0 / 6.0);
+        (
+            magnetization + sixth * sum,
+            magnetization + sixth * (first + second + third),
+        )
     }
 }

@@ -21,10 +21,10 @@ pub struct RodState {
 }
 
 /// Exact propagation of a [`TwoPole`] over one tick.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TwoPolePropagator {
-    /// Rows displacement, velocity; columns displacement, velocity, input, input's change.
-    rows: [[f64; 4]; 2],
+    /// Rows displacement, velocity; columns displacement, velocity, input, input's change, mean of its bulge.
+    rows: [[f64; 5]; 2],
 }
 
 impl TwoPolePropagator {
@@ -39,16 +39,19 @@ impl TwoPolePropagator {
         );
         #[rustfmt::skip]
         let matrix = [
-            0.0, 1.0, 0.0, 0.0,
-            -stiffness, -damping, tick_s * tick_s, 0.0,
-            0.0, 0.0, 0.0, 1.0,
-            0.0, 0.0, 0.0, 0.0,
+            0.0, 1.0, 0.0, 0.0, 0.0,
+            -stiffness, -damping, tick_s * tick_s, 0.0, 0.0,
+            0.0, 0.0, 0.0, 1.0, 0.0,
+            0.0, 0.0, 0.0, 0.0, 1.0,
+            0.0, 0.0, 0.0, 0.0, 0.0,
         ];
-        let e = exponential(&matrix, 4);
+        let e = exponential(&matrix, 5);
+        // A bulge 6 s(1 − s) over the tick has mean 1, starts with slope 6 and has the second derivative −12.
+        let bulge = |row: usize| 6.0 * e[row + 3] - 12.0 * e[row + 4];
         Ok(TwoPolePropagator {
             rows: [
-                [e[0], e[1] * tick_s, e[2], e[3]],
-                [e[4] / tick_s, e[5], e[6] / tick_s, e[7] / tick_s],
+                [e[0], e[1] * tick_s, e[2], e[3], bulge(0)],
+                [e[5] / tick_s, e[6], e[7] / tick_s, e[8] / tick_s, bulge(5) / tick_s],
             ],
         })
     }
@@ -66,6 +69,23 @@ impl TwoPolePropagator {
         RodState {
             displacement_m: displacement,
             velocity_m_per_s: velocity,
+        }
+    }
+
+    /// As [`TwoPolePropagator::advance`] for an acceleration on a parabola, whose mean over the tick lies
+    /// `mean_excess` above that of the straight line.
+    #[inline]
+    pub(crate) fn advance_curved(
+        &self,
+        state: RodState,
+        acceleration_from: f64,
+        acceleration_to: f64,
+        mean_excess: f64,
+    ) -> RodState {
+        let straight = self.advance(state, acceleration_from, acceleration_to);
+        RodState {
+            displacement_m: straight.displacement_m + self.rows[0][4] * mean_excess,
+            velocity_m_per_s: straight.velocity_m_per_s + self.rows[1][4] * mean_excess,
         }
     }
 }

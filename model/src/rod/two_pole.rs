@@ -17,7 +17,8 @@ pub struct TwoPole {
     pub damping_per_s: f64,
     /// ĉ, 1/s².
     pub stiffness_per_s2: f64,
-    /// Acceleration per tip force, 1/kg; over ĉ it is the static compliance.
+    /// Acceleration per tip force, 1/kg; over ĉ it is the static compliance. 0, no force acts, where a file leaves it out.
+    #[serde(default)]
     pub force_gain_per_kg: f64,
 }
 

@@ -1,0 +1,224 @@
+//! The chain in motion, and a whole run of it.
+
+use serde::{Deserialize, Serialize};
+
+use super::fields::Fields;
+use super::magnetizer::Magnetizer;
+use super::rod_stage::{Load, RodStage};
+use super::samples::Columns;
+use super::signals::Signals;
+use super::strain::{FreeStrain, Magnetized};
+use super::{ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutput, ActuatorOutputs, Drive};
+use crate::effects::course::Course;
+use crate::error::require_positive;
+use crate::{MagneticState, ModelError, RodState, Stage};
+
+/// Samples that go through the chain together: few enough to stay in the nearest cache.
+const STRETCH: usize = 256;
+
+/// An actuator in motion: demagnetised and cold until its first sample, at which everything else is settled.
+///
+/// [`Actuator::step`] and [`Actuator::run`] give the same bits, and a run may be cut into pieces.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Actuator {
+    amplifier: Fields,
+    field: Fields,
+    magnetizer: Magnetizer,
+    magnetization: Signals,
+    strain: FreeStrain,
+    rod: RodStage,
+    sensor: Signals,
+    ambient_temperature_k: f64,
+    /// Drive and field in the material at the last sample, A/m.
+    drive: f64,
+    within: f64,
+    begun: bool,
+}
+
+impl Actuator {
+    /// For samples `tick_s` apart. Allocates what delays need, and never again.
+    ///
+    /// # Errors
+    /// As [`ActuatorModel::validate`]; a tick that is not finite and positive; a delay of more than 100000 ticks.
+    pub fn new(model: &ActuatorModel, tick_s: f64) -> Result<Self, ModelError> {
+        require_positive(tick_s, "the tick", "s")?;
+        Self::with_tick(model, tick_s)
+    }
+
+    /// For a sweep without time, slow beyond every lag: the rod is always in equilibrium and the amplifier only clips.
+    ///
+    /// # Errors
+    /// As [`Actuator::new`], and an effect that needs time ([`crate::EffectKind::needs_time`]).
+    pub fn quasi_static(model: &ActuatorModel) -> Result<Self, ModelError> {
+        for effect in &model.effects {
+            if effect.kind().needs_time() {
+                return Err(ModelError::EffectNeedsTime {
+                    effect: effect.kind().name(),
+                });
+            }
+        }
+        Self::with_tick(model, f64::INFINITY)
+    }
+
+    fn with_tick(model: &ActuatorModel, tick_s: f64) -> Result<Self, ModelError> {
+        model.validate()?;
+        let effects = &model.effects;
+        Ok(Actuator {
+            amplifier: Fields::of_amplifier(&model.amplifier, effects, tick_s)?,
+            field: Fields::of(effects, Stage::Field, tick_s)?,
+            magnetizer: Magnetizer::new(model, tick_s),
+            magnetization: Signals::of(effects, Stage::Magnetization, tick_s)?,
+            strain: FreeStrain::new(model, tick_s),
+            rod: RodStage::new(model, tick_s)?,
+            sensor: Signals::of(effects, Stage::Sensor, tick_s)?,
+            ambient_temperature_k: model.ambient_temperature_k,
+            drive: 0.0,
+            within: 0.0,
+            begun: false,
+        })
+    }
+
+    /// The same, but the first sample finds the material in this state instead of demagnetised.
+    pub fn starting_at(mut self, state: MagneticState) -> Self {
+        self.magnetizer.state = state;
+        self
+    }
+
+    /// Field in the material and its magnetization without creep, after the last sample.
+    pub fn magnetic_state(&self) -> MagneticState {
+        self.magnetizer.state
+    }
+
+    /// The tip itself after the last sample, before anything that the sensor does; at rest at 0 without a rod.
+    pub fn tip(&self) -> RodState {
+        self.rod.state()
+    }
+
+    /// Takes the next sample.
+    pub fn step(&mut self, input: ActuatorInput) -> ActuatorOutput {
+        let mut output = ActuatorOutput::default();
+        let temperature = input.temperature_k.map(|temperature_k| [temperature_k]);
+        let inputs = ActuatorInputs {
+            drive_a_per_m: &[input.drive_a_per_m],
+            drive: input.drive,
+            temperature_k: temperature.as_ref().map(|column| column.as_slice()),
+            force_n: Some(&[input.force_n]),
+        };
+        let columns = Columns {
+            field: std::slice::from_mut(&mut output.field_a_per_m),
+            magnetization: std::slice::from_mut(&mut output.magnetization_a_per_m),
+            strain: std::slice::from_mut(&mut output.strain),
+            displacement: std::slice::from_mut(&mut output.displacement_m),
+            temperature: std::slice::from_mut(&mut output.temperature_k),
+        };
+        self.stretch(inputs, columns, &mut [0.0]);
+        output
+    }
+
+    /// Takes a stretch of samples of any length and overwrites `outputs`.
+    ///
+    /// # Errors
+    /// Columns of different lengths.
+    pub fn run(&mut self, inputs: ActuatorInputs, outputs: &mut ActuatorOutputs) -> Result<(), ModelError> {
+        inputs.validate()?;
+        let length = inputs.drive_a_per_m.len();
+        outputs.resize(length);
+        let mut bulge = [0.0; STRETCH];
+        for from in (0..length).step_by(STRETCH) {
+            let to = length.min(from + STRETCH);
+            self.stretch(inputs.part(from, to), outputs.part(from, to), &mut bulge[..to - from]);
+        }
+        Ok(())
+    }
+
+    /// The chain, stage by stage; `bulge` is room for what a straight line between samples leaves out. All have one length.
+    fn stretch(&mut self, inputs: ActuatorInputs, columns: Columns, bulge: &mut [f64]) {
+        let first = !self.begun;
+        self.begun = true;
+        match inputs.temperature_k {
+            Some(measured) => columns.temperature.copy_from_slice(measured),
+            None => columns.temperature.fill(self.ambient_temperature_k),
+        }
+        let Columns {
+            field,
+            magnetization,
+            strain,
+            displacement,
+            temperature,
+        } = columns;
+        self.magnetize(first, &inputs, [field, magnetization, temperature, bulge]);
+        self.magnetization.pass(first, magnetization);
+        let magnetized = Magnetized {
+            first,
+            coil_field: field,
+            magnetization,
+            measured_temperature: inputs.temperature_k,
+        };
+        self.strain.pass(&magnetized, strain, bulge);
+        let silent = inputs.temperature_k.is_none() && self.magnetizer.rise_k().is_none();
+        self.strain.expand(&magnetized, strain, silent.then_some(temperature));
+        let load = Load {
+            first,
+            strain,
+            bulge,
+            magnetization,
+            force: inputs.force_n,
+        };
+        self.rod.pass(&load, displacement);
+        self.sensor.pass(first, displacement);
+    }
+
+    /// From the drive to M: writes coil field, M, the temperature if the hysteresis reckons it, and the bulge of M.
+    fn magnetize(&mut self, first: bool, inputs: &ActuatorInputs, columns: [&mut [f64]; 4]) {
+        let [field, magnetization, temperature, bulge] = columns;
+        let driven = inputs.drive == Drive::Command && !self.amplifier.is_empty();
+        let mut from = 0;
+        if first && let Some(&drive) = inputs.drive_a_per_m.first() {
+            self.drive = drive;
+            field[0] = if driven { self.amplifier.settle(drive) } else { drive };
+            self.within = self.field.settle(field[0]);
+            let measured = inputs.temperature_k.map(|column| column[0]);
+            magnetization[0] = self.magnetizer.settle(field[0], self.within, measured);
+            bulge[0] = 0.0;
+            from = 1;
+        }
+        if !driven && self.field.is_empty() && self.magnetizer.is_plain() {
+            for index in from..inputs.drive_a_per_m.len() {
+                field[index] = inputs.drive_a_per_m[index];
+                (magnetization[index], bulge[index]) = self.magnetizer.step_plain(field[index]);
+            }
+            return;
+        }
+        let (mut course, mut spare) = (Course::empty(), Course::empty());
+        for index in from..inputs.drive_a_per_m.len() {
+            let drive = inputs.drive_a_per_m[index];
+            course.set_straight(self.drive, drive);
+            self.drive = drive;
+            if driven {
+                self.amplifier.follow(&mut course, &mut spare);
+            }
+            field[index] = course.end();
+            self.field.follow(&mut course, &mut spare);
+            course.keep_turns(self.within);
+            self.within = course.end();
+            let measured = inputs.temperature_k.map(|column| column[index]);
+            (magnetization[index], bulge[index]) = self.magnetizer.step(field[index], &course, measured);
+            if let Some(rise_k) = self.magnetizer.rise_k().filter(|_| measured.is_none()) {
+                temperature[index] = self.ambient_temperature_k + rise_k;
+            }
+        }
+    }
+}
+
+/// A run from the demagnetised state, samples `tick_s` apart.
+///
+/// # Errors
+/// As [`Actuator::new`] and [`Actuator::run`].
+pub fn simulate(
+    model: &ActuatorModel,
+    tick_s: f64,
+    inputs: ActuatorInputs,
+    outputs: &mut ActuatorOutputs,
+) -> Result<(), ModelError> {
+    Actuator::new(model, tick_s)?.run(inputs, outputs)
+}

@@ -1,0 +1,139 @@
+//! Field → magnetization: the domain wall model with the effects that act inside it.
+//!
+//! A tick: the rod's temperature sets `a`, the field's rate sets k, then the field moves and walls that were frozen may relax.
+//! Parameters that change while the field rests leave M where it is. Beside M goes its bulge, by how much its mean over
+//! the tick lies above the mean of its ends: the rod feels the whole tick, and 1 A/m of it is 0.2 nm.
+
+use serde::{Deserialize, Serialize};
+
+use crate::effects::accommodation::Accommodation;
+use crate::effects::course::{Course, Piece};
+use crate::effects::excess_loss::ExcessLoss;
+use crate::effects::prestress::Prestress;
+use crate::effects::thermal_drift::ThermalDrift;
+use crate::{ActuatorModel, EffectKind, Hysteresis, MagneticState};
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Magnetizer {
+    hysteresis: Hysteresis,
+    ambient_temperature_k: f64,
+    thermal_drift: Option<ThermalDrift>,
+    excess_loss: Option<ExcessLoss>,
+    prestress: Option<Prestress>,
+    accommodation: Option<Accommodation>,
+    /// None of the four.
+    plain: bool,
+    pub state: MagneticState,
+}
+
+impl Magnetizer {
+    pub fn new(model: &ActuatorModel, tick_s: f64) -> Self {
+        let values = |kind| model.effect(kind).map(|effect| effect.values());
+        let thermal_drift = values(EffectKind::ThermalDrift)
+            .map(|values| ThermalDrift::new(values, tick_s, model.ambient_temperature_k));
+        let excess_loss = values(EffectKind::ExcessLoss).map(|values| ExcessLoss::new(values, tick_s));
+        let prestress = values(EffectKind::Prestress).map(|values| Prestress::new(values, &model.material.hysteresis));
+        let accommodation = values(EffectKind::Accommodation).map(Accommodation::new);
+        let plain = thermal_drift.is_none() && excess_loss.is_none() && prestress.is_none() && accommodation.is_none();
+        Magnetizer {
+            hysteresis: model.material.hysteresis,
+            ambient_temperature_k: model.ambient_temperature_k,
+            thermal_drift,
+            excess_loss,
+            prestress,
+            accommodation,
+            plain,
+            state: MagneticState::default(),
+        }
+    }
+
+    /// Whether a tick may be stepped by [`Magnetizer::step_plain`].
+    pub fn is_plain(&self) -> bool {
+        self.plain
+    }
+
+    /// The run's first sample, to which the field goes at once: M (A/m).
+    pub fn settle(&mut self, coil_field: f64, field: f64, temperature_k: Option<f64>) -> f64 {
+        let mut rise_k = 0.0;
+        if let Some(drift) = &mut self.thermal_drift {
+            drift.warming.settle(coil_field);
+            rise_k = temperature_k.map_or(0.0, |measured| measured - self.ambient_temperature_k);
+        }
+        let jump = Piece::straight(0.0, self.state.field_a_per_m, field);
+        self.piece(jump, rise_k);
+        self.state.magnetization_a_per_m
+    }
+
+    /// A tick in which the field goes straight and no effect is at work: M and its bulge (A/m).
+    #[inline]
+    pub fn step_plain(&mut self, field: f64) -> (f64, f64) {
+        let from = self.state.magnetization_a_per_m;
+        let (state, mean) = self.hysteresis.advance_with_mean(self.state, field);
+        self.state = state;
+        let to = state.magnetization_a_per_m;
+        (to, mean - 0.5 * (from + to))
+    }
+
+    /// A tick along a course of turning points: M and its bulge (A/m).
+    pub fn step(&mut self, coil_field: f64, course: &Course, temperature_k: Option<f64>) -> (f64, f64) {
+        let mut rise_k = 0.0;
+        if let Some(drift) = &mut self.thermal_drift {
+            rise_k = match temperature_k {
+                Some(measured) => measured - self.ambient_temperature_k,
+                None => drift.warming.step(coil_field),
+            };
+        }
+        let from = self.state.magnetization_a_per_m;
+        let mut mean = 0.0;
+        for piece in course.pieces() {
+            mean += piece.span * self.piece(*piece, rise_k);
+        }
+        let to = self.state.magnetization_a_per_m;
+        (to, mean - 0.5 * (from + to))
+    }
+
+    /// Rise of the temperature where it is reckoned here, K.
+    pub fn rise_k(&self) -> Option<f64> {
+        self.thermal_drift.as_ref().map(|drift| drift.warming.rise_k())
+    }
+
+    /// One monotone piece; returns the mean of M over it.
+    fn piece(&mut self, piece: Piece, rise_k: f64) -> f64 {
+        let from = self.state;
+        let change = piece.to - from.field_a_per_m;
+        let mut hysteresis = self.hysteresis;
+        if let Some(drift) = &self.thermal_drift {
+            hysteresis.shape_a_per_m *= drift.shape_factor(rise_k);
+        }
+        // A jump to the first sample has no rate.
+        if let Some(loss) = self.excess_loss.as_ref().filter(|_| piece.span > 0.0) {
+            hysteresis.pinning_a_per_m *= loss.pinning_factor(change / piece.span);
+        }
+        let (state, mut mean) = match &self.prestress {
+            Some(prestress) => prestress.advance(&hysteresis, from, piece.to),
+            None => hysteresis.advance_with_mean(from, piece.to),
+        };
+        self.state = state;
+        // `mean` is that over the field; where the field is curved in time it dwells elsewhere.
+        let bulge = piece.mean - 0.5 * (from.field_a_per_m + piece.to);
+        if change != 0.0 {
+            mean += bulge * (state.magnetization_a_per_m - from.magnetization_a_per_m) / change;
+        }
+        if let Some(accommodation) = &self.accommodation {
+            let (before, after) = (self.lag(&hysteresis, from), self.lag(&hysteresis, state));
+            let relaxation = accommodation.relaxation(change, before, after, hysteresis.pinning_a_per_m);
+            self.state.magnetization_a_per_m += relaxation;
+            mean += 0.5 * relaxation;
+        }
+        mean
+    }
+
+    /// Man − M, A/m.
+    fn lag(&self, hysteresis: &Hysteresis, state: MagneticState) -> f64 {
+        let anhysteretic = match &self.prestress {
+            Some(prestress) => prestress.anhysteretic_at(hysteresis, state),
+            None => hysteresis.anhysteretic_at(state),
+        };
+        anhysteretic - state.magnetization_a_per_m
+    }
+}

@@ -1,0 +1,240 @@
+//! ü + k̂ u̇ + ĉ u = A + B + N,  N = −(s(M) − 1)(ĉ u − A) − ĉ β u³ − ĉ d tanh(u̇/v₀): the rod with forces of its own.
+//!
+//! u displacement (m), A = w λ/λ′ and B = f F accelerations (m/s²) of strain and force, N what delta_e, stiffening and friction add.
+//! The linear part is propagated exactly; N is taken as a straight line within a substep, its end value solved for by
+//! Newton inside a bracket. Where friction is stiff, z = −h ∂N/∂u̇ large over the substep h, the line is bent so that its mean
+//! leans to the end, by 1/2 + z²/2/(z₀² + z²) instead of 1/2: what sticks must not ring. So the rule is implicit, of second order,
+//! L-stable in the friction, and with N ≡ 0 the linear rod. A substep turns the resonance by at most half a radian. Source: exponential integrators with an implicit corrector.
+
+use serde::{Deserialize, Serialize};
+
+use super::rod_stage::{DrivenRod, Load};
+use crate::effects::delta_e::DeltaE;
+use crate::effects::friction::Friction;
+use crate::effects::stiffening::Stiffening;
+use crate::{ActuatorModel, EffectKind, ModelError, RodState, TwoPolePropagator};
+
+/// Turn of the resonance in one substep, rad.
+const LONGEST_TURN: f64 = 0.5;
+/// z₀: much below, a straight line rings less than it decays.
+const STIFF: f64 = 40.0;
+/// More substeps than this are not taken: the tick is then longer than the resonance can show in it.
+const MOST_SUBSTEPS: f64 = 64.0;
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct NonlinearRod {
+    driven: DrivenRod,
+    delta_e: Option<DeltaE>,
+    stiffening: Option<Stiffening>,
+    friction: Option<Friction>,
+    /// Of a substep; none for a rod that is always at rest.
+    propagator: Option<TwoPolePropagator>,
+    substeps: u32,
+    /// What a unit of N at the end of a substep adds to the state there, and what a unit of mean bulge does.
+    response: RodState,
+    bulge_response: RodState,
+    substep_s: f64,
+    /// z of the last substep.
+    stiffness: f64,
+    pub state: RodState,
+    from: Moment,
+    /// N at the state, and its change over the last substep.
+    own: f64,
+    trend: f64,
+    /// Change of N, m/s², after which Newton's next one is below a millionth of the friction, or a picometre.
+    accepted: f64,
+}
+
+/// What acts on the rod at one time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Moment {
+    by_strain: f64,
+    by_force: f64,
+    /// s − 1.
+    growth: f64,
+}
+
+impl Moment {
+    fn between(from: Moment, to: Moment, share: f64) -> Moment {
+        let mix = |from: f64, to: f64| from + share * (to - from);
+        Moment {
+            by_strain: mix(from.by_strain, to.by_strain),
+            by_force: mix(from.by_force, to.by_force),
+            growth: mix(from.growth, to.growth),
+        }
+    }
+}
+
+impl NonlinearRod {
+    /// A rod that is always in equilibrium.
+    pub fn resting(model: &ActuatorModel, driven: DrivenRod) -> Self {
+        let values = |kind| model.effect(kind).map(|effect| effect.values());
+        let saturation = model.material.hysteresis.saturation_magnetization_a_per_m;
+        NonlinearRod {
+            driven,
+            delta_e: values(EffectKind::DeltaE).map(|values| DeltaE::new(values, saturation)),
+            stiffening: values(EffectKind::Stiffening).map(Stiffening::new),
+            friction: values(EffectKind::Friction)
+                .map(|values| Friction::new(values, driven.two_pole.stiffness_per_s2)),
+            propagator: None,
+            substeps: 0,
+            response: RodState::default(),
+            bulge_response: RodState::default(),
+            substep_s: 0.0,
+            stiffness: 0.0,
+            state: RodState::default(),
+            from: Moment::default(),
+            own: 0.0,
+            trend: 0.0,
+            accepted: 0.0,
+        }
+    }
+
+    pub fn new(model: &ActuatorModel, driven: DrivenRod, tick_s: f64) -> Result<Self, ModelError> {
+        let turn = libm::sqrt(driven.two_pole.stiffness_per_s2) * tick_s;
+        let substeps = libm::ceil(turn / LONGEST_TURN).clamp(1.0, MOST_SUBSTEPS);
+        let propagator = TwoPolePropagator::new(driven.two_pole, tick_s / substeps)?;
+        let response = propagator.advance(RodState::default(), 0.0, 1.0);
+        let resting = Self::resting(model, driven);
+        // Newton's error is the square of the move over the width of the bend: 1 μm of a spring, v₀ of friction.
+        let by_displacement = 1e-9 / response.displacement_m;
+        let by_velocity = resting.friction.map_or(f64::INFINITY, |friction| {
+            1e-3 * friction.speed_m_per_s() / response.velocity_m_per_s
+        });
+        Ok(NonlinearRod {
+            propagator: Some(propagator),
+            substeps: substeps as u32,
+            response,
+            bulge_response: propagator.advance_curved(RodState::default(), 0.0, 0.0, 1.0),
+            substep_s: tick_s / substeps,
+            accepted: by_displacement.min(by_velocity),
+            ..resting
+        })
+    }
+
+    fn moment(&self, load: &Load, index: usize) -> Moment {
+        let by_strain = self.driven.by_strain(load.strain[index]);
+        let by_force = self.driven.by_force(load, index);
+        let growth = self
+            .delta_e
+            .map_or(0.0, |delta_e| delta_e.growth(load.magnetization[index]));
+        Moment {
+            by_strain,
+            by_force,
+            growth,
+        }
+    }
+
+    /// N and its slopes in displacement and velocity.
+    #[inline]
+    fn own(&self, state: RodState, moment: Moment) -> (f64, f64, f64) {
+        let stiffness = self.driven.two_pole.stiffness_per_s2;
+        let mut own = -moment.growth * (stiffness * state.displacement_m - moment.by_strain);
+        let mut by_displacement = -moment.growth * stiffness;
+        let mut by_velocity = 0.0;
+        if let Some(stiffening) = &self.stiffening {
+            let (excess, slope) = stiffening.excess(state.displacement_m);
+            own -= stiffness * excess;
+            by_displacement -= stiffness * slope;
+        }
+        if let Some(friction) = &self.friction {
+            let (acceleration, slope) = friction.acceleration(state.velocity_m_per_s);
+            own += acceleration;
+            by_velocity += slope;
+        }
+        (own, by_displacement, by_velocity)
+    }
+
+    /// Comes to rest under what acts now; displacement in m.
+    pub fn settle(&mut self, load: &Load, index: usize) -> f64 {
+        let moment = self.moment(load, index);
+        let stiffness = self.driven.two_pole.stiffness_per_s2;
+        let given = moment.by_strain + moment.by_force;
+        let mut state = RodState {
+            displacement_m: given / stiffness,
+            velocity_m_per_s: 0.0,
+        };
+        for _ in 0..60 {
+            let (own, slope, _) = self.own(state, moment);
+            let excess = stiffness * state.displacement_m - given - own;
+            // A softened spring may have no slope left; then it does not hold the load and stays where it is.
+            let steepness = (stiffness - slope).max(1e-3 * stiffness);
+            let correction = excess / steepness;
+            state.displacement_m -= correction;
+            if correction.abs() <= 1e-14 * state.displacement_m.abs() {
+                break;
+            }
+        }
+        let (own, _, by_velocity) = self.own(state, moment);
+        (self.own, self.trend) = (own, 0.0);
+        self.stiffness = -by_velocity * self.substep_s;
+        (self.state, self.from) = (state, moment);
+        state.displacement_m
+    }
+
+    /// One tick; displacement in m.
+    pub fn step(&mut self, load: &Load, index: usize) -> f64 {
+        let Some(propagator) = self.propagator else {
+            return self.settle(load, index);
+        };
+        let to = self.moment(load, index);
+        let bulge = self.driven.by_strain(load.bulge[index]);
+        let part = 1.0 / f64::from(self.substeps);
+        let mut before = self.from;
+        for substep in 1..=self.substeps {
+            let share = f64::from(substep) * part;
+            let mut after = Moment::between(self.from, to, share);
+            // The parabola with this mean; a part of it has the same curvature.
+            after.by_strain += 6.0 * bulge * share * (1.0 - share);
+            let held = propagator.advance_curved(
+                self.state,
+                before.by_strain + before.by_force + self.own,
+                after.by_strain + after.by_force + self.own,
+                bulge * part * part,
+            );
+            self.solve(held, after);
+            before = after;
+        }
+        self.from = to;
+        self.state.displacement_m
+    }
+
+    /// Finds N at the end of the substep, from the state that would be reached with N as it was.
+    fn solve(&mut self, held: RodState, moment: Moment) {
+        let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+        let square = self.stiffness * self.stiffness;
+        let lean = 0.5 * square / (STIFF * STIFF + square);
+        let response = RodState {
+            displacement_m: self.response.displacement_m + lean * self.bulge_response.displacement_m,
+            velocity_m_per_s: self.response.velocity_m_per_s + lean * self.bulge_response.velocity_m_per_s,
+        };
+        let with = |change: f64| RodState {
+            displacement_m: held.displacement_m + response.displacement_m * change,
+            velocity_m_per_s: held.velocity_m_per_s + response.velocity_m_per_s * change,
+        };
+        let before = self.own;
+        let mut guess = before + self.trend;
+        for _ in 0..60 {
+            let (own, by_displacement, by_velocity) = self.own(with(guess - before), moment);
+            let excess = guess - own;
+            if excess > 0.0 {
+                high = guess;
+            } else {
+                low = guess;
+            }
+            let steepness = 1.0 - by_displacement * response.displacement_m - by_velocity * response.velocity_m_per_s;
+            self.stiffness = -by_velocity * self.substep_s;
+            let mut next = guess - excess / steepness;
+            if !(next >= low && next <= high) {
+                next = 0.5 * (low + high);
+            }
+            let moved = (next - guess).abs();
+            guess = next;
+            if moved <= self.accepted {
+                break;
+            }
+        }
+        self.state = with(guess - before);
+        (self.own, self.trend) = (guess, guess - before);
+    }
+}

@@ -1,0 +1,102 @@
+//! H = clip(u, ±L): the amplifier gives no more current than it has.
+//!
+//! u command, H coil field, L limit (A/m). Assumption: symmetric, without recovery time.
+//! Source: supply current of power amplifiers, 10-30 A.
+
+use serde::{Deserialize, Serialize};
+
+use super::course::{Course, FieldEffect, Piece};
+use super::description::{Description, EffectParameter, Stage};
+use crate::ModelError;
+
+pub(super) const DESCRIPTION: Description = Description {
+    stage: Stage::Amplifier,
+    needs_time: false,
+    differentiable: false,
+    summary: "the coil field is clipped at a limit",
+    signature: "no gap below a threshold of |command|, flat tops in the measured field, odd harmonics",
+    source: "supply current of power amplifiers, 10-30 A",
+    confused_with: &["sensor_saturation", "parameter_Ms"],
+    parameters: &[EffectParameter::limit("field_limit_a_per_m", "A/m", [1.0, 1e6], 1e4)],
+};
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct AmplifierSaturation {
+    limit_a_per_m: f64,
+    command_a_per_m: f64,
+}
+
+impl AmplifierSaturation {
+    pub fn of(limit_a_per_m: f64) -> Self {
+        AmplifierSaturation {
+            limit_a_per_m,
+            command_a_per_m: 0.0,
+        }
+    }
+
+    fn clip(&self, command_a_per_m: f64) -> f64 {
+        command_a_per_m.clamp(-self.limit_a_per_m, self.limit_a_per_m)
+    }
+}
+
+impl FieldEffect for AmplifierSaturation {
+    fn new(values: &[f64], _tick_s: f64) -> Result<Self, ModelError> {
+        Ok(AmplifierSaturation::of(values[0]))
+    }
+
+    fn settle(&mut self, input: f64) -> f64 {
+        self.command_a_per_m = input;
+        self.clip(input)
+    }
+
+    #[inline]
+    fn follow(&mut self, piece: Piece, output: &mut Course) {
+        let (from, to) = (self.command_a_per_m, piece.to);
+        self.command_a_per_m = to;
+        let (start, end) = (self.clip(from), self.clip(to));
+        if start == from && end == to {
+            output.push(piece);
+            return;
+        }
+        let mut rest = piece.span;
+        if start != end {
+            // The piece crosses a limit, or both: the field moves only between them.
+            let before = piece.span * (start - from) / (to - from);
+            let within = piece.span * (end - start) / (to - from);
+            if before > 0.0 {
+                output.push(Piece::straight(before, start, start));
+            }
+            output.push(Piece::straight(within, start, end));
+            rest = piece.span - before - within;
+            if rest <= 0.0 {
+                return;
+            }
+        }
+        output.push(Piece::straight(rest, end, end));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guards the clip on both sides and that it leaves the rest alone.
+    #[test]
+    fn only_what_is_beyond_is_clipped() {
+        let mut saturation = AmplifierSaturation::of(100.0);
+        saturation.settle(0.0);
+        let mut from = 0.0;
+        let mut follow = |to: f64| {
+            let mut course = Course::empty();
+            saturation.follow(Piece::straight(1.0, from, to), &mut course);
+            from = to;
+            let pieces = course.pieces().iter();
+            pieces.map(|piece| (piece.span, piece.to)).collect::<Vec<_>>()
+        };
+        assert_eq!(follow(80.0), [(1.0, 80.0)]);
+        assert_eq!(follow(120.0), [(0.5, 100.0), (0.5, 100.0)]);
+        assert_eq!(follow(300.0), [(1.0, 100.0)]);
+        assert_eq!(follow(-100.0), [(0.5, 100.0), (0.5, -100.0)]);
+        assert_eq!(follow(-80.0), [(1.0, -80.0)]);
+    }
+}

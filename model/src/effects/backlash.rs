@@ -1,0 +1,57 @@
+//! y ← min(max(y, u − g/2), u + g/2): play between the rod and what the sensor looks at.
+//!
+//! u tip, y sensor's end (m), g total width of the gap (m). See [`crate::Play`]. It begins in the middle of its gap.
+//! Assumption: no inertia and no force in the gap. Source: the play operator (Prandtl).
+
+use serde::{Deserialize, Serialize};
+
+use super::description::{Description, EffectParameter, Stage};
+use super::signal::Signal;
+use crate::{ModelError, Play};
+
+pub(super) const DESCRIPTION: Description = Description {
+    stage: Stage::Sensor,
+    needs_time: false,
+    differentiable: true,
+    summary: "play between rod and sensor",
+    signature: "after each reversal the displacement stands still over a fixed width; size independent of amplitude and rate",
+    source: "play operator",
+    confused_with: &["friction", "parameter_k"],
+    parameters: &[EffectParameter::size("gap_m", "m", [0.0, 1e-3], 1e-8).by_ratio()],
+};
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Backlash(Play);
+
+impl Signal for Backlash {
+    fn new(values: &[f64], _tick_s: f64) -> Result<Self, ModelError> {
+        Ok(Backlash(Play::new(0.5 * values[0])?))
+    }
+
+    fn settle(&mut self, input: f64) -> f64 {
+        self.0 = self.0.resting_at(input);
+        input
+    }
+
+    #[inline]
+    fn step(&mut self, input: f64) -> f64 {
+        self.0.follow(input)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guards the width: after a reversal the output stands still over the whole gap, and from the middle over half of it.
+    #[test]
+    fn the_gap_is_the_width_of_the_standstill() {
+        let mut backlash = Backlash::new(&[2e-6], 1e-4).unwrap();
+        backlash.settle(0.0);
+        assert_eq!(backlash.step(0.9e-6), 0.0);
+        let top = backlash.step(10e-6);
+        assert!((top - 9e-6).abs() < 1e-20);
+        assert_eq!(backlash.step(8.1e-6), top);
+        assert!((backlash.step(7.5e-6) - 8.5e-6).abs() < 1e-20);
+    }
+}

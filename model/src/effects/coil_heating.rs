@@ -1,0 +1,94 @@
+//! H = u/(1 + β ΔT),  dΔT/dt = r (H/H₀)² − ΔT/τ: driven by a voltage, a warm coil passes less current.
+//!
+//! u command as the field that the cold coil would have, H coil field (A/m), ΔT rise of the coil (K), β = 0.0039 1/K of
+//! copper, r heating (K/s) at H₀ = 10 kA/m, τ loss time (s). ΔT is that of the tick before: it moves over seconds.
+//! A current-controlled amplifier does not have it. Source: copper; coils of such actuators take 1-5 minutes.
+
+use serde::{Deserialize, Serialize};
+
+use super::course::{Course, FieldEffect, Piece};
+use super::description::{Description, EffectParameter, Stage};
+use super::warming::{HEATING, Warming};
+use crate::ModelError;
+
+/// β, 1/K.
+const COPPER_PER_K: f64 = 0.0039;
+
+pub(super) const DESCRIPTION: Description = Description {
+    stage: Stage::Amplifier,
+    needs_time: true,
+    differentiable: true,
+    summary: "under voltage drive the coil's resistance grows as it warms, and the field falls",
+    signature: "measured field over command falls with the integral of the square, over seconds to minutes, and recovers \
+                at rest; absent under current drive",
+    source: "copper's +0.39 % a kelvin; coil time constants of 1-5 minutes",
+    confused_with: &["thermal_drift", "sensor_gain"],
+    parameters: &[
+        HEATING,
+        EffectParameter::held("loss_time_s", "s", [0.1, 1e4], 100.0).by_ratio(),
+    ],
+};
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct CoilHeating {
+    warming: Warming,
+    /// Part of the tick that has passed.
+    passed: f64,
+    /// H/u in this tick.
+    factor: f64,
+}
+
+impl FieldEffect for CoilHeating {
+    fn new(values: &[f64], tick_s: f64) -> Result<Self, ModelError> {
+        Ok(CoilHeating {
+            warming: Warming::new(values[0], values[1], tick_s),
+            passed: 0.0,
+            factor: 1.0,
+        })
+    }
+
+    fn settle(&mut self, input: f64) -> f64 {
+        self.warming.settle(input);
+        (self.passed, self.factor) = (0.0, 1.0);
+        input
+    }
+
+    #[inline]
+    fn follow(&mut self, piece: Piece, output: &mut Course) {
+        let field = piece.to * self.factor;
+        output.push(Piece {
+            span: piece.span,
+            to: field,
+            mean: piece.mean * self.factor,
+        });
+        self.passed += piece.span;
+        // The spans of a tick add up to 1 but for rounding.
+        if self.passed > 1.0 - 1e-9 {
+            let rise_k = self.warming.step(field);
+            (self.passed, self.factor) = (0.0, 1.0 / (1.0 + COPPER_PER_K * rise_k));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guards the loop through the resistance: the steady field solves H(1 + βrτ(H/H₀)²) = u.
+    #[test]
+    fn the_field_settles_where_heat_and_loss_balance() {
+        let (heating, loss_time_s, command) = (5.0, 3.0, 8e3);
+        let mut coil = CoilHeating::new(&[heating, loss_time_s], 1e-3).unwrap();
+        coil.settle(command);
+        let mut course = Course::empty();
+        for _ in 0..60_000 {
+            course.clear();
+            coil.follow(Piece::straight(1.0, command, command), &mut course);
+        }
+        let field = course.end();
+        let square = (field / 1e4) * (field / 1e4);
+        let balance = field * (1.0 + COPPER_PER_K * heating * loss_time_s * square);
+        assert!((balance - command).abs() < 1e-6, "{field}");
+        assert!(field < 0.97 * command);
+    }
+}

@@ -1,0 +1,169 @@
+//! What a nominal actuator leaves out: one physical effect a file, each with its equation, bounds, signature and source.
+//!
+//! An [`Effect`] is a kind and its values; [`crate::ActuatorModel`] puts effects where they belong in the chain
+//! command → coil field → field in the material → M → M with creep → free strain → tip → what the sensor says.
+//! With every *size* of an effect at its identity the effect is absent, and the chain is the nominal one; just beside
+//! it the output changes smoothly where [`EffectKind::differentiable`] says so, which is what a score test needs.
+//! Adding one: a file here, a line in `library!`, its place in `crate::actuator`, and the table in `docs/effects.md`.
+
+mod description;
+mod effect;
+mod notation;
+
+pub(crate) mod course;
+pub(crate) mod delay_line;
+pub(crate) mod lag;
+pub(crate) mod signal;
+pub(crate) mod warming;
+
+pub(crate) mod accommodation;
+pub(crate) mod after_effect;
+pub(crate) mod amplifier_bandwidth;
+pub(crate) mod amplifier_saturation;
+pub(crate) mod amplifier_slew;
+pub(crate) mod backlash;
+pub(crate) mod bias_shift;
+pub(crate) mod coil_heating;
+pub(crate) mod delta_e;
+pub(crate) mod eddy_current;
+pub(crate) mod excess_loss;
+pub(crate) mod friction;
+pub(crate) mod load_change;
+pub(crate) mod loop_delay;
+pub(crate) mod periodic_disturbance;
+pub(crate) mod prestress;
+pub(crate) mod quadratic_magnetostriction;
+pub(crate) mod quantisation;
+pub(crate) mod second_mode;
+pub(crate) mod sensor_delay;
+pub(crate) mod sensor_drift;
+pub(crate) mod sensor_gain;
+pub(crate) mod sensor_saturation;
+pub(crate) mod stiffening;
+pub(crate) mod thermal_drift;
+pub(crate) mod thermal_expansion;
+
+use serde::{Deserialize, Serialize};
+
+pub use description::{EffectParameter, ParameterRole, Stage};
+pub use effect::Effect;
+
+use description::Description;
+
+/// Declares the kinds from one list: name and file are the same word.
+macro_rules! library {
+    ($($kind:ident in $file:ident),* $(,)?) => {
+        /// The effects of the library, in the order of the chain.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        pub enum EffectKind {
+            $(#[doc = concat!("`", stringify!($file), "`")] $kind,)*
+        }
+
+        const NAMES: &[&str] = &[$(stringify!($file)),*];
+        /// As they stand in a model file.
+        const VARIANTS: &[&str] = &[$(stringify!($kind)),*];
+        const DESCRIPTIONS: [&Description; NAMES.len()] = [$(&$file::DESCRIPTION),*];
+
+        impl EffectKind {
+            /// Every kind, in the order of the chain.
+            pub const ALL: [EffectKind; NAMES.len()] = [$(EffectKind::$kind),*];
+        }
+    };
+}
+
+library! {
+    LoopDelay in loop_delay,
+    AmplifierSaturation in amplifier_saturation,
+    AmplifierSlew in amplifier_slew,
+    AmplifierBandwidth in amplifier_bandwidth,
+    CoilHeating in coil_heating,
+    EddyCurrent in eddy_current,
+    BiasShift in bias_shift,
+    ExcessLoss in excess_loss,
+    ThermalDrift in thermal_drift,
+    Prestress in prestress,
+    Accommodation in accommodation,
+    AfterEffect in after_effect,
+    QuadraticMagnetostriction in quadratic_magnetostriction,
+    ThermalExpansion in thermal_expansion,
+    LoadChange in load_change,
+    DeltaE in delta_e,
+    Stiffening in stiffening,
+    Friction in friction,
+    PeriodicDisturbance in periodic_disturbance,
+    Backlash in backlash,
+    SecondMode in second_mode,
+    SensorDelay in sensor_delay,
+    SensorGain in sensor_gain,
+    SensorDrift in sensor_drift,
+    SensorSaturation in sensor_saturation,
+    Quantisation in quantisation,
+}
+
+impl EffectKind {
+    /// Name in reports, `eddy_current`.
+    pub fn name(self) -> &'static str {
+        NAMES[self as usize]
+    }
+
+    /// The kind of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+
+    /// Name in a model file, `EddyCurrent`.
+    pub(crate) fn variant(self) -> &'static str {
+        VARIANTS[self as usize]
+    }
+
+    fn description(self) -> &'static Description {
+        DESCRIPTIONS[self as usize]
+    }
+
+    /// Where in the chain it acts.
+    pub fn stage(self) -> Stage {
+        self.description().stage
+    }
+
+    /// Its parameters; values of an [`Effect`] stand in this order.
+    pub fn parameters(self) -> &'static [EffectParameter] {
+        self.description().parameters
+    }
+
+    /// What it is, in a sentence.
+    pub fn summary(self) -> &'static str {
+        self.description().summary
+    }
+
+    /// How it shows in data.
+    pub fn signature(self) -> &'static str {
+        self.description().signature
+    }
+
+    /// Where equation and range come from.
+    pub fn source(self) -> &'static str {
+        self.description().source
+    }
+
+    /// Names of effects (or `parameter_…`) that data may not be able to tell it from.
+    pub fn confused_with(self) -> &'static [&'static str] {
+        self.description().confused_with
+    }
+
+    /// A sweep without time can neither show nor have it: [`crate::Actuator::quasi_static`] refuses it.
+    pub fn needs_time(self) -> bool {
+        self.description().needs_time
+    }
+
+    /// It acts on the moving rod, so a model without a rod cannot have it.
+    pub fn needs_rod(self) -> bool {
+        self.stage() == Stage::Rod
+    }
+
+    /// The output has a derivative, and in general not a vanishing one, in each size at its identity (one-sided where
+    /// the identity is a bound). Not so for limits, which do nothing until they bite, and for quantisation.
+    pub fn differentiable(self) -> bool {
+        self.description().differentiable
+    }
+}

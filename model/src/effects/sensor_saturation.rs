@@ -1,0 +1,53 @@
+//! y = clip(u, ±L): the sensor's range ends.
+//!
+//! u displacement, y what the sensor says, L limit (m). Assumption: symmetric about zero.
+//! Source: ranges of capacitive probes, 10-500 μm.
+
+use serde::{Deserialize, Serialize};
+
+use super::description::{Description, EffectParameter, Stage};
+use super::signal::Signal;
+use crate::ModelError;
+
+pub(super) const DESCRIPTION: Description = Description {
+    stage: Stage::Sensor,
+    needs_time: false,
+    differentiable: false,
+    summary: "what the sensor says is clipped at a limit",
+    signature: "flat tops in the displacement at one level, with a clean field",
+    source: "ranges of capacitive probes, 10-500 μm",
+    confused_with: &["amplifier_saturation", "parameter_Ms"],
+    parameters: &[EffectParameter::limit("limit_m", "m", [1e-8, 1.0], 1e-4)],
+};
+
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct SensorSaturation {
+    limit_m: f64,
+}
+
+impl Signal for SensorSaturation {
+    fn new(values: &[f64], _tick_s: f64) -> Result<Self, ModelError> {
+        Ok(SensorSaturation { limit_m: values[0] })
+    }
+
+    fn settle(&mut self, input: f64) -> f64 {
+        self.step(input)
+    }
+
+    #[inline]
+    fn step(&mut self, input: f64) -> f64 {
+        input.clamp(-self.limit_m, self.limit_m)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guards the clip on both sides and that it leaves the rest alone.
+    #[test]
+    fn only_what_is_beyond_is_clipped() {
+        let mut saturation = SensorSaturation { limit_m: 1e-5 };
+        assert_eq!([-2e-5, 3e-6, 2e-5].map(|u| saturation.step(u)), [-1e-5, 3e-6, 1e-5]);
+    }
+}
