@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 
-use anhyst_diagnosis::{MeasuredRun, NoiseFloor, NoiseSource, Quantity, noise_floor, rests};
+use anhyst_diagnosis::{MeasuredRun, NoiseFloor, NoiseSource, Quantity, RunReadOptions, noise_floor, rests};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -164,4 +164,32 @@ fn too_little_data_have_no_floor() {
         "{short:?}"
     );
     assert_eq!(noise_floor(&[3.0; 100], &[]).unwrap().rms, 0.0);
+}
+
+/// Runs of an independent simulator with 20 nm rms on the displacement and 1 A/m rms on the measured field:
+/// `ANHYST_RUNS=FOLDER cargo test --release -p anhyst-diagnosis --test noise -- --ignored --nocapture`.
+#[test]
+#[ignore = "needs the folder of runs named by ANHYST_RUNS, which are not part of this repository"]
+fn runs_of_another_simulator_have_the_noise_that_was_put_in() {
+    let folder = std::env::var("ANHYST_RUNS").expect("ANHYST_RUNS must name a folder of runs");
+    let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<_> = paths
+        .filter(|path| path.extension().is_some_and(|ending| ending == "csv"))
+        .collect();
+    files.sort();
+    assert!(!files.is_empty());
+    for file in files {
+        let run = MeasuredRun::read(&file, &RunReadOptions::default()).unwrap_or_else(|refusal| panic!("{refusal}"));
+        for (quantity, rms) in [(Quantity::Displacement, 20e-9), (Quantity::Field, 1.0)] {
+            let floor = run.noise(quantity).unwrap();
+            println!(
+                "{}: {} {:.4e} from {:?}",
+                run.source,
+                quantity.name(),
+                floor.rms,
+                floor.from
+            );
+            assert!((floor.rms / rms - 1.0).abs() < 0.1, "{}: {floor:?}", run.source);
+        }
+    }
 }

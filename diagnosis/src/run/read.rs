@@ -32,12 +32,12 @@ pub(super) fn read(file: &Path, options: &RunReadOptions) -> Result<MeasuredRun,
     if let Some(time_s) = &time_s {
         time::refuse_disorder(&selection, time_s)?;
     }
+    selection.refuse_constants(&series)?;
     units::check(&selection, &series, time_s.as_deref())?;
     let tick_s = match &time_s {
         Some(time_s) => Some(time::uniform_tick_s(&selection, time_s)?),
         None => None,
     };
-    selection.refuse_constants(&series)?;
     derive_magnetization(&mut series);
     let rows = &selection.rows;
     Ok(MeasuredRun {

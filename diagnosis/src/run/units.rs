@@ -248,7 +248,10 @@ impl Likely {
                 } else {
                     format!("{offset:+}")
                 };
-                format!("It looks like {unit}: map it with {key}={header}*{total:e}{offset}")
+                format!(
+                    "It looks like {unit}: map it with {key}={header}*{}{offset}",
+                    written(total)
+                )
             }
             None => format!("Map it with {key}={header}*SCALE"),
         };
@@ -261,9 +264,18 @@ impl Likely {
             limit: if low { least } else { self.most },
             reason: self.reasons[usize::from(!low)],
             remedy: format!(
-                "{remedy}, or, if it is right, say so with {key}={header}*{:e}",
-                column.scale
+                "{remedy}, or, if it is right, say so with {key}={header}*{}",
+                written(column.scale)
             ),
         }
+    }
+}
+
+/// A scale as a user would write it.
+fn written(scale: f64) -> String {
+    if (1e-3..1e6).contains(&scale.abs()) {
+        scale.to_string()
+    } else {
+        format!("{scale:e}")
     }
 }

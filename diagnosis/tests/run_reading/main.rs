@@ -1,6 +1,8 @@
 //! Guards the sentences with which a run is refused: file, row, line, column, value, limit and what to do. Nobody
 //! should have to open the source to mend a file.
 
+mod parquet_files;
+
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -221,7 +223,7 @@ fn wrong_units_are_suspected_and_the_right_ones_named() {
     assert_says(
         &plain(1e6),
         &[],
-        &["displacement=displacement_m*1e-6", "displacement=displacement_m*1e0"],
+        &["displacement=displacement_m*1e-6", "displacement=displacement_m*1"],
     );
     assert_says(&plain(1e9), &[], &["looks like nm"]);
     assert_says(&plain(1e-9), &[], &["at least 1e-10 m", "no displacement sensor"]);
@@ -239,7 +241,7 @@ fn wrong_units_are_suspected_and_the_right_ones_named() {
     assert_says(
         &field,
         &["field=H"],
-        &["field reaches 1.4", "at least 5e1 A/m", "kA/m", "field=H*1e3"],
+        &["field reaches 1.4", "at least 5e1 A/m", "kA/m", "field=H*1000"],
     );
     let meant = read(&field, &["field=H*1"]).unwrap();
     assert!(meant.series(Quantity::Field).unwrap()[12] < 15.0);
@@ -250,10 +252,10 @@ fn wrong_units_are_suspected_and_the_right_ones_named() {
         "temperature goes down to 2.04",
         "at least 1.5e2 K",
         "°C",
-        "temperature=temperature_K*1e0+273.15",
+        "temperature=temperature_K*1+273.15",
     ];
     assert_says(&warm, &[], &parts);
-    let run = read(&warm, &["temperature=temperature_K*1e0+273.15"]).unwrap();
+    let run = read(&warm, &["temperature=temperature_K*1+273.15"]).unwrap();
     assert!((run.series(Quantity::Temperature).unwrap()[3] - 293.55).abs() < 1e-9);
     let slow = table(HEADER, |i, h, x| format!("{:.1},{h},{x}", i as f64 * 0.1));
     assert_says(
@@ -263,10 +265,10 @@ fn wrong_units_are_suspected_and_the_right_ones_named() {
             "the time between samples is 1.0",
             "at most 4.9e-2 s",
             "ms",
-            "time=time_s*1e-3",
+            "time=time_s*0.001",
         ],
     );
-    assert!((read(&slow, &["time=time_s*1e-3"]).unwrap().tick_s.unwrap() - 1e-4).abs() < 1e-12);
+    assert!((read(&slow, &["time=time_s*0.001"]).unwrap().tick_s.unwrap() - 1e-4).abs() < 1e-12);
     assert!((read(&slow, &["time=time_s*1"]).unwrap().tick_s.unwrap() - 0.1).abs() < 1e-9);
     let ppm = table("H_A_per_m,strain", |_, h, x| format!("{h},{}", x * 2e7));
     assert_says(
@@ -340,6 +342,22 @@ fn columns_are_missing_doubled_constant_or_not_wanted() {
     assert!(read(&steady, &[]).is_ok(), "a steady force is a fact, not a fault");
 }
 
+/// A dead channel is said to be dead before anybody guesses at its unit.
+#[test]
+fn a_constant_field_is_no_question_of_units() {
+    let dead = table("time_s,H_A_per_m,displacement_m", |i, _, x| {
+        format!("{},5,{x}", time(i))
+    });
+    assert_says(&dead, &[], &["row 0", "5 A/m in all 100 rows", "field=-"]);
+}
+
+/// The command line hands refusals on as boxed errors.
+#[test]
+fn refusals_can_be_boxed_and_sent() {
+    fn boxed<T: std::error::Error + Send + Sync + 'static>() {}
+    boxed::<anhyst_diagnosis::DiagnosisError>();
+}
+
 #[test]
 fn loops_one_after_another_are_no_run() {
     let loops = table("loop_id,H_A_per_m,B_T", |i, h, x| format!("{},{h},{}", i / 60, x * 1e4));
@@ -393,97 +411,4 @@ fn dialects_of_text_are_read() {
     latin_1.extend(micrometres.trim_start().bytes());
     let run = read_bytes("run.csv", &latin_1, &[]).unwrap();
     assert_eq!(run.column(Quantity::Displacement).unwrap().scale, 1e-6);
-}
-
-mod parquet_files {
-    use std::sync::Arc;
-
-    use anhyst_diagnosis::Quantity;
-    use parquet::basic::{Compression, ZstdLevel};
-    use parquet::data_type::{DoubleType, FloatType, Int64Type};
-    use parquet::file::properties::WriterProperties;
-    use parquet::file::writer::SerializedFileWriter;
-    use parquet::schema::parser::parse_message_type;
-
-    use super::{good, read, read_bytes};
-
-    const SCHEMA: &str =
-        "message run { required double time_s; required int64 counts; optional float displacement_um; }";
-
-    /// The good run with the command as a converter's counts; `absent` has no displacement.
-    fn file(compression: Compression, absent: Option<usize>) -> Vec<u8> {
-        let run = read(&good(), &[]).unwrap();
-        let of = |quantity: Quantity| run.series(quantity).unwrap();
-        let counts: Vec<i64> = of(Quantity::FieldCommand)
-            .iter()
-            .map(|h| (h * 100.0).round() as i64)
-            .collect();
-        let micrometres: Vec<f32> = of(Quantity::Displacement).iter().map(|x| (x * 1e6) as f32).collect();
-        let levels: Vec<i16> = (0..run.len()).map(|row| i16::from(Some(row) != absent)).collect();
-        let present: Vec<f32> = (0..run.len())
-            .filter(|row| Some(*row) != absent)
-            .map(|row| micrometres[row])
-            .collect();
-        let schema = Arc::new(parse_message_type(SCHEMA).unwrap());
-        let properties = WriterProperties::builder().set_compression(compression).build();
-        let mut bytes = Vec::new();
-        let mut writer = SerializedFileWriter::new(&mut bytes, schema, Arc::new(properties)).unwrap();
-        let mut group = writer.next_row_group().unwrap();
-        let mut column = group.next_column().unwrap().unwrap();
-        column
-            .typed::<DoubleType>()
-            .write_batch(run.time_s.as_ref().unwrap(), None, None)
-            .unwrap();
-        column.close().unwrap();
-        let mut column = group.next_column().unwrap().unwrap();
-        column.typed::<Int64Type>().write_batch(&counts, None, None).unwrap();
-        column.close().unwrap();
-        let mut column = group.next_column().unwrap().unwrap();
-        column
-            .typed::<FloatType>()
-            .write_batch(&present, Some(&levels), None)
-            .unwrap();
-        column.close().unwrap();
-        group.close().unwrap();
-        writer.close().unwrap();
-        bytes
-    }
-
-    #[test]
-    fn every_compression_gives_the_same_run() {
-        let zstd = Compression::ZSTD(ZstdLevel::try_new(3).unwrap());
-        let gzip = Compression::GZIP(Default::default());
-        let all = [
-            Compression::UNCOMPRESSED,
-            Compression::SNAPPY,
-            zstd,
-            gzip,
-            Compression::LZ4_RAW,
-        ];
-        let csv = read(&good(), &[]).unwrap();
-        for compression in all {
-            // Read by what it holds, whatever it is called.
-            let run = read_bytes("run.pq", &file(compression, None), &["command=counts*0.01"]).unwrap();
-            assert_eq!((run.len(), run.lines.as_ref(), &run.time_s), (100, None, &csv.time_s));
-            for quantity in [Quantity::FieldCommand, Quantity::Displacement] {
-                let pairs = run.series(quantity).unwrap().iter().zip(csv.series(quantity).unwrap());
-                let largest = pairs.map(|(one, other)| (one - other).abs()).fold(0.0, f64::max);
-                let scale = if quantity == Quantity::Displacement { 4e-5 } else { 1e4 };
-                assert!(largest < 1e-6 * scale, "{compression:?} {quantity:?}: {largest}");
-            }
-        }
-    }
-
-    #[test]
-    fn an_absent_cell_is_told_by_row_and_column() {
-        let bytes = file(Compression::UNCOMPRESSED, Some(17));
-        let refusal = read_bytes("run.parquet", &bytes, &["command=counts*0.01"]).unwrap_err();
-        for part in [
-            "run.parquet, row 17, column \"displacement_um\"",
-            "\"\" is not a number",
-            "--rows 18..",
-        ] {
-            assert!(refusal.contains(part), "\"{part}\" is missing in: {refusal}");
-        }
-    }
 }

@@ -1,0 +1,183 @@
+//! One self-contained HTML page: text, tables, pictures and verdicts, with nothing to fetch and nothing to run.
+//!
+//! Whatever a caller says is escaped; words between `backticks` become code. The page reads in light and dark and
+//! prints; it is well-formed as XML too, so that it can be checked.
+
+mod html;
+mod table;
+
+pub use table::{Cell, Table};
+
+use crate::error::DiagnosisError;
+use crate::plot::Figure;
+
+/// A page. Make it with [`Page::new`], add sections, and take [`Page::html`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Page {
+    pub title: String,
+    /// What the page shows, in a sentence or two.
+    pub lead: String,
+    pub sections: Vec<Section>,
+    pub footer: Footer,
+}
+
+/// A heading and what stands under it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Section {
+    /// For links within the page; made from the heading by [`Section::new`], and unique on the page.
+    pub id: String,
+    pub heading: String,
+    pub badge: Option<Badge>,
+    pub blocks: Vec<Block>,
+}
+
+/// What a section is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Block {
+    Paragraph(String),
+    List(Vec<String>),
+    /// As it is, in letters of one width.
+    Code(String),
+    Table(Table),
+    /// SVG text of [`Figure::svg`], which is put in as it is.
+    Picture {
+        svg: String,
+        caption: String,
+    },
+    /// Two columns with a heading each: what the paper says, what we get.
+    Beside {
+        left: Note,
+        right: Note,
+        badge: Option<Badge>,
+    },
+    Badges(Vec<Badge>),
+}
+
+/// A heading and a text.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Note {
+    pub heading: String,
+    pub text: String,
+}
+
+/// A verdict in a word or a few.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Badge {
+    pub verdict: Verdict,
+    pub text: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    Pass,
+    Fail,
+    /// Neither: something to know.
+    Note,
+}
+
+/// How the page was made, so that it can be made again.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Footer {
+    /// The command line.
+    pub command: String,
+    /// Name and value, as in the file and the hash of the data.
+    pub facts: Vec<(String, String)>,
+}
+
+impl Page {
+    pub fn new(title: &str, lead: &str) -> Self {
+        Page {
+            title: title.to_owned(),
+            lead: lead.to_owned(),
+            ..Page::default()
+        }
+    }
+
+    #[must_use]
+    pub fn section(mut self, section: Section) -> Self {
+        self.sections.push(section);
+        self
+    }
+
+    #[must_use]
+    pub fn command(mut self, command: &str) -> Self {
+        command.clone_into(&mut self.footer.command);
+        self
+    }
+
+    /// A line of the footer.
+    #[must_use]
+    pub fn fact(mut self, name: &str, value: &str) -> Self {
+        self.footer.facts.push((name.to_owned(), value.to_owned()));
+        self
+    }
+
+    /// The page as text, to be written to one file.
+    pub fn html(&self) -> String {
+        html::page(self)
+    }
+}
+
+impl Section {
+    pub fn new(heading: &str) -> Self {
+        Section {
+            id: html::slug(heading),
+            heading: heading.to_owned(),
+            ..Section::default()
+        }
+    }
+
+    #[must_use]
+    pub fn badge(mut self, verdict: Verdict, text: &str) -> Self {
+        self.badge = Some(Badge::new(verdict, text));
+        self
+    }
+
+    #[must_use]
+    pub fn block(mut self, block: Block) -> Self {
+        self.blocks.push(block);
+        self
+    }
+
+    #[must_use]
+    pub fn paragraph(self, text: &str) -> Self {
+        self.block(Block::Paragraph(text.to_owned()))
+    }
+
+    #[must_use]
+    pub fn table(self, table: Table) -> Self {
+        self.block(Block::Table(table))
+    }
+
+    /// Draws the figure, size in pixels.
+    pub fn figure(self, figure: &Figure, size: (u32, u32), caption: &str) -> Result<Self, DiagnosisError> {
+        let svg = figure.svg(size.0, size.1)?;
+        let caption = caption.to_owned();
+        Ok(self.block(Block::Picture { svg, caption }))
+    }
+
+    /// Two texts side by side under their headings.
+    #[must_use]
+    pub fn beside(self, left: (&str, &str), right: (&str, &str), badge: Option<Badge>) -> Self {
+        let note = |(heading, text): (&str, &str)| Note {
+            heading: heading.to_owned(),
+            text: text.to_owned(),
+        };
+        let (left, right) = (note(left), note(right));
+        self.block(Block::Beside { left, right, badge })
+    }
+}
+
+impl Badge {
+    pub fn new(verdict: Verdict, text: &str) -> Self {
+        Badge {
+            verdict,
+            text: text.to_owned(),
+        }
+    }
+
+    /// Pass or fail by a condition.
+    pub fn of(held: bool, text: &str) -> Self {
+        Badge::new(if held { Verdict::Pass } else { Verdict::Fail }, text)
+    }
+}
