@@ -31,6 +31,8 @@ pub enum Command {
     View(ViewArguments),
     /// Fit a material to measured loops.
     Fit(Box<crate::commands::fit::FitArguments>),
+    /// Find what a model lacks on measured runs, name it, add it.
+    Diagnose(Box<crate::commands::diagnose::DiagnoseArguments>),
     /// Compare the estimation laws under motions, noise and drift.
     Laws(crate::commands::laws::LawsArguments),
     /// Look at shared memory, leftovers of crashed runs, rights and cores.

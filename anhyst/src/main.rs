@@ -30,6 +30,7 @@ fn run(command: &Command) -> miette::Result<Ending> {
         Command::Graph(arguments) => commands::graph::run(arguments),
         Command::Compare(arguments) => commands::compare::run(arguments),
         Command::Fit(arguments) => commands::fit::run(arguments),
+        Command::Diagnose(arguments) => commands::diagnose::run(arguments),
         Command::Laws(arguments) => commands::laws::run(arguments),
         Command::Doctor(arguments) => commands::doctor::run(arguments),
         #[cfg(feature = "recorder")]

@@ -7,6 +7,8 @@ use super::experiment::{Comparison, Experiment, advise};
 use super::freeform::{UnknownTerm, free_form};
 use super::locate::{channel_gaps, locate, sentences};
 use super::plant::Plant;
+use super::remainder::Remainder;
+use super::score::Orthogonal;
 use super::search::{Found, Level};
 use super::select::Tested;
 use super::sight::sight;
@@ -108,7 +110,7 @@ impl Decided {
         let own = &mut self.diagnosis;
         own.gap_after = winner.fit.held_out_rms;
         own.test_after = winner.test.clone();
-        let all = effects(bench.model, &final_fit);
+        let all = effects_of(bench.model, &final_fit);
         (own.effects, own.calibrated) = match level {
             Level::Nominal => (all, Vec::new()),
             Level::Calibrated => all
@@ -139,6 +141,41 @@ impl Decided {
         own.confidence = share_of_evidence(&winner.fit, rivals);
         own.sentence = sentence(own);
         self.settings = final_fit.settings;
+    }
+
+    /// A model that was itself fitted: the effect that closes most of the gap, beside the model's own error.
+    pub fn name_beside_error(&mut self, bench: &Workbench, found: &Found, remainder: Remainder) {
+        let Some(best) = remainder.explanations.first() else {
+            return;
+        };
+        let own = &mut self.diagnosis;
+        (own.effects, own.calibrated) = effects_of(bench.model, best)
+            .into_iter()
+            .partition(|effect| !effect.name.starts_with("parameter_"));
+        own.verdict = remainder.verdict;
+        own.ambiguous_with = remainder
+            .explanations
+            .iter()
+            .skip(1)
+            .take(MOST_NAMED - 1)
+            .map(|fit| effect_names(fit))
+            .collect();
+        own.gap_after = best.held_out_rms;
+        own.confidence = 1.0 - remainder.share_left;
+        let base = found.calibrated.iter().find(|fit| effect_names(fit).is_empty());
+        let calibrated = base.map_or(own.gap_before, |fit| fit.held_out_rms);
+        own.sentence = format!(
+            "The model was itself fitted, and calibrated again it leaves {} of {}. Beside its own error, {} explains {:.0} % of \
+             what is left to explain; {} remains at a noise of {}.",
+            Amount(calibrated, &own.unit),
+            Amount(own.gap_before, &own.unit),
+            effect_names(best),
+            100.0 * (1.0 - remainder.share_left),
+            Amount(best.held_out_rms, &own.unit),
+            Amount(own.noise_rms, &own.unit)
+        );
+        own.unknown_term = error_of(bench, &best.settings);
+        self.settings = best.settings.clone();
     }
 
     fn unknown(&mut self, bench: &Workbench, found: &Found) {
@@ -174,7 +211,7 @@ fn refitted(bench: &Workbench, fit: &Fitted, level: Level) -> Option<Fitted> {
     bench.fit_on(&fit.settings, level == Level::Calibrated, bench.threads, &all)
 }
 
-fn effects(model: &ActuatorModel, fit: &Fitted) -> Vec<FoundEffect> {
+fn effects_of(model: &ActuatorModel, fit: &Fitted) -> Vec<FoundEffect> {
     fit.settings
         .iter()
         .enumerate()
@@ -272,7 +309,7 @@ fn share_of_evidence(winner: &Fitted, rivals: &[Fitted]) -> f64 {
 fn amplifier_sentences(channels: &[super::locate::ChannelGap]) -> Vec<String> {
     let own = channels.iter().filter(|gap| gap.channel == "field").map(|gap| {
         let ratio = gap.rms / gap.noise_rms;
-        if ratio < 1.03 {
+        if ratio < 1.05 {
             "the measured field follows the model's from the command within its noise: the gap is not in the amplifier".to_owned()
         } else {
             format!(
@@ -336,6 +373,35 @@ fn unknown_sentence(own: &Diagnosis, nearest: Option<&Fitted>, term: Option<&Unk
         );
     }
     sentence + "."
+}
+
+/// A fitted model's own error, as curves over its signals.
+fn error_of(bench: &Workbench, settings: &[Setting]) -> Option<UnknownTerm> {
+    let own = Workbench {
+        model: bench.model,
+        linear: bench.linear.clone(),
+        ..*bench
+    };
+    let outputs = own.simulate(settings)?;
+    let difference = bench
+        .observation
+        .whitened
+        .iter()
+        .zip(&outputs)
+        .map(|(z, own)| z - own)
+        .collect();
+    let zeros = Orthogonal::of(&bench.linear, &bench.observation.training);
+    let residual = zeros.without(difference, &bench.observation.training);
+    free_form(bench.observation, &residual, &bench.system.signals(settings)?)
+}
+
+fn effect_names(fit: &Fitted) -> String {
+    let effects = fit
+        .settings
+        .iter()
+        .map(|own| own.term.name())
+        .filter(|name| !name.starts_with("parameter_"));
+    effects.collect::<Vec<_>>().join(" + ")
 }
 
 fn short_name(fit: &Fitted) -> String {

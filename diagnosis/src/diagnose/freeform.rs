@@ -445,6 +445,7 @@ mod tests {
             noise_rms: 0.1,
             autoregression: 0.0,
             free_zero: false,
+            settling_rows: 0,
         };
         let observation = Observation::new(vec![channel], gap.clone());
         let found = free_form(&observation, &observation.whitened, &[signals.clone()]).unwrap();

@@ -86,7 +86,6 @@ pub(super) struct Problem<'a> {
 #[derive(Clone, Debug)]
 pub(super) struct Solution {
     pub values: Vec<f64>,
-    pub linear: Vec<f64>,
     /// z − m − Lβ on all rows.
     pub residual: Vec<f64>,
     /// d(m + Lβ)/du and /dβ on all rows: what the fit could move.
@@ -95,8 +94,6 @@ pub(super) struct Solution {
     pub chi_square: f64,
     /// Of values and then linear coefficients; infinite where the data say nothing.
     pub standard_deviations: Vec<f64>,
-    /// Correlation of the values, by rows.
-    pub correlation: Vec<Vec<f64>>,
 }
 
 /// Inner product over the training rows.
@@ -177,7 +174,7 @@ impl Problem<'_> {
             }
             columns = self.columns(&values, &model)?;
         }
-        Some(self.solution(values, linear, residual, columns))
+        Some(self.solution(values, residual, columns))
     }
 
     fn residual(&self, model: &[f64], linear: &[f64]) -> Vec<f64> {
@@ -286,7 +283,7 @@ impl Problem<'_> {
         (moved, coefficients.collect())
     }
 
-    fn solution(&self, values: Vec<f64>, linear: Vec<f64>, residual: Vec<f64>, columns: Vec<Vec<f64>>) -> Solution {
+    fn solution(&self, values: Vec<f64>, residual: Vec<f64>, columns: Vec<Vec<f64>>) -> Solution {
         let (normal, _) = self.normal_equations(&columns, &residual, &values);
         let size = columns.len();
         // Scaled to a unit diagonal, so that the inverse is as good as the data allow.
@@ -313,26 +310,12 @@ impl Problem<'_> {
                 .map_or(1.0, |(value, coordinate)| coordinate.slope(*value))
         };
         let standard_deviations = (0..size).map(|index| deviation(index) * slope(index)).collect();
-        let correlation = (0..values.len())
-            .map(|row| {
-                (0..values.len())
-                    .map(|column| match &inverse {
-                        Some(inverse) => {
-                            inverse[(row, column)] / (inverse[(row, row)] * inverse[(column, column)]).sqrt()
-                        }
-                        None => f64::from(u8::from(row == column)),
-                    })
-                    .collect()
-            })
-            .collect();
         Solution {
             chi_square: dot(self.training, &residual, &residual),
             values,
-            linear,
             residual,
             columns,
             standard_deviations,
-            correlation,
         }
     }
 }
@@ -396,7 +379,6 @@ mod tests {
         let solution = problem.solve(&[0.5, 0.3]).unwrap();
         assert!((solution.values[0] - 2.0).abs() < 1e-4, "{:?}", solution.values);
         assert!((solution.values[1] - 3.0).abs() < 1e-3, "{:?}", solution.values);
-        assert!((solution.linear[0] - 7.0).abs() < 1e-2);
         assert!(solution.residual.iter().all(|r| r.abs() < 0.01));
     }
 

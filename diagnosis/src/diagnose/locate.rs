@@ -84,7 +84,7 @@ pub(super) fn sentences(tables: &[GapOver], channels: &[ChannelGap], most: usize
         let loud = channels
             .iter()
             .find(|gap| gap.run == table.run && gap.channel == table.channel);
-        if loud.is_none_or(|gap| gap.rms < 1.02 * gap.noise_rms) {
+        if loud.is_none_or(|gap| gap.rms < 1.05 * gap.noise_rms) {
             continue;
         }
         let highest = table

@@ -5,6 +5,7 @@
 //! free-running simulations, and gives a [`Diagnosis`]: verdict, values ± standard deviation, evidence, and what could not be seen.
 //! A verdict rests on held-out rows; a tie is reported as one, with the drive that would break it (`ties.rs`, `experiment.rs`).
 
+mod amended;
 mod decide;
 mod diagnosis;
 mod experiment;
@@ -15,6 +16,8 @@ mod observation;
 mod parallel;
 mod plant;
 mod probes;
+mod remainder;
+mod report;
 mod score;
 mod screening;
 mod search;
@@ -29,10 +32,12 @@ mod workbench;
 
 use anhyst_model::ActuatorModel;
 
+pub use amended::amended_text;
 pub use diagnosis::{Candidate, DataSource, Diagnosis, FittedValue, FoundEffect, Verdict};
 pub use experiment::{DriveSignal, Experiment};
 pub use freeform::{FreeCurve, Over, UnknownTerm};
 pub use locate::{ChannelGap, GapCell, GapOver};
+pub use report::report;
 pub use score::{ScoreGroup, ScoreTest};
 pub use sight::{Detectable, NotExcited};
 pub use term::{NominalParameter, Term};
@@ -44,23 +49,19 @@ use observation::Observation;
 use workbench::Workbench;
 
 /// How to diagnose.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct DiagnoseOptions {
     /// 0: as many as the machine runs side by side.
     pub threads: usize,
     /// The model's numbers were fitted to measurements, so they carry its errors: the instrument's zero is free, and effects are
     /// sought beside calibrated parameters.
     pub fitted_model: bool,
+    /// The first seconds are simulated and not compared: a start from an unknown state.
+    pub settle_s: f64,
 }
 
-impl Default for DiagnoseOptions {
-    fn default() -> Self {
-        DiagnoseOptions {
-            threads: 0,
-            fitted_model: false,
-        }
-    }
-}
+/// How the source of a model begins whose numbers were fitted to measurements; `anhyst fit` writes it so.
+const FITTED: &str = "fitted to";
 
 /// A diagnosis, the model with what was found, and the series behind the pictures.
 #[derive(Clone, Debug)]
@@ -93,7 +94,8 @@ pub fn diagnose(
     options: &DiagnoseOptions,
     progress: &mut dyn FnMut(&'static str, f64),
 ) -> Result<Diagnosed, DiagnosisError> {
-    let setup = setup::setup(model, runs, options.fitted_model)?;
+    let fitted_model = options.fitted_model || model.source.starts_with(FITTED);
+    let setup = setup::setup(model, runs, fitted_model, options)?;
     let observation = Observation::new(setup.plant.channels.clone(), setup.measured);
     let bench = Workbench {
         system: &setup.plant,
@@ -114,6 +116,12 @@ pub fn diagnose(
     progress("weighing the evidence", 0.92);
     let unit = if setup.output == Quantity::Strain { "" } else { "m" };
     let mut decided = decide::decide(&bench, &setup.plant, &found, unit);
+    if decided.diagnosis.verdict == Verdict::Unknown
+        && fitted_model
+        && let Some(remainder) = remainder::remainder(&bench, &setup.plant, &found)
+    {
+        decided.name_beside_error(&bench, &found, remainder);
+    }
     decided.diagnosis.data = runs
         .iter()
         .map(|run| DataSource {
@@ -122,7 +130,14 @@ pub fn diagnose(
             rows: run.len(),
         })
         .collect();
-    let amended = plant::amended(model, &decided.settings).unwrap_or_else(|_| model.clone());
+    let mut amended = plant::amended(model, &decided.settings).unwrap_or_else(|_| model.clone());
+    if !decided.settings.is_empty() {
+        let files: Vec<String> = runs
+            .iter()
+            .map(|run| format!("{}, XXH3 {}", run.source, run.data_hash))
+            .collect();
+        amended.source = format!("{}; amended by anhyst diagnose from {}", model.source, files.join("; "));
+    }
     let series = series(&bench, runs, setup.output, &found, &decided).ok_or_else(no_simulation)?;
     progress("done", 1.0);
     Ok(Diagnosed {
@@ -145,11 +160,10 @@ fn series(
     let term = decided.diagnosis.unknown_term.as_ref();
     let series = runs.iter().zip(before).zip(after).map(|((run, before), after)| {
         let measured = run.series(output).unwrap_or_default().to_vec();
+        let added = term.map(|term| term.along(&after)).unwrap_or_default();
         let mut modelled = after.output;
-        if let Some(term) = term {
-            for (value, own) in modelled.iter_mut().zip(term.along(before)) {
-                *value += own;
-            }
+        for (value, own) in modelled.iter_mut().zip(added) {
+            *value += own;
         }
         let zero = |model: &[f64]| {
             let free = bench.observation.channels.iter().any(|channel| channel.free_zero);

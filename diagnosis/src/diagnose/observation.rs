@@ -29,7 +29,8 @@ impl Observation {
     pub fn new(channels: Vec<Channel>, measured: Vec<f64>) -> Self {
         let (mut training, mut held_out) = (Vec::new(), Vec::new());
         for channel in &channels {
-            let (start, length) = (channel.rows.start, channel.rows.len());
+            let start = (channel.rows.start + channel.settling_rows).min(channel.rows.end);
+            let length = channel.rows.end - start;
             for block in 0..BLOCKS {
                 let rows = start + block * length / BLOCKS..start + (block + 1) * length / BLOCKS;
                 if rows.is_empty() {
@@ -131,6 +132,7 @@ mod tests {
             noise_rms: 2.0,
             autoregression,
             free_zero,
+            settling_rows: 0,
         }
     }
 

@@ -5,7 +5,7 @@
 //! of rest; unless its first magnetization was measured, the sweep is run twice and the second time counts.
 
 use anhyst_model::{
-    Actuator, ActuatorInputs, ActuatorModel, ActuatorOutputs, Drive, Effect, MagneticState, ModelError,
+    Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutputs, Drive, Effect, MagneticState, ModelError,
 };
 
 use super::system::{Channel, ChannelKind, Setting, Signals, System};
@@ -23,6 +23,8 @@ pub(super) struct RunInputs {
     pub force_n: Option<Vec<f64>>,
     /// Where the material was at the first sample, if that was measured; otherwise demagnetised.
     pub start: Option<MagneticState>,
+    /// The actuator rested without drive before the first sample, which already has one.
+    pub from_rest: bool,
 }
 
 /// A nominal model and the runs that it has to explain.
@@ -69,6 +71,15 @@ impl RunInputs {
     pub fn simulate(&self, model: &ActuatorModel) -> Result<ActuatorOutputs, ModelError> {
         let mut outputs = ActuatorOutputs::default();
         let mut actuator = match self.tick_s {
+            Some(tick_s) if self.from_rest => {
+                let mut actuator = Actuator::new(model, tick_s)?;
+                actuator.step(ActuatorInput {
+                    drive: self.drive,
+                    temperature_k: self.temperature_k.as_ref().map(|column| column[0]),
+                    ..ActuatorInput::command(0.0)
+                });
+                actuator
+            }
             Some(tick_s) => Actuator::new(model, tick_s)?,
             None => Actuator::quasi_static(model)?,
         };

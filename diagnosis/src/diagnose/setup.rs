@@ -7,6 +7,7 @@
 
 use anhyst_model::{ActuatorModel, Drive, Effect, EffectKind, MagneticState, Play};
 
+use super::DiagnoseOptions;
 use super::plant::{Plant, RunInputs};
 use super::system::{Channel, ChannelKind};
 use crate::error::DiagnosisError;
@@ -19,6 +20,9 @@ const COARSE: f64 = 2.4;
 const PLAY_DEVIATIONS: f64 = 3.0;
 /// Runs longer than this (s) show creep slower than the library's usual three time constants.
 const LONG_RUN_S: f64 = 10.0;
+/// Their creep: time constants from and to these shares of the run. Faster creep is part of a cycle's shape.
+const SHORTEST: f64 = 0.03;
+const LONGEST: f64 = 3.0;
 
 /// A plant with what was measured on it.
 pub(super) struct Setup {
@@ -30,7 +34,12 @@ pub(super) struct Setup {
     pub lattice: Option<f64>,
 }
 
-pub(super) fn setup(model: &ActuatorModel, runs: &[MeasuredRun], fitted_model: bool) -> Result<Setup, DiagnosisError> {
+pub(super) fn setup(
+    model: &ActuatorModel,
+    runs: &[MeasuredRun],
+    fitted_model: bool,
+    options: &DiagnoseOptions,
+) -> Result<Setup, DiagnosisError> {
     let Some(first) = runs.first() else {
         return Err(refusal("there is no run to diagnose"));
     };
@@ -70,6 +79,7 @@ pub(super) fn setup(model: &ActuatorModel, runs: &[MeasuredRun], fitted_model: b
                 rows: measured.len()..measured.len() + series.len(),
                 noise_rms,
                 autoregression: floor.map_or(0.0, |floor| floor.autoregression),
+                settling_rows: run.tick_s.map_or(0, |tick_s| (options.settle_s / tick_s) as usize),
                 free_zero: kind != ChannelKind::Field && (of_instrument || fitted_model || run.tick_s.is_none()),
             });
             measured.extend_from_slice(series);
@@ -146,6 +156,8 @@ fn inputs_of(run: &MeasuredRun) -> Result<(RunInputs, bool), DiagnosisError> {
         temperature_k: series(Quantity::Temperature),
         force_n: series(Quantity::Force),
         start,
+        // A file that begins in the middle of a motion would be cut by rows.
+        from_rest: run.tick_s.is_some() && run.rows.first() == Some(&0),
     };
     Ok((inputs, drive == Drive::Command))
 }
@@ -162,8 +174,8 @@ fn prepared(model: &ActuatorModel, runs: &[RunInputs]) -> ActuatorModel {
         .iter()
         .filter_map(|run| Some(run.tick_s? * run.drive_a_per_m.len() as f64));
     let longest_s = durations.fold(0.0, f64::max);
-    let absent = Effect::identity(EffectKind::AfterEffect).with("longest_s", longest_s);
-    match absent {
+    let absent = Effect::identity(EffectKind::AfterEffect).with("longest_s", LONGEST * longest_s);
+    match absent.and_then(|absent| absent.with("shortest_s", SHORTEST * longest_s)) {
         Ok(absent) if longest_s > LONG_RUN_S && model.effect(EffectKind::AfterEffect).is_none() => {
             model.clone().with_effect(absent)
         }

@@ -4,7 +4,7 @@
 //! size grows as the square: a fall of `SEEN` (a false alarm of 1e-6, found nine times in ten) needs s·√(SEEN/|d|²). Terms of
 //! limits are judged at the levels tried. A term is *not excited* if even its largest plausible size stays below that.
 
-use anhyst_model::{ActuatorModel, EffectKind, ParameterRole};
+use anhyst_model::{ActuatorModel, EffectKind};
 use serde::{Deserialize, Serialize};
 
 use super::least_squares::dot;
@@ -137,10 +137,4 @@ fn absent(model: &ActuatorModel, found: &Found) -> Vec<NotExcited> {
             },
         })
         .collect()
-}
-
-/// Sizes are numbers that vanish with the effect.
-pub(super) fn is_size(kind: EffectKind, place: usize) -> bool {
-    let own = Term::fitted(kind).nth(place);
-    own.is_some_and(|(_, parameter)| matches!(parameter.role, ParameterRole::Size { .. }))
 }

@@ -1,4 +1,4 @@
-//! Tail probabilities: the normal, χ² and F distributions, with their inverses where a threshold is needed.
+//! Tail probabilities: the normal, χ² and F distributions, as far as decisions need them.
 //!
 //! χ² upper tail by the regularised incomplete gamma function Q(k/2, x/2): series below k/2 + 1, continued fraction above
 //! (Abramowitz and Stegun 6.5.29, 6.5.31). Everything here is for decisions, not for stepping.
@@ -37,23 +37,6 @@ pub(super) fn chi_square_tail(x: f64, degrees: usize) -> f64 {
         }
         prefactor * h
     }
-}
-
-/// The x that χ² with `degrees` of freedom exceeds with probability `tail`.
-pub(super) fn chi_square_limit(tail: f64, degrees: usize) -> f64 {
-    let (mut low, mut high) = (0.0, 10.0 + 10.0 * degrees as f64);
-    while chi_square_tail(high, degrees) > tail {
-        high *= 2.0;
-    }
-    for _ in 0..80 {
-        let middle = 0.5 * (low + high);
-        if chi_square_tail(middle, degrees) > tail {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    high
 }
 
 /// Root of the mean square; 0 of nothing.
@@ -100,10 +83,6 @@ mod tests {
         ] {
             assert!(
                 (chi_square_tail(x, degrees) / tail - 1.0).abs() < 1e-4,
-                "{x}, {degrees}"
-            );
-            assert!(
-                (chi_square_limit(tail, degrees) / x - 1.0).abs() < 1e-5,
                 "{x}, {degrees}"
             );
         }

@@ -22,6 +22,8 @@ pub(super) struct Channel {
     pub autoregression: f64,
     /// The instrument's zero is its own: fitted.
     pub free_zero: bool,
+    /// First rows that are simulated and not compared.
+    pub settling_rows: usize,
 }
 
 /// What a channel holds.
