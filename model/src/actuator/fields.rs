@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::effects::course::{Course, FieldEffect};
-use crate::effects::lag::Lag;
+use crate::effects::field_lag::FieldLag;
 use crate::effects::{
     amplifier_bandwidth, amplifier_saturation, amplifier_slew, bias_shift, coil_heating, eddy_current, loop_delay,
 };
@@ -92,7 +92,7 @@ impl Fields {
                 )));
             }
             if nominal.bandwidth_hz.is_some() {
-                let lag = Lag::new(nominal.lag_s(), tick_s);
+                let lag = FieldLag::new(nominal.lag_s(), tick_s);
                 fields.push(FieldStage::AmplifierBandwidth(amplifier_bandwidth::AmplifierBandwidth(
                     lag,
                 )));

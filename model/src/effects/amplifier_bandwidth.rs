@@ -1,6 +1,6 @@
 //! τ dH/dt = u − H: the current loop follows with a first-order lag.
 //!
-//! u command, H coil field (A/m), τ = 1/(2π bandwidth) (s). Propagated exactly, see `lag.rs`.
+//! u command, H coil field (A/m), τ = 1/(2π bandwidth) (s). Propagated exactly, see `field_lag.rs`.
 //! It stands in series with a nominal bandwidth. Assumption: small signal, one pole.
 //! Source: current amplifiers of giant magnetostrictive actuators, 1-5 kHz.
 
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::course::{Course, FieldEffect, Piece};
 use super::description::{Description, EffectParameter, Stage};
-use super::lag::Lag;
+use super::field_lag::FieldLag;
 use crate::ModelError;
 
 pub(super) const DESCRIPTION: Description = Description {
@@ -23,11 +23,11 @@ pub(super) const DESCRIPTION: Description = Description {
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct AmplifierBandwidth(pub Lag);
+pub(crate) struct AmplifierBandwidth(pub FieldLag);
 
 impl FieldEffect for AmplifierBandwidth {
     fn new(values: &[f64], tick_s: f64) -> Result<Self, ModelError> {
-        Ok(AmplifierBandwidth(Lag::new(values[0], tick_s)))
+        Ok(AmplifierBandwidth(FieldLag::new(values[0], tick_s)))
     }
 
     fn settle(&mut self, input: f64) -> f64 {

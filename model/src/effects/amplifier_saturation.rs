@@ -14,7 +14,7 @@ pub(super) const DESCRIPTION: Description = Description {
     needs_time: false,
     differentiable: false,
     summary: "the coil field is clipped at a limit",
-    signature: "no gap below a threshold of |command|, flat tops in the measured field, odd harmonics",
+    signature: "no gap below a threshold of the command, flat tops in the measured field, odd harmonics",
     source: "supply current of power amplifiers, 10-30 A",
     confused_with: &["sensor_saturation", "parameter_Ms"],
     parameters: &[EffectParameter::limit("field_limit_a_per_m", "A/m", [1.0, 1e6], 1e4)],

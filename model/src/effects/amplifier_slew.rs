@@ -15,7 +15,7 @@ pub(super) const DESCRIPTION: Description = Description {
     needs_time: true,
     differentiable: false,
     summary: "the coil field changes no faster than a limit",
-    signature: "no gap below a threshold of |du/dt|, triangular field; the gap depends on amplitude times frequency",
+    signature: "no gap below a threshold of the command's rate, triangular field; the gap depends on amplitude times frequency",
     source: "supply voltage over coil inductance",
     confused_with: &["amplifier_bandwidth", "loop_delay"],
     parameters: &[EffectParameter::limit(
@@ -77,7 +77,14 @@ impl FieldEffect for AmplifierSlew {
                 to
             };
             let before = self.field_a_per_m;
-            self.field_a_per_m = wanted.clamp(before - most, before + most);
+            // Written so that a command that is not a number passes, and does not stop the program as `clamp` would.
+            self.field_a_per_m = if wanted > before + most {
+                before + most
+            } else if wanted < before - most {
+                before - most
+            } else {
+                wanted
+            };
             output.push(Piece::straight(piece.span / parts, before, self.field_a_per_m));
         }
     }

@@ -35,7 +35,8 @@ impl Signal for Backlash {
 
     #[inline]
     fn step(&mut self, input: f64) -> f64 {
-        self.0.follow(input)
+        // The play would hold its output; here a failed simulation must show.
+        if input.is_nan() { input } else { self.0.follow(input) }
     }
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::course::{Course, FieldEffect, Piece};
 use super::description::{Description, EffectParameter, Stage};
-use super::warming::{HEATING, Warming};
+use super::warming::{Warming, heating};
 use crate::ModelError;
 
 /// β, 1/K.
@@ -24,7 +24,7 @@ pub(super) const DESCRIPTION: Description = Description {
     source: "copper's +0.39 % a kelvin; coil time constants of 1-5 minutes",
     confused_with: &["thermal_drift", "sensor_gain"],
     parameters: &[
-        HEATING,
+        heating(0.3),
         EffectParameter::held("loss_time_s", "s", [0.1, 1e4], 100.0).by_ratio(),
     ],
 };

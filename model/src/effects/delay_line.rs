@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::ModelError;
+use crate::error::require;
 
 /// More samples than this are not kept; it is 0.05 s at 2 MHz.
 const MOST_SAMPLES: f64 = 1e5;
@@ -17,14 +18,14 @@ pub(crate) struct DelayLine {
 impl DelayLine {
     /// For ages up to `oldest_ticks`, and a few more for interpolation.
     pub fn new(oldest_ticks: f64) -> Result<Self, ModelError> {
-        if !(oldest_ticks <= MOST_SAMPLES) {
-            return Err(ModelError::OutOfRange {
-                quantity: "a delay",
-                value: oldest_ticks,
-                unit: "ticks",
-                requirement: "at most 100000 ticks",
-            });
-        }
+        let short = (0.0..=MOST_SAMPLES).contains(&oldest_ticks);
+        require(
+            short,
+            "a delay",
+            oldest_ticks,
+            "ticks",
+            "at least 0 and at most 100000 ticks",
+        )?;
         Ok(DelayLine {
             samples: vec![0.0; oldest_ticks as usize + 4],
             newest: 0,

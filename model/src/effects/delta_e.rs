@@ -17,7 +17,7 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "resonance moves with bias and amplitude while the gain at low frequency stays",
     source: "ΔE effect of Terfenol-D, ±20-40 % in a working loop",
     confused_with: &["load_change", "second_mode", "stiffening"],
-    parameters: &[EffectParameter::size("relative_growth", "", [-0.9, 5.0], 0.02)],
+    parameters: &[EffectParameter::size("relative_growth", "", [-0.9, 5.0], 0.2)],
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

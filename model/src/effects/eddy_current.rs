@@ -1,14 +1,14 @@
 //! τ dH_in/dt = H − H_in: eddy currents delay the field inside the material behind that in the coil.
 //!
 //! H coil field, H_in field in the material (A/m), τ diffusion time of the first mode (s), about μ₀μ_r D²/(23 ρ):
-//! 73 μs for a solid Terfenol-D rod of 12.7 mm. Propagated exactly, see `lag.rs`.
+//! 73 μs for a solid Terfenol-D rod of 12.7 mm. Propagated exactly, see `field_lag.rs`.
 //! Assumptions: first mode only, constant permeability. Source: magnetic diffusion in a cylinder.
 
 use serde::{Deserialize, Serialize};
 
 use super::course::{Course, FieldEffect, Piece};
 use super::description::{Description, EffectParameter, Stage};
-use super::lag::Lag;
+use super::field_lag::FieldLag;
 use crate::ModelError;
 
 pub(super) const DESCRIPTION: Description = Description {
@@ -23,11 +23,11 @@ pub(super) const DESCRIPTION: Description = Description {
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct EddyCurrent(Lag);
+pub(crate) struct EddyCurrent(FieldLag);
 
 impl FieldEffect for EddyCurrent {
     fn new(values: &[f64], tick_s: f64) -> Result<Self, ModelError> {
-        Ok(EddyCurrent(Lag::new(values[0], tick_s)))
+        Ok(EddyCurrent(FieldLag::new(values[0], tick_s)))
     }
 
     fn settle(&mut self, input: f64) -> f64 {

@@ -12,6 +12,7 @@ mod notation;
 
 pub(crate) mod course;
 pub(crate) mod delay_line;
+pub(crate) mod field_lag;
 pub(crate) mod lag;
 pub(crate) mod signal;
 pub(crate) mod warming;

@@ -268,7 +268,12 @@ impl Stretch<'_> {
         let frozen = (1.0 - c) * irreversible;
         let spread = c * hysteresis.saturation_magnetization_a_per_m;
         let (mut low, mut high) = (frozen - spread, frozen + spread);
-        let mut magnetization = state.magnetization_a_per_m.clamp(low, high);
+        let present = state.magnetization_a_per_m;
+        let mut magnetization = if present >= low && present <= high {
+            present
+        } else {
+            frozen
+        };
         for _ in 0..60 {
             let (local, shifted) = self.local(field, magnetization);
             let effective = shifted + local.coupling * magnetization;

@@ -85,6 +85,8 @@ impl Signal for SensorDelay {
 mod tests {
     use super::*;
 
+    type Motion<'a> = &'a dyn Fn(f64) -> f64;
+
     /// Guards delay and interpolation: the smooth one is exact on a cubic, and 4e-5 on a sine of 280 Hz at 10 kHz; the
     /// straight one is exact on a line, and loses (ωT)²/8 of the sine.
     #[test]
@@ -94,7 +96,7 @@ mod tests {
             let cubic = |time_s: f64| 1.0 + 1e3 * time_s * (1.0 - 1e2 * time_s * (1.0 + 30.0 * time_s));
             let sine = |time_s: f64| libm::sin(2.0 * core::f64::consts::PI * 280.0 * time_s);
             let line = |time_s: f64| 5.0 - 300.0 * time_s;
-            let cases: [(&dyn Fn(f64) -> f64, f64, f64); 4] = [
+            let cases: [(Motion, f64, f64); 4] = [
                 (&cubic, 1.0, 1e-12),
                 (&sine, 1.0, 4e-5),
                 (&line, 0.0, 1e-12),

@@ -36,11 +36,7 @@ impl Stiffening {
         let cubic = values[0];
         Stiffening {
             cubic,
-            most_square: if cubic < 0.0 {
-                -1.0 / (3.0 * cubic)
-            } else {
-                f64::INFINITY
-            },
+            most_square: if cubic < 0.0 { -1.0 / (3.0 * cubic) } else { f64::MAX },
         }
     }
 

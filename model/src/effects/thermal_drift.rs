@@ -8,7 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::description::{Description, EffectParameter, Stage};
-use super::warming::{HEATING, Warming};
+use super::warming::{Warming, heating};
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Hysteresis,
@@ -19,7 +19,7 @@ pub(super) const DESCRIPTION: Description = Description {
     source: "Langevin's a = kT/(μ0 m): +0.34 % a kelvin at 293 K",
     confused_with: &["coil_heating", "thermal_expansion", "parameter_a"],
     parameters: &[
-        HEATING,
+        heating(0.3),
         EffectParameter::held("loss_time_s", "s", [0.1, 1e4], 20.0).by_ratio(),
         EffectParameter::held("relative_slope", "", [-5.0, 5.0], 1.0),
     ],

@@ -8,7 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::description::{Description, EffectParameter, Stage};
-use super::warming::{HEATING, Warming};
+use super::warming::{Warming, heating};
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Strain,
@@ -19,7 +19,7 @@ pub(super) const DESCRIPTION: Description = Description {
     source: "12 ppm a kelvin of Terfenol-D",
     confused_with: &["sensor_drift", "after_effect", "thermal_drift"],
     parameters: &[
-        HEATING,
+        heating(0.02),
         EffectParameter::held("loss_time_s", "s", [0.1, 1e4], 20.0).by_ratio(),
         EffectParameter::held("expansion_per_k", "1/K", [-1e-4, 1e-4], 12e-6),
     ],

@@ -11,8 +11,10 @@ use super::EffectParameter;
 /// H₀, A/m.
 const REFERENCE_FIELD_A_PER_M: f64 = 1e4;
 
-pub(crate) const HEATING: EffectParameter =
-    EffectParameter::size("heating_k_per_s", "K/s", [0.0, 200.0], 0.05).by_ratio();
+/// r as a parameter, with the smallest value worth finding.
+pub(super) const fn heating(typical: f64) -> EffectParameter {
+    EffectParameter::size("heating_k_per_s", "K/s", [0.0, 200.0], typical).by_ratio()
+}
 
 /// The rise of one lumped temperature.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

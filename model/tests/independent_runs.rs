@@ -2,7 +2,7 @@
 //! and value the chain, driven by the command, leaves the sensor's noise of 20 nm and no more.
 //!
 //! The runs are not part of the project; one who has them says where:
-//! `ANHYST_HIDDEN_RUNS=DIR cargo test --release -p anhyst-model --test hidden_runs -- --ignored --nocapture`.
+//! `ANHYST_INDEPENDENT_RUNS=DIR cargo test --release -p anhyst-model --test independent_runs -- --ignored --nocapture`.
 
 use anhyst_model::{ActuatorInputs, ActuatorModel, ActuatorOutputs, Effect, EffectKind, simulate};
 use serde_json::Value;
@@ -76,9 +76,9 @@ fn amended(name: &str, truth: &Value) -> Option<ActuatorModel> {
 }
 
 #[test]
-#[ignore = "needs the hidden runs; ANHYST_HIDDEN_RUNS says where they are"]
+#[ignore = "needs the runs; ANHYST_INDEPENDENT_RUNS says where they are"]
 fn the_true_effect_leaves_the_noise() {
-    let folder = std::env::var("ANHYST_HIDDEN_RUNS").expect("ANHYST_HIDDEN_RUNS");
+    let folder = std::env::var("ANHYST_INDEPENDENT_RUNS").expect("ANHYST_INDEPENDENT_RUNS");
     let labels = std::fs::read_to_string(format!("{folder}/labels.json")).expect("labels");
     let labels: Value = serde_json::from_str(&labels).expect("JSON");
     let mut wrong = Vec::new();
