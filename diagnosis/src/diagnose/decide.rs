@@ -158,7 +158,7 @@ impl Decided {
             .iter()
             .skip(1)
             .take(MOST_NAMED - 1)
-            .map(|fit| effect_names(fit))
+            .map(effect_names)
             .collect();
         own.gap_after = best.held_out_rms;
         own.confidence = 1.0 - remainder.share_left;

@@ -67,7 +67,7 @@ impl DriveSignal {
                 frequency_hz,
             } => {
                 let turns = time_s * frequency_hz;
-                amplitude_a_per_m * (1.0 - 4.0 * ((turns + 0.25).fract() - 0.5).abs()) * -1.0
+                amplitude_a_per_m * (4.0 * ((turns + 0.25).fract() - 0.5).abs() - 1.0)
             }
             DriveSignal::Sweep {
                 amplitude_a_per_m,

@@ -448,7 +448,7 @@ mod tests {
             settling_rows: 0,
         };
         let observation = Observation::new(vec![channel], gap.clone());
-        let found = free_form(&observation, &observation.whitened, &[signals.clone()]).unwrap();
+        let found = free_form(&observation, &observation.whitened, std::slice::from_ref(&signals)).unwrap();
         assert_eq!(found.curves[0].over, Over::Output);
         assert!(found.share_of_energy_explained > 0.95, "{found:?}");
         let left = rms(gap.iter().zip(found.along(&signals)).map(|(gap, own)| gap - own));

@@ -389,7 +389,7 @@ mod tests {
         let bounded = Coordinate { lower: 2.5, ..ANY };
         let problem = Problem {
             measured: &measured,
-            training: &[0..200],
+            training: &[0..100, 100..200],
             linear: &[],
             coordinates: &[bounded, ANY],
             model: &decay,
@@ -409,7 +409,7 @@ mod tests {
         };
         let problem = Problem {
             measured: &[0.0; 10],
-            training: &[0..10],
+            training: &[0..5, 5..10],
             linear: &[],
             coordinates: &[known],
             model: &|_| Some(vec![0.0; 10]),
