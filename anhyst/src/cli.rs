@@ -35,6 +35,8 @@ pub enum Command {
     Estimate(Box<crate::commands::estimate::EstimateArguments>),
     /// Compute the paper's figures and put them on one page.
     Paper(crate::commands::paper::PaperArguments),
+    /// Find what a model lacks on measured runs, name it, add it.
+    Diagnose(Box<crate::commands::diagnose::DiagnoseArguments>),
     /// Compare the estimation laws under motions, noise and drift.
     Laws(crate::commands::laws::LawsArguments),
     /// Look at shared memory, leftovers of crashed runs, rights and cores.

@@ -32,6 +32,7 @@ fn run(command: &Command) -> miette::Result<Ending> {
         Command::Fit(arguments) => commands::fit::run(arguments),
         Command::Estimate(arguments) => commands::estimate::run(arguments),
         Command::Paper(arguments) => commands::paper::run(arguments),
+        Command::Diagnose(arguments) => commands::diagnose::run(arguments),
         Command::Laws(arguments) => commands::laws::run(arguments),
         Command::Doctor(arguments) => commands::doctor::run(arguments),
         #[cfg(feature = "recorder")]

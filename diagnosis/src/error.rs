@@ -314,6 +314,8 @@ pub enum DiagnosisError {
     NoStrain { source_of_data: String },
     #[error("the fitted material cannot be written: {0}")]
     MaterialText(#[from] ron::Error),
+    #[error("{sentence}")]
+    NoDiagnosis { sentence: String },
     #[error("the picture cannot be drawn: {0}")]
     Picture(String),
 }

@@ -7,6 +7,7 @@
 mod checks;
 pub mod columns;
 pub mod data;
+pub mod diagnose;
 mod error;
 pub mod fit;
 mod material;

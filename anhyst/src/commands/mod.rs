@@ -2,6 +2,7 @@
 
 pub mod check;
 pub mod compare;
+pub mod diagnose;
 pub mod doctor;
 pub mod estimate;
 pub mod fit;

@@ -1,0 +1,187 @@
+//! Where simulation and measurement disagree: find it, name it, add it, show the gap shrink.
+//!
+//! [`diagnose`] takes a nominal model and measured runs. It asks whether anything is missing (`score.rs`), tries every effect
+//! of the library and every nominal parameter alone, then pairs, then with all parameters calibrated (`search.rs`), each by fits of
+//! free-running simulations, and gives a [`Diagnosis`]: verdict, values ± standard deviation, evidence, and what could not be seen.
+//! A verdict rests on held-out rows; a tie is reported as one, with the drive that would break it (`ties.rs`, `experiment.rs`).
+
+mod amended;
+mod decide;
+mod diagnosis;
+mod experiment;
+mod freeform;
+mod least_squares;
+mod locate;
+mod observation;
+mod parallel;
+mod plant;
+mod probes;
+mod remainder;
+mod report;
+mod score;
+mod screening;
+mod search;
+mod select;
+mod setup;
+mod sight;
+mod statistics;
+mod system;
+mod term;
+mod ties;
+mod workbench;
+
+use anhyst_model::ActuatorModel;
+
+pub use amended::amended_text;
+pub use diagnosis::{Candidate, DataSource, Diagnosis, FittedValue, FoundEffect, Verdict};
+pub use experiment::{DriveSignal, Experiment};
+pub use freeform::{FreeCurve, Over, UnknownTerm};
+pub use locate::{ChannelGap, GapCell, GapOver};
+pub use report::report;
+pub use score::{ScoreGroup, ScoreTest};
+pub use sight::{Detectable, NotExcited};
+pub use term::{NominalParameter, Term};
+
+use crate::error::DiagnosisError;
+use crate::quantity::Quantity;
+use crate::run::MeasuredRun;
+use observation::Observation;
+use workbench::Workbench;
+
+/// How to diagnose.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DiagnoseOptions {
+    /// 0: as many as the machine runs side by side.
+    pub threads: usize,
+    /// The model's numbers were fitted to measurements, so they carry its errors: the instrument's zero is free, and effects are
+    /// sought beside calibrated parameters.
+    pub fitted_model: bool,
+    /// The first seconds are simulated and not compared: a start from an unknown state.
+    pub settle_s: f64,
+}
+
+/// How the source of a model begins whose numbers were fitted to measurements; `anhyst fit` writes it so.
+const FITTED: &str = "fitted to";
+
+/// A diagnosis, the model with what was found, and the series behind the pictures.
+#[derive(Clone, Debug)]
+pub struct Diagnosed {
+    pub diagnosis: Diagnosis,
+    /// The model as given where nothing was found or named.
+    pub amended: ActuatorModel,
+    pub runs: Vec<RunSeries>,
+}
+
+/// One run as measured and as modelled before and after.
+#[derive(Clone, Debug)]
+pub struct RunSeries {
+    pub source: String,
+    pub tick_s: Option<f64>,
+    pub measured: Vec<f64>,
+    pub before: Vec<f64>,
+    pub after: Vec<f64>,
+    /// Field in the nominal model, A/m.
+    pub field_a_per_m: Vec<f64>,
+}
+
+/// Compares a model with runs and says what is missing; `progress` hears what is being done and how far it has come (0 to 1).
+///
+/// # Errors
+/// Runs that hold nothing the model could be compared with, or a model that cannot be simulated on them.
+pub fn diagnose(
+    model: &ActuatorModel,
+    runs: &[MeasuredRun],
+    options: &DiagnoseOptions,
+    progress: &mut dyn FnMut(&'static str, f64),
+) -> Result<Diagnosed, DiagnosisError> {
+    let fitted_model = options.fitted_model || model.source.starts_with(FITTED);
+    let setup = setup::setup(model, runs, fitted_model, options)?;
+    let observation = Observation::new(setup.plant.channels.clone(), setup.measured);
+    let bench = Workbench {
+        system: &setup.plant,
+        model: &setup.plant.model,
+        observation: &observation,
+        linear: observation.zeros(),
+        lattice: setup.lattice,
+        threads: if options.threads == 0 {
+            parallel::available()
+        } else {
+            options.threads
+        },
+    };
+    let no_simulation = || DiagnosisError::NoDiagnosis {
+        sentence: format!("the model \"{}\" cannot be simulated on these runs", model.name),
+    };
+    let found = search::search(&bench, progress).ok_or_else(no_simulation)?;
+    progress("weighing the evidence", 0.92);
+    let unit = if setup.output == Quantity::Strain { "" } else { "m" };
+    let mut decided = decide::decide(&bench, &setup.plant, &found, unit);
+    if decided.diagnosis.verdict == Verdict::Unknown
+        && fitted_model
+        && let Some(remainder) = remainder::remainder(&bench, &setup.plant, &found)
+    {
+        decided.name_beside_error(&bench, &found, remainder);
+    }
+    decided.diagnosis.data = runs
+        .iter()
+        .map(|run| DataSource {
+            source: run.source.clone(),
+            data_hash: run.data_hash.clone(),
+            rows: run.len(),
+        })
+        .collect();
+    let mut amended = plant::amended(model, &decided.settings).unwrap_or_else(|_| model.clone());
+    if !decided.settings.is_empty() {
+        let files: Vec<String> = runs
+            .iter()
+            .map(|run| format!("{}, XXH3 {}", run.source, run.data_hash))
+            .collect();
+        amended.source = format!("{}; amended by anhyst diagnose from {}", model.source, files.join("; "));
+    }
+    let series = series(&bench, runs, setup.output, &found, &decided).ok_or_else(no_simulation)?;
+    progress("done", 1.0);
+    Ok(Diagnosed {
+        diagnosis: decided.diagnosis,
+        amended,
+        runs: series,
+    })
+}
+
+/// Measured output and both models, on the instrument's own zero.
+fn series(
+    bench: &Workbench,
+    runs: &[MeasuredRun],
+    output: Quantity,
+    found: &search::Found,
+    decided: &decide::Decided,
+) -> Option<Vec<RunSeries>> {
+    let before = &found.nominal.signals;
+    let after = bench.system.signals(&decided.settings)?;
+    let term = decided.diagnosis.unknown_term.as_ref();
+    let series = runs.iter().zip(before).zip(after).map(|((run, before), after)| {
+        let measured = run.series(output).unwrap_or_default().to_vec();
+        let added = term.map(|term| term.along(&after)).unwrap_or_default();
+        let mut modelled = after.output;
+        for (value, own) in modelled.iter_mut().zip(added) {
+            *value += own;
+        }
+        let zero = |model: &[f64]| {
+            let free = bench.observation.channels.iter().any(|channel| channel.free_zero);
+            let mean = measured.iter().zip(model).map(|(y, m)| y - m).sum::<f64>() / measured.len().max(1) as f64;
+            if free { mean } else { 0.0 }
+        };
+        let shifted = |model: &[f64]| {
+            let zero = zero(model);
+            model.iter().map(|value| value + zero).collect::<Vec<f64>>()
+        };
+        RunSeries {
+            source: run.source.clone(),
+            tick_s: run.tick_s,
+            before: shifted(&before.output),
+            after: shifted(&modelled),
+            field_a_per_m: before.field.clone(),
+            measured,
+        }
+    });
+    Some(series.collect())
+}
