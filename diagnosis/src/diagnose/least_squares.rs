@@ -58,7 +58,8 @@ impl Coordinate {
     fn step(&self, value: f64) -> f64 {
         let free = self.free(value);
         let length = if self.logarithmic {
-            2e-3
+            // A frequency must not slip by a noticeable part of a turn over a run.
+            2e-5
         } else {
             (2e-3 * free.abs()).max(0.05)
         };

@@ -16,6 +16,8 @@ use crate::run::MeasuredRun;
 
 /// A lattice of more than this many noises is more than half of it: 1/√12 is all of it.
 const COARSE: f64 = 2.4;
+/// A first drive below this share of the largest is none.
+const DRIVEN: f64 = 0.02;
 /// Half width of the play, in standard deviations of the field's noise.
 const PLAY_DEVIATIONS: f64 = 3.0;
 /// Runs longer than this (s) show creep slower than the library's usual three time constants.
@@ -149,6 +151,10 @@ fn inputs_of(run: &MeasuredRun) -> Result<(RunInputs, bool), DiagnosisError> {
         }),
         _ => None,
     };
+    let largest = drive_a_per_m.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    let begins_driven = drive_a_per_m
+        .first()
+        .is_some_and(|first| first.abs() > DRIVEN * largest);
     let inputs = RunInputs {
         drive_a_per_m,
         drive,
@@ -156,8 +162,8 @@ fn inputs_of(run: &MeasuredRun) -> Result<(RunInputs, bool), DiagnosisError> {
         temperature_k: series(Quantity::Temperature),
         force_n: series(Quantity::Force),
         start,
-        // A file that begins in the middle of a motion would be cut by rows.
-        from_rest: run.tick_s.is_some() && run.rows.first() == Some(&0),
+        // Rows cut out of a file begin in the middle of a motion; a file that begins with a drive found the actuator at rest.
+        from_rest: run.tick_s.is_some() && run.rows.first() == Some(&0) && begins_driven,
     };
     Ok((inputs, drive == Drive::Command))
 }
