@@ -57,7 +57,7 @@ pub struct SharedContext {
     pub(super) settings: SharedSettings,
     pub(super) status: OwnStatus,
     pub(super) bell: Listener<ipc::Service>,
-    peers: BTreeMap<String, Rc<Peer>>,
+    pub(super) peers: BTreeMap<String, Rc<Peer>>,
     // Last: iceoryx2 removes the node's traces when it is dropped, after its ports.
     pub(super) node: Node<ipc::Service>,
 }
@@ -70,24 +70,28 @@ impl SharedContext {
     /// # Errors
     /// [`LinkError::Absent`] if a process does not appear within the start limit; [`LinkError::Transport`] if iceoryx2 refuses.
     pub fn open(settings: SharedSettings) -> Result<Self, LinkError> {
+        Self::create(settings)?.with_peers()
+    }
+
+    /// The first half of [`SharedContext::open`]: what the other processes wait for.
+    pub(super) fn create(settings: SharedSettings) -> Result<Self, LinkError> {
         let node = create_node(&settings.prefix, &settings.root, &settings.process)?;
         let bell = event(&node, &settings.process)?
             .listener_builder()
             .create()
             .map_err(refused("create a listener"))?;
         let status = OwnStatus::create(&node, &settings.process, settings.agreement)?;
-        let mut context = Self {
+        Ok(Self {
             settings,
             status,
             bell,
             peers: BTreeMap::new(),
             node,
-        };
-        context.find_peers()?;
-        Ok(context)
+        })
     }
 
-    fn find_peers(&mut self) -> Result<(), LinkError> {
+    /// The second half: waits for the other processes.
+    pub(super) fn with_peers(mut self) -> Result<Self, LinkError> {
         let others: Vec<String> = self
             .settings
             .processes
@@ -116,7 +120,7 @@ impl SharedContext {
                 .map_err(refused("create a notifier"))?;
             self.peers.insert(process, Rc::new(Peer { status, bell }));
         }
-        Ok(())
+        Ok(self)
     }
 
     fn still_waiting(&self, start: Instant, process: &str, phase: u64) -> Result<(), LinkError> {
@@ -192,7 +196,7 @@ fn create_node(prefix: &str, root: &std::path::Path, name: &str) -> Result<Node<
         .map_err(refused(format!("create a node under {root}")))
 }
 
-fn event(
+pub(super) fn event(
     node: &Node<ipc::Service>,
     process: &str,
 ) -> Result<iceoryx2::service::port_factory::event::PortFactory<ipc::Service>, LinkError> {

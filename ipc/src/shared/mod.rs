@@ -5,10 +5,12 @@
 //! sender notifies only a process that says so. The fences make this Dekker's scheme: either the sender sees the flag or
 //! the reader sees the token. **Start.** All create their ports (phase 1), connect (phase 2), then tick 0 begins.
 
+mod away;
 mod context;
 mod ports;
 mod status;
 
+pub use away::{Arrivals, Departures, Progress, crossing};
 pub use context::{Observer, SharedContext, SharedSettings, Wait};
 pub(crate) use ports::{SharedReceiver, SharedSender};
 

@@ -18,7 +18,7 @@ pub const DEEPEST_BUFFER: usize = 8192;
 /// Tokens that wait for a node of the loop; in lockstep one is under way, more are room for a real-time reader.
 const LOOP_BUFFER: usize = 64;
 
-fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFactory<ipc::Service, M, ()>, LinkError> {
+pub(super) fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFactory<ipc::Service, M, ()>, LinkError> {
     let channel = M::CHANNEL;
     let name = ServiceName::new(&format!("loop/{channel}")).map_err(refused("name a channel"))?;
     let start = Instant::now();
