@@ -1,0 +1,130 @@
+//! What the threads of a bridge share.
+
+use crate::beat::Beat;
+use crate::progress::Crossing;
+use crate::{Border, BridgeError, BridgeSettings};
+use anhyst_ipc::{Progress, SharedSettings, Wait, request_stop};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// The last phase of the rendezvous: the end.
+pub const END: u64 = 3;
+/// All have connected: the loop runs.
+pub const CONNECTED: u64 = 2;
+/// All have created their ports.
+pub const PORTS: u64 = 1;
+
+/// A flag that one thread sets and others see.
+#[derive(Debug, Default)]
+pub struct Flag(AtomicBool);
+
+impl Flag {
+    /// Sets it.
+    pub fn set(&self) {
+        self.0.store(true, Ordering::Release);
+    }
+
+    /// True once it was set.
+    pub fn is_set(&self) -> bool {
+        self.0.load(Ordering::Acquire)
+    }
+}
+
+/// The state of a running bridge.
+#[derive(Debug)]
+pub struct State {
+    pub settings: BridgeSettings,
+    pub border: Border,
+    pub crossing: Crossing,
+    /// Where the processes of this side stand.
+    pub here: Mutex<Vec<Progress>>,
+    /// Where those of the other side stand.
+    pub away: Mutex<Vec<Progress>>,
+    /// The sending ends for this side's readers exist.
+    pub ports: Flag,
+    /// They are connected.
+    pub connected: Flag,
+    /// All processes of both sides have come to the end.
+    pub done: Flag,
+    /// The other bridge says the same.
+    pub other_done: Flag,
+    /// The last beat may go.
+    pub over: Flag,
+    failed: Flag,
+    failure: Mutex<Option<BridgeError>>,
+}
+
+/// A panic of another thread does not make the data unusable: it is replaced as a whole.
+pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl State {
+    pub fn new(settings: BridgeSettings, border: Border) -> Self {
+        Self {
+            crossing: Crossing::new(&border, settings.ticks),
+            settings,
+            border,
+            here: Mutex::default(),
+            away: Mutex::default(),
+            ports: Flag::default(),
+            connected: Flag::default(),
+            done: Flag::default(),
+            other_done: Flag::default(),
+            over: Flag::default(),
+            failed: Flag::default(),
+            failure: Mutex::default(),
+        }
+    }
+
+    /// Ends the bridge. The first failure counts.
+    pub fn fail(&self, error: BridgeError) {
+        lock(&self.failure).get_or_insert(error);
+        self.failed.set();
+        // A thread that still waits for the processes of this side looks at this only.
+        request_stop();
+    }
+
+    pub fn failed(&self) -> bool {
+        self.failed.is_set()
+    }
+
+    pub fn failure(&self) -> Option<BridgeError> {
+        lock(&self.failure).clone()
+    }
+
+    /// What the other bridge is told.
+    pub fn beat(&self) -> Beat {
+        Beat {
+            here: lock(&self.here).clone(),
+            done: self.done.is_set(),
+            farewell: self.failure().map(|failure| failure.to_string()),
+        }
+    }
+
+    /// True if all processes of both sides have reached `phase`.
+    pub fn all_at(&self, phase: u64) -> bool {
+        let reached = |side: &Mutex<Vec<Progress>>, count: usize| {
+            let side = lock(side);
+            side.len() == count && side.iter().all(|progress| progress.phase >= phase)
+        };
+        reached(&self.here, self.border.here.len()) && reached(&self.away, self.border.away.len())
+    }
+
+    /// How this bridge joins the rendezvous of its side, under a name of its own.
+    pub fn shared_settings(&self, name: &str) -> SharedSettings {
+        let settings = &self.settings;
+        SharedSettings {
+            prefix: settings.prefix.clone(),
+            root: settings.root.clone(),
+            process: name.into(),
+            processes: self.border.here.clone(),
+            agreement: settings.agreement,
+            wait: Wait::Bell {
+                yields: settings.yields,
+            },
+            receive_limit: settings.receive_limit,
+            start_limit: settings.start_limit,
+        }
+    }
+}
