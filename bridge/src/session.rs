@@ -73,8 +73,7 @@ fn configure(end: &End) -> Result<zenoh::Config, BridgeError> {
         // The other side may start later: the session tries again in the background, the bridge has its own time limit.
         ("connect/timeout_ms", "-1"),
         ("connect/exit_on_failure", "false"),
-        ("connect/retry/period_init_ms", "100"),
-        ("connect/retry/period_max_ms", "500"),
+        ("connect/retry", r#"{"period_init_ms": 100, "period_max_ms": 500}"#),
         ("scouting/multicast/enabled", "false"),
         ("scouting/gossip/enabled", "false"),
         // No queue and no second thread between a token and its socket.
