@@ -1,5 +1,6 @@
 //! The command line.
 
+use crate::across::AcrossArguments;
 use crate::scenario::Setting;
 use anhyst_ipc::NodeId;
 use clap::{Args, Parser, Subcommand};
@@ -41,6 +42,8 @@ pub enum Command {
     Laws(crate::commands::laws::LawsArguments),
     /// Look at shared memory, leftovers of crashed runs, rights and cores.
     Doctor(DoctorArguments),
+    /// Stand on this host for the processes of another one and carry their tokens over Zenoh (cargo feature `bridge`).
+    Bridge(BridgeArguments),
     /// Print shell completions.
     Completions {
         /// For which shell.
@@ -100,6 +103,20 @@ pub struct RunArguments {
     /// Print the summary as JSON instead of a table.
     #[arg(long)]
     pub json: bool,
+    /// Run only a part of the processes here, with a bridge to the host that runs the others.
+    #[command(flatten)]
+    pub across: AcrossArguments,
+}
+
+/// `bridge`
+#[derive(Debug, Args)]
+pub struct BridgeArguments {
+    /// As for the processes of this host.
+    #[command(flatten)]
+    pub node: NodeArguments,
+    /// Where the border runs.
+    #[command(flatten)]
+    pub across: AcrossArguments,
 }
 
 /// `check`

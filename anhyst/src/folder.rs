@@ -101,6 +101,11 @@ impl RunFolder {
         self.0.join("processes").join(format!("{process}.json"))
     }
 
+    /// What the bridge measured of the link to the other host.
+    pub fn link(&self) -> PathBuf {
+        self.0.join("processes").join("bridge.txt")
+    }
+
     /// What a process wrote to its standard error.
     pub fn log(&self, process: &str) -> PathBuf {
         self.0.join("processes").join(format!("{process}.log"))

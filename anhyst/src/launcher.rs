@@ -1,10 +1,11 @@
 //! Starts the processes of a run, watches them, ends what it started, and leaves no shared memory behind.
 
+use crate::across::{AcrossArguments, BRIDGE};
 use crate::folder::RunFolder;
 use crate::report::ProcessReport;
 use crate::resources::Resources;
 use crate::scenario::Scenario;
-use anhyst_ipc::{Observer, stop_requested};
+use anhyst_ipc::{NodeId, Observer, stop_requested};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
@@ -65,12 +66,14 @@ pub enum LaunchError {
 }
 
 /// How processes are started.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct Options {
     /// Polls before a waiting process sleeps.
     pub yields: u32,
     /// Last process first: the result must not depend on it.
     pub reverse_start: bool,
+    /// Which part of the run is here; a part gets a bridge beside its processes.
+    pub across: AcrossArguments,
 }
 
 struct Running {
@@ -102,7 +105,7 @@ pub fn launch(
 ) -> Result<Vec<ProcessReport>, LaunchError> {
     let resources = Resources::unique();
     let mut children = Vec::new();
-    let outcome = start(scenario, folder, options, &resources, &mut children)
+    let outcome = start(scenario, folder, &options, &resources, &mut children)
         .and_then(|()| watch(scenario, folder, &resources, &mut children, progress));
     end(&mut children);
     resources.remove().map_err(|error| LaunchError::Cleanup {
@@ -118,7 +121,7 @@ pub fn launch(
 fn start(
     scenario: &Scenario,
     folder: &RunFolder,
-    options: Options,
+    options: &Options,
     resources: &Resources,
     children: &mut Vec<Running>,
 ) -> Result<(), LaunchError> {
@@ -126,16 +129,24 @@ fn start(
     if options.reverse_start {
         processes.reverse();
     }
-    for (name, nodes) in processes {
+    processes.retain(|(_, nodes)| options.across.starts(nodes));
+    let mut subcommands: Vec<(String, String)> = processes
+        .into_iter()
+        .map(|(name, nodes)| (name, nodes.first().map_or("", |node| node.name()).to_owned()))
+        .collect();
+    if options.across.is_part() {
+        subcommands.push((BRIDGE.into(), BRIDGE.into()));
+    }
+    for (name, subcommand) in subcommands {
         let refused = |cause: std::io::Error| LaunchError::Spawn {
             process: name.clone(),
             cause: cause.to_string(),
         };
         let program = std::env::current_exe().map_err(refused)?;
         let log = std::fs::File::create(folder.log(&name)).map_err(refused)?;
-        let first = nodes.first().map_or("", |node| node.name());
+        let across = (name == BRIDGE).then(|| options.across.to_words());
         let child = Command::new(program)
-            .arg(first)
+            .arg(subcommand)
             .arg(folder.scenario())
             .arg("--out")
             .arg(folder.path())
@@ -148,6 +159,7 @@ fn start(
             ])
             .arg("--root")
             .arg(&resources.root)
+            .args(across.into_iter().flatten())
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(log)
@@ -170,10 +182,12 @@ fn watch(
     progress: &mut dyn FnMut(u64),
 ) -> Result<(), LaunchError> {
     let ticks = scenario.ticks();
-    let plant = children
+    // Of a run in parts, the bridge says how far a plant on the other host is.
+    let processes = scenario.placement.processes();
+    let plant = processes
         .iter()
-        .map(|running| running.name.clone())
-        .find(|name| name.contains("plant-sim"));
+        .find(|(_, nodes)| nodes.contains(&NodeId::Plant))
+        .map(|(name, _)| name.clone());
     // Without an observer there is only no progress; the run itself does not need it.
     let mut observer = Observer::open(&resources.prefix, &resources.root).ok();
     let mut tick = 0;

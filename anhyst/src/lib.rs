@@ -19,6 +19,7 @@ macro_rules! complain {
 }
 
 pub mod ablation;
+pub mod across;
 pub mod assemble;
 pub mod cli;
 pub mod commands;

@@ -35,6 +35,10 @@ fn run(command: &Command) -> miette::Result<Ending> {
         Command::Diagnose(arguments) => commands::diagnose::run(arguments),
         Command::Laws(arguments) => commands::laws::run(arguments),
         Command::Doctor(arguments) => commands::doctor::run(arguments),
+        #[cfg(feature = "bridge")]
+        Command::Bridge(arguments) => commands::bridge::run(arguments),
+        #[cfg(not(feature = "bridge"))]
+        Command::Bridge(_) => Err(miette::miette!("this build has no bridge (cargo feature `bridge`)")),
         #[cfg(feature = "recorder")]
         Command::Replay(arguments) => commands::replay::run(arguments),
         #[cfg(feature = "recorder")]

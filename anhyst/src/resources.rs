@@ -1,5 +1,6 @@
 //! The iceoryx2 resources of a run: names that no other run has, their removal, and what crashed runs have left.
 
+use crate::across::BRIDGE;
 use std::path::{Path, PathBuf};
 
 /// A run's iceoryx2 resources: a prefix and a directory that no other run has.
@@ -131,6 +132,6 @@ fn started_by_hand(pid: &str) -> bool {
     let mut words = command.split('\0').skip(1);
     let node = words
         .next()
-        .is_some_and(|word| anhyst_ipc::NodeId::LOOP_ORDER.iter().any(|node| node.name() == word));
+        .is_some_and(|word| word == BRIDGE || anhyst_ipc::NodeId::LOOP_ORDER.iter().any(|node| node.name() == word));
     node && !words.any(|word| word == "--end-with-launcher")
 }

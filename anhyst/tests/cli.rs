@@ -31,6 +31,7 @@ fn help_names_every_process() {
         "paper",
         "laws",
         "doctor",
+        "bridge",
         "completions",
     ] {
         assert!(help.contains(name), "no {name} in\n{help}");

@@ -1,5 +1,7 @@
 //! One file per subcommand.
 
+#[cfg(feature = "bridge")]
+pub mod bridge;
 pub mod check;
 pub mod compare;
 pub mod diagnose;
@@ -10,6 +12,7 @@ pub mod graph;
 pub mod laws;
 pub mod node;
 pub mod paper;
+pub mod part;
 #[cfg(feature = "recorder")]
 pub mod replay;
 pub mod run;

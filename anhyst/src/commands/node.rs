@@ -39,29 +39,7 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
         path: folder.path().to_owned(),
         cause,
     })?;
-    let start_limit_s = arguments.start_limit_s;
-    if !(0.1..=86_400.0).contains(&start_limit_s) {
-        return Err(miette::miette!(
-            "--start-limit-s {start_limit_s} is outside [0.1, 86400] s"
-        ));
-    }
-    let root = arguments
-        .root
-        .clone()
-        .unwrap_or_else(|| resources::user_root().join(resources::HAND));
-    let length = root.as_os_str().len() + arguments.service_prefix.len();
-    if length > LONGEST_ROOT_AND_PREFIX {
-        return Err(miette::miette!(
-            "--root and --service-prefix have {length} characters together; a socket's path leaves room for {LONGEST_ROOT_AND_PREFIX}"
-        ));
-    }
-    let meeting = Meeting {
-        prefix: arguments.service_prefix.clone(),
-        root,
-        agreement: fingerprint(&effective),
-        yields: arguments.yields,
-        start_limit: Duration::from_secs_f64(start_limit_s),
-    };
+    let meeting = meeting(arguments, fingerprint(&effective))?;
     if node == NodeId::Recorder && !arguments.end_with_launcher {
         // By hand there is no launcher to write it; replay needs it.
         let path = folder.scenario();
@@ -93,4 +71,34 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
         }
         None => Ok(Ending::Held),
     }
+}
+
+/// Where the processes of this host meet.
+///
+/// # Errors
+/// If the start limit or the length of the names cannot be used.
+pub fn meeting(arguments: &NodeArguments, agreement: u64) -> miette::Result<Meeting> {
+    let start_limit_s = arguments.start_limit_s;
+    if !(0.1..=86_400.0).contains(&start_limit_s) {
+        return Err(miette::miette!(
+            "--start-limit-s {start_limit_s} is outside [0.1, 86400] s"
+        ));
+    }
+    let root = arguments
+        .root
+        .clone()
+        .unwrap_or_else(|| resources::user_root().join(resources::HAND));
+    let length = root.as_os_str().len() + arguments.service_prefix.len();
+    if length > LONGEST_ROOT_AND_PREFIX {
+        return Err(miette::miette!(
+            "--root and --service-prefix have {length} characters together; a socket's path leaves room for {LONGEST_ROOT_AND_PREFIX}"
+        ));
+    }
+    Ok(Meeting {
+        prefix: arguments.service_prefix.clone(),
+        root,
+        agreement,
+        yields: arguments.yields,
+        start_limit: Duration::from_secs_f64(start_limit_s),
+    })
 }

@@ -23,6 +23,7 @@ const YIELDS_DEDICATED: u32 = 1000;
 pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
     signals::install();
     let mut scenario = load(&arguments.scenario.scenario, &arguments.scenario.settings)?;
+    super::part::validate(arguments, &scenario)?;
     if arguments.embedded {
         scenario.placement = Placement::Embedded;
     }
@@ -49,11 +50,13 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
         let options = launcher::Options {
             yields,
             reverse_start: arguments.reverse_start,
+            across: arguments.across.clone(),
         };
         launcher::launch(&scenario, &folder, options, &mut |tick| bar.set_position(tick)).map_err(RunError::from)
     };
     bar.finish_and_clear();
     match outcome {
+        Ok(reports) if arguments.across.is_part() => super::part::finish(&scenario, &folder, &reports),
         Ok(reports) => finish(&scenario, &folder, &reports, arguments.json),
         Err(error) => {
             crate::complain!("{error}");

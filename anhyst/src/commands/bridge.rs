@@ -1,0 +1,129 @@
+//! `anhyst bridge`: stands on this host for the processes of the other one.
+
+use super::Ending;
+use super::node::meeting;
+use crate::across::BRIDGE;
+use crate::assemble;
+use crate::cli::BridgeArguments;
+use crate::error::RunError;
+use crate::folder::RunFolder;
+use crate::process::Meeting;
+use crate::report::ProcessReport;
+use crate::scenario::{Clock, Scenario, load, to_ron};
+use crate::signals;
+use anhyst_bridge::{BridgeError, BridgeSettings, End};
+use anhyst_ipc::fingerprint;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input; a link that cannot be used, or a side that fails, is an [`Ending`].
+pub fn run(arguments: &BridgeArguments) -> miette::Result<Ending> {
+    signals::install();
+    let node = &arguments.node;
+    if node.end_with_launcher {
+        // Best effort: without it the bridge of a killed launcher ends at the receive limit.
+        let _ = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::TERM));
+    }
+    arguments
+        .across
+        .validate()
+        .map_err(|sentence| miette::miette!("{sentence}"))?;
+    let scenario = load(&node.scenario, &node.settings)?;
+    let effective = to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?;
+    let meeting = meeting(node, fingerprint(&effective))?;
+    let settings = settings(arguments, &scenario, meeting)?;
+    let ticks = settings.ticks;
+    let mut words = Words {
+        path: node.end_with_launcher.then(|| RunFolder::open(&node.out).link()),
+        text: String::new(),
+    };
+    let crossed = anhyst_bridge::run(settings, &mut |link| {
+        words.say(&format!("round trip over Zenoh: {}", link.zenoh));
+        words.say(&format!("plain TCP, same link:  {}", link.tcp));
+        words.say(&format!(
+            "medians: Zenoh takes {:.2} times as long as TCP",
+            link.ratio()
+        ));
+    });
+    let mut report = ProcessReport {
+        process: BRIDGE.into(),
+        ..ProcessReport::default()
+    };
+    let ending = match crossed {
+        Ok(crossed) => {
+            let (sent, received) = (crossed.sent, crossed.received);
+            words.say(&format!(
+                "bridge: {ticks} ticks, {sent} tokens sent, {received} received, none lost"
+            ));
+            Ending::Held
+        }
+        Err(BridgeError::Setting(sentence)) => return Err(miette::miette!("{sentence}")),
+        Err(error) => {
+            crate::complain!("{error}");
+            report.error = Some(error.to_string());
+            Ending::ProcessFailed
+        }
+    };
+    if node.end_with_launcher {
+        let path = RunFolder::open(&node.out).report(BRIDGE);
+        let text = serde_json::to_string_pretty(&report).map_err(|error| RunError::Setup(error.to_string()))?;
+        std::fs::write(&path, text).map_err(|cause| RunError::Write { path, cause })?;
+    }
+    Ok(ending)
+}
+
+fn settings(arguments: &BridgeArguments, scenario: &Scenario, meeting: Meeting) -> Result<BridgeSettings, RunError> {
+    let Clock::Lockstep { receive_limit_s } = scenario.clock;
+    let receive_limit = Duration::from_secs_f64(receive_limit_s);
+    let across = &arguments.across;
+    let end = match (&across.listen, &across.connect) {
+        (Some(endpoint), _) => End::Listen(endpoint.clone()),
+        (None, Some(endpoint)) => End::Connect(endpoint.clone()),
+        (None, None) => {
+            return Err(RunError::Setup(
+                "a bridge needs --here and --listen or --connect".into(),
+            ));
+        }
+    };
+    Ok(BridgeSettings {
+        end,
+        run: across.run_name.clone(),
+        prefix: meeting.prefix,
+        root: meeting.root,
+        processes: scenario.placement.processes(),
+        here: across.here.clone(),
+        wires: assemble::wires(),
+        agreement: meeting.agreement,
+        tick_s: scenario.tick_s,
+        ticks: scenario.ticks(),
+        yields: meeting.yields,
+        receive_limit,
+        start_limit: meeting.start_limit,
+        // In lockstep the loop waits for a token as long as the receive limit says.
+        budget: across
+            .budget_us
+            .map_or(receive_limit, |budget_us| Duration::from_secs_f64(budget_us * 1e-6)),
+    })
+}
+
+/// What the bridge says: to the user, and for a launcher into a file.
+struct Words {
+    path: Option<PathBuf>,
+    text: String,
+}
+
+impl Words {
+    fn say(&mut self, line: &str) {
+        crate::say!("{line}");
+        self.text.push_str(line);
+        self.text.push('\n');
+        if let Some(path) = &self.path
+            && let Err(cause) = std::fs::write(path, &self.text)
+        {
+            crate::complain!("{} cannot be written: {cause}", path.display());
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! The part of a run that is on this host, when the other part is on another one.
+
+use super::Ending;
+use crate::cli::RunArguments;
+use crate::error::RunError;
+use crate::folder::RunFolder;
+use crate::report::ProcessReport;
+use crate::scenario::{Placement, Scenario};
+use anhyst_ipc::{NodeId, NodeReport};
+
+/// Checks the arguments of a run in parts.
+///
+/// # Errors
+/// A sentence.
+pub fn validate(arguments: &RunArguments, scenario: &Scenario) -> miette::Result<()> {
+    arguments
+        .across
+        .validate()
+        .map_err(|sentence| miette::miette!("{sentence}"))?;
+    if arguments.across.is_part() && (arguments.embedded || scenario.placement == Placement::Embedded) {
+        return Err(miette::miette!(
+            "an embedded run has all nodes in one process: --here cannot name a part of it"
+        ));
+    }
+    if arguments.across.is_part() && cfg!(not(feature = "bridge")) {
+        return Err(miette::miette!(
+            "this build has no bridge (cargo feature `bridge`): it cannot run a part"
+        ));
+    }
+    Ok(())
+}
+
+/// Prints what this host's processes came to, writes `digest.txt` with their nodes, and judges if the recorder is among them.
+///
+/// # Errors
+/// If the digests cannot be written.
+pub fn finish(scenario: &Scenario, folder: &RunFolder, reports: &[ProcessReport]) -> miette::Result<Ending> {
+    let mut nodes: Vec<&NodeReport> = reports.iter().flat_map(|report| &report.nodes).collect();
+    nodes.sort_by_key(|report| report.node);
+    let lines: String = nodes
+        .iter()
+        .filter(|report| report.node != NodeId::Recorder)
+        .map(|report| format!("{:016x}  {}\n", report.digest, report.node))
+        .collect();
+    let path = folder.digest();
+    std::fs::write(&path, &lines).map_err(|cause| RunError::Write { path, cause })?;
+    let loop_s = reports.iter().map(|report| report.loop_s).fold(0.0, f64::max);
+    let lost: u64 = nodes
+        .iter()
+        .flat_map(|report| &report.links)
+        .map(|link| link.lost)
+        .sum();
+    crate::say!(
+        "{} ticks in {loop_s:.2} s, {lost} tokens lost; digests of the nodes here:",
+        scenario.ticks()
+    );
+    crate::say!("{}", lines.trim_end());
+    crate::say!(
+        "{}",
+        std::fs::read_to_string(folder.link()).unwrap_or_default().trim_end()
+    );
+    crate::say!("results: {}", folder.path().display());
+    let Some(verdict) = reports.iter().find_map(|report| report.verdict.as_ref()) else {
+        crate::say!("the verdict is where the recorder runs");
+        return Ok(Ending::Held);
+    };
+    let failures = verdict.failures(&scenario.expect);
+    if failures.is_empty() {
+        crate::say!(
+            "held: every error after {} s is within the tolerance",
+            scenario.expect.settling_s
+        );
+        return Ok(Ending::Held);
+    }
+    crate::say!("NOT held: {}", failures.join("; "));
+    Ok(Ending::NotHeld)
+}
