@@ -29,6 +29,9 @@ pub enum Command {
     Replay(ReplayArguments),
     /// Open a run's recording in the Rerun viewer.
     View(ViewArguments),
+    /// Write a recorded run as a measured table and an actuator model, for `diagnose` and `estimate`.
+    #[cfg(feature = "recorder")]
+    Export(crate::commands::export::ExportArguments),
     /// Fit a material to measured loops.
     Fit(Box<crate::commands::fit::FitArguments>),
     /// Estimate parameters of a model from a measured run.

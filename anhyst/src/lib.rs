@@ -22,6 +22,8 @@ pub mod ablation;
 pub mod assemble;
 pub mod cli;
 pub mod commands;
+#[cfg(feature = "recorder")]
+mod diagnosis_album;
 pub mod error;
 pub mod estimate;
 pub mod figure;

@@ -38,6 +38,8 @@ fn run(command: &Command) -> miette::Result<Ending> {
         #[cfg(feature = "recorder")]
         Command::Replay(arguments) => commands::replay::run(arguments),
         #[cfg(feature = "recorder")]
+        Command::Export(arguments) => commands::export::run(arguments),
+        #[cfg(feature = "recorder")]
         Command::View(arguments) => commands::view::run(arguments),
         #[cfg(not(feature = "recorder"))]
         Command::Replay(_) | Command::View(_) => {

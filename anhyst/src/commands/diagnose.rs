@@ -19,7 +19,7 @@ pub struct DiagnoseArguments {
     /// Measured run (CSV or Parquet); several are explained together.
     #[arg(long, required = true)]
     pub data: Vec<PathBuf>,
-    /// Folder of the results: diagnosis.json, amended.ron, report.html.
+    /// Folder of the results: diagnosis.json, amended.ron, report.html, diagnosis.rrd.
     #[arg(long)]
     pub out: PathBuf,
     /// Name a column: `--column displacement=disp_um*1e-6`
@@ -124,6 +124,10 @@ fn write(found: &Diagnosed, json: &str, arguments: &DiagnoseArguments) -> miette
             .and_then(|()| std::fs::write(&path, text))
             .map_err(|cause| RunError::Write { path, cause })?;
     }
+    #[cfg(feature = "recorder")]
+    crate::diagnosis_album::album(found)
+        .save(&out.join("diagnosis.rrd"))
+        .map_err(RunError::from)?;
     Ok(())
 }
 

@@ -5,6 +5,8 @@ pub mod compare;
 pub mod diagnose;
 pub mod doctor;
 pub mod estimate;
+#[cfg(feature = "recorder")]
+pub mod export;
 pub mod fit;
 pub mod graph;
 pub mod laws;
