@@ -9,7 +9,7 @@ use crate::scribe::Scribe;
 use anhyst_controller::Controller;
 use anhyst_estimator::Estimator;
 use anhyst_guard::Guard;
-use anhyst_inverse::Inverse;
+use anhyst_inverse::{Drive, Inverse};
 use anhyst_ipc::{Connections, Node, NodeId, Stage, Wire, wiring};
 use anhyst_plant_sim::{AmplifierNode, PlantNode};
 
@@ -63,6 +63,10 @@ pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -
         }
         NodeId::Controller => Box::new(Node::open(scenario.controller()?, connections, ticks, fault)?),
         NodeId::Inverse => {
+            if let Some(signal) = scenario.inverse.drive {
+                let block = Drive::new(signal, tick_s, scenario.guard.field_limit_a_per_m)?;
+                return Ok(Box::new(Node::open(block, connections, ticks, fault)?));
+            }
             let block = Inverse::new(
                 &scenario.inverse,
                 material.hysteresis,

@@ -124,6 +124,12 @@ fn write(found: &Diagnosed, json: &str, arguments: &DiagnoseArguments) -> miette
             .and_then(|()| std::fs::write(&path, text))
             .map_err(|cause| RunError::Write { path, cause })?;
     }
+    if let Some(experiment) = &found.diagnosis.experiment
+        && experiment.drive.is_some()
+    {
+        let path = out.join("experiment.ron");
+        std::fs::write(&path, &experiment.scenario).map_err(|cause| RunError::Write { path, cause })?;
+    }
     #[cfg(feature = "recorder")]
     crate::diagnosis_album::album(found)
         .save(&out.join("diagnosis.rrd"))
@@ -160,6 +166,6 @@ fn print(found: &Diagnosis) {
         crate::say!("runner-up: {}, {:.0} higher in BIC", rival.name, rival.delta_bic);
     }
     if let Some(experiment) = &found.experiment {
-        crate::say!("{}\n{}", experiment.advice, experiment.scenario);
+        crate::say!("{}", experiment.advice);
     }
 }

@@ -34,7 +34,7 @@ use anhyst_model::ActuatorModel;
 
 pub use amended::amended_text;
 pub use diagnosis::{Candidate, DataSource, Diagnosis, FittedValue, FoundEffect, Verdict};
-pub use experiment::{DriveSignal, Experiment};
+pub use experiment::Experiment;
 pub use freeform::{FreeCurve, Over, UnknownTerm};
 pub use locate::{ChannelGap, GapCell, GapOver};
 pub use report::report;
