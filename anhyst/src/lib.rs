@@ -22,6 +22,7 @@ pub mod ablation;
 pub mod assemble;
 pub mod cli;
 pub mod commands;
+pub mod control;
 pub mod error;
 pub mod estimate;
 pub mod figure;
