@@ -37,6 +37,7 @@ pub fn wires() -> Vec<Wire> {
 /// If a setting cannot be used or a link cannot be opened.
 pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -> Result<Box<dyn Stage>, RunError> {
     let material = scenario.material()?;
+    let (believed, rod_per_strain) = scenario.believed()?;
     let ticks = scenario.ticks();
     let fault = scenario.fault;
     let tick_s = scenario.tick_s;
@@ -51,12 +52,13 @@ pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -
             Box::new(Node::open(block, connections, ticks, fault)?)
         }
         NodeId::Estimator => {
-            let block = Estimator::new(
+            let block = Estimator::with_effects(
                 &scenario.estimator,
-                material,
-                scenario.two_pole()?,
+                &believed,
+                rod_per_strain,
                 scenario.amplifier,
                 tick_s,
+                &scenario.effects,
             )
             .map_err(setup)?;
             Box::new(Node::open(block, connections, ticks, fault)?)
@@ -67,11 +69,13 @@ pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -
                 let block = Drive::new(signal, tick_s, scenario.guard.field_limit_a_per_m)?;
                 return Ok(Box::new(Node::open(block, connections, ticks, fault)?));
             }
-            let block = Inverse::new(
+            let block = Inverse::with_effects(
                 &scenario.inverse,
-                material.hysteresis,
+                believed.hysteresis,
                 &scenario.amplifier,
                 scenario.guard.field_limit_a_per_m,
+                &scenario.effects,
+                tick_s,
             )
             .map_err(setup)?;
             Box::new(Node::open(block, connections, ticks, fault)?)

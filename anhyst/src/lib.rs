@@ -22,6 +22,7 @@ pub mod ablation;
 pub mod assemble;
 pub mod cli;
 pub mod commands;
+pub mod control;
 #[cfg(feature = "recorder")]
 mod diagnosis_album;
 pub mod error;

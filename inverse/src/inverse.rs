@@ -4,11 +4,13 @@
 //! What the estimator knows holds at t_k; the field at t_k+1 is on its way already, so the state is first carried there with
 //! the model, and the field decided now takes it from t_k+1 to t_k+2, which is what the demand is about.
 //! Assumptions: parameters other than `a` are known; the amplifier adds no further ticks of delay.
+//! Known effects of the actuator are turned round one by one: creep by solving its affine step for M, a constant field by
+//! taking it off, lags behind the command by leads. Then all fields but the command are those in the material.
 //! Source: the paper's inverse compensator (section 1), started from the present state.
 
 use crate::lead::Lead;
 use crate::{InverseError, InverseSettings, Structure};
-use anhyst_model::{AmplifierConstants, Hysteresis, MagneticState};
+use anhyst_model::{AmplifierConstants, Creep, Effect, EffectKind, Hysteresis, MagneticState};
 use serde::{Deserialize, Serialize};
 
 /// Fields beyond this multiple of the limit, and shapes this many times larger or smaller than the material's, are no
@@ -61,6 +63,9 @@ pub struct Inverse {
     susceptibility: f64,
     field_limit_a_per_m: f64,
     lead: Lead,
+    /// Field in the material without one in the coil, A/m.
+    bias_a_per_m: f64,
+    creep: Option<Creep>,
     last: Command,
 }
 
@@ -75,22 +80,46 @@ impl Inverse {
         amplifier: &AmplifierConstants,
         guard_limit_a_per_m: f64,
     ) -> Result<Self, InverseError> {
+        Self::with_effects(settings, hysteresis, amplifier, guard_limit_a_per_m, &[], 1.0)
+    }
+
+    /// The same for an actuator that has these effects, at ticks of `tick_s`. Turned round are creep, a constant field, and the lags of
+    /// eddy currents and amplifier; other effects are others' business or nobody's.
+    ///
+    /// # Errors
+    /// A setting, a constant or an effect that cannot be used.
+    pub fn with_effects(
+        settings: &InverseSettings,
+        hysteresis: Hysteresis,
+        amplifier: &AmplifierConstants,
+        guard_limit_a_per_m: f64,
+        effects: &[Effect],
+        tick_s: f64,
+    ) -> Result<Self, InverseError> {
         let field_limit_a_per_m = settings.field_limit_a_per_m.unwrap_or(guard_limit_a_per_m);
         settings.validate()?;
         hysteresis.validate()?;
         amplifier.validate()?;
         let initial = hysteresis.initial_susceptibility();
-        let lag_s = if settings.compensate_amplifier {
-            amplifier.lag_s()
+        let size = |kind: EffectKind| {
+            let known = effects.iter().find(|effect| effect.kind() == kind);
+            known.and_then(|effect| effect.values().first().copied()).unwrap_or(0.0)
+        };
+        // Two lags of the amplifier, its nominal one and its effect, are led as one of their sum.
+        let amplifier_lag_s = if settings.compensate_amplifier {
+            amplifier.lag_s() + size(EffectKind::AmplifierBandwidth)
         } else {
             0.0
         };
+        let lags_s = [amplifier_lag_s, size(EffectKind::EddyCurrent)];
         Ok(Self {
             structure: settings.structure,
             hysteresis,
             susceptibility: initial / (1.0 - hysteresis.coupling * initial),
             field_limit_a_per_m,
-            lead: Lead::new(lag_s, field_limit_a_per_m),
+            lead: Lead::series(lags_s, field_limit_a_per_m, tick_s),
+            bias_a_per_m: size(EffectKind::BiasShift),
+            creep: Creep::new(effects, tick_s)?,
             last: Command::default(),
         })
     }
@@ -130,17 +159,18 @@ impl Inverse {
             && (nominal / CREDIBLE..=nominal * CREDIBLE).contains(&known.shape_a_per_m)
     }
 
-    fn invert(&self, model: &Hysteresis, start: MagneticState, wanted: Wanted) -> Command {
+    fn invert(&mut self, model: &Hysteresis, start: MagneticState, wanted: Wanted) -> Command {
         let limit = self.field_limit_a_per_m;
-        let end = model.advance_to_magnetization(start, wanted.magnetization_a_per_m, limit);
+        let bare = self.without_creep(start.magnetization_a_per_m, wanted.magnetization_a_per_m);
+        let end = model.advance_to_magnetization(start, bare, limit);
         let coil_field = end.state.field_a_per_m;
         let lead = if end.limited {
             0.0
         } else {
-            self.lead.field_a_per_m(wanted.magnetization_rate_a_per_m_s, end.slope)
+            self.lead.step(wanted.magnetization_rate_a_per_m_s, end.slope)
         };
         Command {
-            field_a_per_m: (coil_field + lead).clamp(-limit, limit),
+            field_a_per_m: (coil_field + lead - self.bias_a_per_m).clamp(-limit, limit),
             coil_field_a_per_m: coil_field,
             start_magnetization_a_per_m: start.magnetization_a_per_m,
             reached_magnetization_a_per_m: end.state.magnetization_a_per_m,
@@ -148,15 +178,25 @@ impl Inverse {
         }
     }
 
-    fn divide(&self, wanted: Wanted) -> Command {
+    /// M at t_k+2 that makes the wanted one with its creep; `start` is M at t_k+1.
+    fn without_creep(&mut self, start_a_per_m: f64, wanted_a_per_m: f64) -> f64 {
+        let Some(creep) = &mut self.creep else {
+            return wanted_a_per_m;
+        };
+        creep.step(start_a_per_m);
+        creep.inverse(wanted_a_per_m)
+    }
+
+    fn divide(&mut self, wanted: Wanted) -> Command {
         let limit = self.field_limit_a_per_m;
-        let asked = wanted.magnetization_a_per_m / self.susceptibility;
+        let bare = self.without_creep(self.last.reached_magnetization_a_per_m, wanted.magnetization_a_per_m);
+        let asked = bare / self.susceptibility;
         let coil_field = asked.clamp(-limit, limit);
         let lead = self
             .lead
-            .field_a_per_m(wanted.magnetization_rate_a_per_m_s, self.susceptibility);
+            .step(wanted.magnetization_rate_a_per_m_s, self.susceptibility);
         Command {
-            field_a_per_m: (coil_field + lead).clamp(-limit, limit),
+            field_a_per_m: (coil_field + lead - self.bias_a_per_m).clamp(-limit, limit),
             coil_field_a_per_m: coil_field,
             start_magnetization_a_per_m: self.last.reached_magnetization_a_per_m,
             reached_magnetization_a_per_m: self.susceptibility * coil_field,

@@ -4,6 +4,7 @@
 //! and cutting heat → rod's temperature → a and expansion. Sensors add noise and resolution. All of it in [`Plant`];
 //! [`PlantNode`] and [`AmplifierNode`] put it into the loop. The same seed gives the same bits.
 
+mod chain;
 mod cutting;
 mod error;
 mod milling;

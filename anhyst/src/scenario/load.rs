@@ -54,8 +54,15 @@ pub fn load(path: &Path, settings: &[Setting]) -> Result<Scenario, ScenarioError
     let mut scenario: Scenario = parse(&shown, &text)?;
     let folder = file.parent().unwrap_or(Path::new("."));
     if let MaterialSource::File(material) = &scenario.material {
-        scenario.material = MaterialSource::Inline(load_material(&folder.join(material), &shown, &text)?);
+        let found = load_material(&folder.join(material), &shown, &text)?;
+        // A model of an actuator: what the scenario says of itself goes before what the model says.
+        if scenario.effects.is_empty() {
+            scenario.effects = found.effects;
+        }
+        scenario.rod.two_pole = scenario.rod.two_pole.or(found.rod);
+        scenario.material = MaterialSource::Inline(found.material);
     }
+    scenario.complete_plant();
     scenario.anchor(folder);
     scenario.validate().map_err(|invalid| refuse(&shown, &text, &invalid))?;
     Ok(scenario)
@@ -131,24 +138,22 @@ fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, ScenarioErro
     })
 }
 
-fn load_material(file: &Path, scenario: &Path, text: &str) -> Result<Material, ScenarioError> {
+/// A file of a material, or of an actuator's model.
+fn load_material(file: &Path, scenario: &Path, text: &str) -> Result<ActuatorModel, ScenarioError> {
     if !file.is_file() {
         let sentence = format!("the material file {} does not exist", file.display());
         return Err(ScenarioError::at(scenario, text, place_of(text, "material"), sentence));
     }
-    let text = read(file)?;
-    let material: Material = parse(file, &text)?;
-    let refuse =
-        |path: &str, error: ModelError| ScenarioError::at(file, &text, place_of(&text, path), error.to_string());
-    material
-        .hysteresis
-        .validate()
-        .map_err(|error| refuse("hysteresis", error))?;
-    material
-        .magnetostriction
-        .validate()
-        .map_err(|error| refuse("magnetostriction", error))?;
-    Ok(material)
+    let model = load_model(file)?;
+    if model.amplifier != AmplifierConstants::default() {
+        let sentence = format!(
+            "the model in {} has an amplifier of its own, which a scenario does not take from there: say it in the \
+             scenario's amplifier, and leave it out of the model",
+            file.display()
+        );
+        return Err(ScenarioError::at(scenario, text, place_of(text, "material"), sentence));
+    }
+    Ok(model)
 }
 
 /// Reads a model of an actuator; a file of a material alone is one without amplifier and rod, for sweeps.
@@ -162,6 +167,16 @@ pub fn load_model(path: &Path) -> Result<ActuatorModel, ScenarioError> {
         parse::<ActuatorModel>(path, &text)?
     } else {
         let material: Material = parse(path, &text)?;
+        let refuse =
+            |at: &str, error: ModelError| ScenarioError::at(path, &text, place_of(&text, at), error.to_string());
+        material
+            .hysteresis
+            .validate()
+            .map_err(|error| refuse("hysteresis", error))?;
+        material
+            .magnetostriction
+            .validate()
+            .map_err(|error| refuse("magnetostriction", error))?;
         ActuatorModel {
             name: material.name.clone(),
             source: material.source.clone(),

@@ -1,6 +1,7 @@
 //! A scenario is the whole run: seed, tick, placement, material, plant, estimator, inverse, controller, guard, injected
 //! faults, recording, and what must hold.
 
+mod belief;
 mod derive;
 mod error;
 mod load;
@@ -15,7 +16,7 @@ use anhyst_estimator::EstimatorSettings;
 use anhyst_guard::GuardSettings;
 use anhyst_inverse::InverseSettings;
 use anhyst_ipc::{Invalid, NodeId, OneUlp};
-use anhyst_model::{AmplifierConstants, Material, RodConstants};
+use anhyst_model::{AmplifierConstants, Effect, Material, RodConstants, TwoPole};
 use anhyst_plant_sim::PlantSettings;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -41,6 +42,9 @@ pub struct Scenario {
     pub material: MaterialSource,
     /// The rod and its load.
     pub rod: Rod,
+    /// Physical effects that the controller's side knows of, and the plant's unless it says otherwise.
+    #[serde(default)]
+    pub effects: Vec<Effect>,
     /// The current amplifier.
     #[serde(default)]
     pub amplifier: AmplifierConstants,
@@ -136,6 +140,9 @@ pub struct Rod {
     pub constants: RodConstants,
     /// Number of elements that the two poles are computed from.
     pub elements: usize,
+    /// The two poles of a fitted model, gain per magnetization, in place of those computed.
+    #[serde(default)]
+    pub two_pole: Option<TwoPole>,
 }
 
 /// What is recorded.

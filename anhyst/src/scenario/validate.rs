@@ -2,9 +2,9 @@
 
 use super::{Clock, Placement, Scenario};
 use anhyst_controller::{Controller, TrajectorySettings};
-use anhyst_estimator::LawSettings;
+use anhyst_estimator::{Estimator, EstimatorError, LawSettings};
 use anhyst_ipc::{Invalid, NodeId};
-use anhyst_model::{Hysteresis, MagneticState, Material, ModelError, RodElements, TwoPole};
+use anhyst_model::{Hysteresis, MagneticState, Material, ModelError};
 use anhyst_plant_sim::{PlantError, PlantNode, ShapeCourse};
 use std::path::Path;
 
@@ -38,12 +38,14 @@ impl Scenario {
             let sentence = format!("{} elements are outside [1, {MOST_ELEMENTS}]", self.rod.elements);
             return Err(Invalid::new("rod.elements", sentence));
         }
+        self.validate_effects()?;
         anhyst_plant_sim::validate_amplifier(&self.amplifier).map_err(|invalid| invalid.within("amplifier"))?;
         self.plant.validate().map_err(|invalid| invalid.within("plant"))?;
         self.estimator
             .validate()
             .map_err(|invalid| invalid.within("estimator"))?;
         self.validate_plant(material)?;
+        self.validate_estimator()?;
         self.validate_shapes(&material.hysteresis)?;
         self.inverse.validate().map_err(|invalid| invalid.within("inverse"))?;
         let guard_limit = self.guard.field_limit_a_per_m;
@@ -147,6 +149,26 @@ impl Scenario {
         Ok(())
     }
 
+    /// The estimator can be built with what is known of the actuator.
+    fn validate_estimator(&self) -> Result<(), Invalid> {
+        if self.effects.is_empty() {
+            return Ok(());
+        }
+        let (material, rod) = self.believed()?;
+        let estimator = Estimator::with_effects(
+            &self.estimator,
+            &material,
+            rod,
+            self.amplifier,
+            self.tick_s,
+            &self.effects,
+        );
+        estimator.map(|_| ()).map_err(|error| match error {
+            EstimatorError::Setting(invalid) => invalid.within("estimator"),
+            other => Invalid::new("estimator", other.to_string()),
+        })
+    }
+
     /// Every shape parameter that may occur must give a valid material, not only the nominal one.
     fn validate_shapes(&self, nominal: &Hysteresis) -> Result<(), Invalid> {
         let check = |path: &'static str, shape| nominal.with_shape(shape).validate().map_err(physical(path));
@@ -186,23 +208,15 @@ impl Scenario {
     /// A refused setting, relative to the controller's settings.
     pub fn controller(&self) -> Result<Controller, Invalid> {
         // Loading has made paths absolute: the folder does not matter any more.
-        Controller::new(
+        let (material, rod) = self.believed()?;
+        Controller::with_effects(
             &self.controller,
-            self.two_pole()?,
-            self.material()?,
+            rod,
+            &material,
             self.tick_s,
             Path::new("."),
+            &self.effects,
         )
-    }
-
-    /// The rod's two poles for a drive by free strain, computed from its elements.
-    ///
-    /// # Errors
-    /// If the rod's constants cannot be used.
-    pub fn two_pole(&self) -> Result<TwoPole, Invalid> {
-        let elements =
-            RodElements::assemble(&self.rod.constants, self.rod.elements).map_err(physical("rod.constants"))?;
-        Ok(elements.two_pole(1.0))
     }
 
     /// Makes the scenario independent of where it lies: paths in it become absolute.

@@ -29,6 +29,8 @@ pub(super) struct Decided {
     pub diagnosis: Diagnosis,
     /// Of the amended model; empty where nothing was found.
     pub settings: Vec<Setting>,
+    /// Of the runner-up; empty where there is none.
+    pub runner_up: Vec<Setting>,
 }
 
 pub(super) fn decide(bench: &Workbench, plant: &Plant, found: &Found, unit: &str) -> Decided {
@@ -71,6 +73,7 @@ pub(super) fn decide(bench: &Workbench, plant: &Plant, found: &Found, unit: &str
             data: Vec::new(),
         },
         settings: Vec::new(),
+        runner_up: Vec::new(),
     };
     match &found.winner {
         Some((_, winner)) if winner.fit.settings.is_empty() => decided.nothing(found),
@@ -138,6 +141,7 @@ impl Decided {
         let runner_up = others.min_by(|one, other| one.bic.total_cmp(&other.bic));
         own.delta_bic = runner_up.map(|rival| rival.bic - winner.fit.bic);
         own.runner_up = runner_up.map(|rival| candidate(rival, winner.fit.bic));
+        self.runner_up = runner_up.map_or_else(Vec::new, |rival| rival.settings.clone());
         own.confidence = share_of_evidence(&winner.fit, rivals);
         own.sentence = sentence(own);
         self.settings = final_fit.settings;

@@ -37,7 +37,7 @@ pub use diagnosis::{Candidate, DataSource, Diagnosis, FittedValue, FoundEffect, 
 pub use experiment::Experiment;
 pub use freeform::{FreeCurve, Over, UnknownTerm};
 pub use locate::{ChannelGap, GapCell, GapOver};
-pub use report::report;
+pub use report::{page, report};
 pub use score::{ScoreGroup, ScoreTest};
 pub use sight::{Detectable, NotExcited};
 pub use term::{NominalParameter, Term};
@@ -69,6 +69,8 @@ pub struct Diagnosed {
     pub diagnosis: Diagnosis,
     /// The model as given where nothing was found or named.
     pub amended: ActuatorModel,
+    /// The model with the runner-up instead, where there is one.
+    pub runner_up: Option<ActuatorModel>,
     pub runs: Vec<RunSeries>,
 }
 
@@ -138,11 +140,15 @@ pub fn diagnose(
             .collect();
         amended.source = format!("{}; amended by anhyst diagnose from {}", model.source, files.join("; "));
     }
+    let runner_up = (!decided.runner_up.is_empty())
+        .then(|| plant::amended(model, &decided.runner_up).ok())
+        .flatten();
     let series = series(&bench, runs, setup.output, &found, &decided).ok_or_else(no_simulation)?;
     progress("done", 1.0);
     Ok(Diagnosed {
         diagnosis: decided.diagnosis,
         amended,
+        runner_up,
         runs: series,
     })
 }

@@ -146,6 +146,7 @@ fn strain_constant(law: &mut Magnetostriction) -> &mut f64 {
             ..
         } => saturation_magnetostriction,
         Magnetostriction::Polynomial { gamma1_m2_per_a2, .. } => gamma1_m2_per_a2,
+        Magnetostriction::Parabolic { slope_m_per_a, .. } => slope_m_per_a,
     }
 }
 

@@ -52,6 +52,20 @@ impl Magnetizer {
         self.plain
     }
 
+    /// Another `a` at ambient temperature from the next sample on, A/m.
+    pub fn set_shape(&mut self, shape_a_per_m: f64) {
+        self.hysteresis.shape_a_per_m = shape_a_per_m;
+    }
+
+    /// `a` with what warming, as reckoned here, makes of it, A/m.
+    pub fn shape_a_per_m(&self, measured_k: Option<f64>) -> f64 {
+        let factor = self.thermal_drift.as_ref().map_or(1.0, |drift| {
+            let measured = measured_k.map(|measured_k| measured_k - self.ambient_temperature_k);
+            drift.shape_factor(measured.unwrap_or_else(|| drift.warming.rise_k()))
+        });
+        self.hysteresis.shape_a_per_m * factor
+    }
+
     /// The run's first sample, to which the field goes at once: M (A/m).
     pub fn settle(&mut self, coil_field: f64, field: f64, temperature_k: Option<f64>) -> f64 {
         let mut rise_k = 0.0;
