@@ -7,6 +7,7 @@ pub mod doctor;
 pub mod estimate;
 pub mod fit;
 pub mod graph;
+pub mod interface;
 pub mod laws;
 pub mod node;
 pub mod paper;
