@@ -3,6 +3,7 @@
 use crate::error::RunError;
 use crate::folder::RunFolder;
 use crate::judge::Judge;
+use crate::overheard::Overheard;
 use crate::report::ProcessReport;
 use crate::scenario::Scenario;
 use crate::scribe::Scribe;
@@ -95,7 +96,9 @@ pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -
 /// # Errors
 /// If the recording cannot be created.
 pub fn scribe(scenario: &Scenario, folder: &RunFolder) -> Result<Scribe, RunError> {
-    let scribe = Scribe::new(Judge::new(scenario.expect, scenario.tick_s));
+    let foreign = scenario.external_nodes().into_iter();
+    let overheard = foreign.map(|node| Overheard::new(node, scenario.ticks())).collect();
+    let scribe = Scribe::new(Judge::new(scenario.expect, scenario.tick_s)).with_overheard(overheard);
     if !scenario.recording.on {
         return Ok(scribe);
     }

@@ -191,6 +191,13 @@ impl Loop {
         if let Some(scribe) = self.scribe {
             report.nodes.push(scribe.report());
             let mut scribe = scribe.into_block();
+            for overheard in scribe.overheard() {
+                report.nodes.push(overheard.report());
+                let path = || folder.trail(overheard.report().node.name());
+                overheard
+                    .write(folder)
+                    .map_err(|cause| RunError::Write { path: path(), cause })?;
+            }
             report.verdict = Some(scribe.verdict());
             assemble::finish_recording(&mut scribe, &mut report)?;
         }

@@ -9,6 +9,7 @@ pub mod estimate;
 pub mod export;
 pub mod fit;
 pub mod graph;
+pub mod interface;
 pub mod laws;
 pub mod node;
 pub mod paper;

@@ -4,6 +4,7 @@
 mod belief;
 mod derive;
 mod error;
+mod external;
 mod load;
 mod source;
 mod validate;
@@ -38,6 +39,9 @@ pub struct Scenario {
     /// Which nodes share a process.
     #[serde(default)]
     pub placement: Placement,
+    /// Nodes that somebody else's programs run: the launcher waits for them instead of starting them.
+    #[serde(default)]
+    pub external: Vec<NodeId>,
     /// What the actuator is made of: what the controller's side believes, and the plant's unless it says otherwise.
     pub material: MaterialSource,
     /// The rod and its load.

@@ -99,6 +99,7 @@ impl Scenario {
                 ));
             }
         }
+        self.validate_external()?;
         Invalid::unless_positive("expect.tolerance_m", self.expect.tolerance_m, "m")?;
         if let Some(limit) = self.expect.error_rms_m {
             Invalid::unless_positive("expect.error_rms_m", limit, "m")?;

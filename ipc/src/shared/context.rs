@@ -1,5 +1,6 @@
 //! What one process holds open: its iceoryx2 node, its status, its bell, and the other processes.
 
+use super::names::{ANY_AGREEMENT, MOST_LISTENERS, MOST_NODES, MOST_NOTIFIERS, bell_service};
 use super::refused;
 use super::status::{OwnStatus, PeerStatus};
 use crate::{LinkError, NodeId, stop_requested};
@@ -37,7 +38,8 @@ pub struct SharedSettings {
     pub process: String,
     /// All processes of the run and the nodes in each.
     pub processes: Vec<(String, Vec<NodeId>)>,
-    /// Fingerprint of what all processes must have been told alike ([`crate::fingerprint`] of the scenario).
+    /// Fingerprint of what all processes must have been told alike ([`crate::fingerprint`] of the scenario), or
+    /// [`crate::ANY_AGREEMENT`].
     pub agreement: u64,
     /// How this process waits.
     pub wait: Wait,
@@ -62,6 +64,8 @@ pub struct SharedContext {
     pub(super) node: Node<ipc::Service>,
 }
 
+/// The phase of a process that has come to the end of its run.
+const LAST_PHASE: u64 = 3;
 const STEP: Duration = Duration::from_millis(2);
 
 impl SharedContext {
@@ -104,7 +108,7 @@ impl SharedContext {
                 self.still_waiting(start, &process, 0)?;
                 std::thread::sleep(STEP);
             };
-            if status.agreement != self.settings.agreement {
+            if !agree(status.agreement, self.settings.agreement) {
                 return Err(LinkError::Disagreement {
                     process,
                     own: self.settings.process.clone(),
@@ -159,6 +163,11 @@ impl SharedContext {
         self.peers.get(process).map(|peer| peer.status.tick())
     }
 
+    /// True once the process of `node` has sent its last token.
+    pub(crate) fn finished(&self, node: NodeId) -> bool {
+        self.peer_of(node).is_some_and(|peer| peer.status.phase() >= LAST_PHASE)
+    }
+
     /// The process in which `node` runs.
     pub fn process_of(&self, node: NodeId) -> Option<&str> {
         self.settings
@@ -173,6 +182,11 @@ impl SharedContext {
             .and_then(|process| self.peers.get(process))
             .cloned()
     }
+}
+
+/// A process that has not read the scenario (a driver in another language) agrees with all.
+fn agree(one: u64, other: u64) -> bool {
+    one == other || one == ANY_AGREEMENT || other == ANY_AGREEMENT
 }
 
 fn create_node(prefix: &str, root: &std::path::Path, name: &str) -> Result<Node<ipc::Service>, LinkError> {
@@ -196,12 +210,12 @@ fn event(
     node: &Node<ipc::Service>,
     process: &str,
 ) -> Result<iceoryx2::service::port_factory::event::PortFactory<ipc::Service>, LinkError> {
-    let name = ServiceName::new(&format!("bell/{process}")).map_err(refused("name an event service"))?;
+    let name = ServiceName::new(&bell_service(process)).map_err(refused("name an event service"))?;
     node.service_builder(&name)
         .event()
-        .max_notifiers(32)
-        .max_listeners(2)
-        .max_nodes(32)
+        .max_notifiers(MOST_NOTIFIERS)
+        .max_listeners(MOST_LISTENERS)
+        .max_nodes(MOST_NODES)
         .open_or_create()
         .map_err(refused(format!("open the bell of {process}")))
 }

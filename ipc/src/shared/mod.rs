@@ -6,10 +6,12 @@
 //! the reader sees the token. **Start.** All create their ports (phase 1), connect (phase 2), then tick 0 begins.
 
 mod context;
+pub(crate) mod names;
 mod ports;
 mod status;
 
 pub use context::{Observer, SharedContext, SharedSettings, Wait};
+pub use names::ANY_AGREEMENT;
 pub(crate) use ports::{SharedReceiver, SharedSender};
 
 use crate::LinkError;
