@@ -16,7 +16,7 @@ use std::path::Path;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Heard {
     pub displacement_m: f64,
-    /// The guard is on its way to, or at, the safe field.
+    /// The guard is on its way to, or at, the safe field, or holds the field.
     pub open: bool,
     /// Field asked for minus field permitted, where the guard limited it.
     pub field_cut_a_per_m: Option<f64>,

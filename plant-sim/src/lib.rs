@@ -12,6 +12,7 @@ mod plant;
 mod rod;
 mod settings;
 mod shape;
+mod watchdog;
 
 pub use cutting::CuttingProcess;
 pub use error::PlantError;
@@ -21,3 +22,4 @@ pub use plant::{Plant, PlantState, Readings};
 pub use rod::{PlantRod, TWO_POLE_ELEMENTS};
 pub use settings::{Heating, PlantSettings, Sensors, TemperatureSensor, validate_amplifier};
 pub use shape::ShapeCourse;
+pub use watchdog::WatchdogSettings;

@@ -3,11 +3,13 @@
 
 mod derive;
 mod error;
+mod faults;
 mod load;
 mod source;
 mod validate;
 
 pub use error::ScenarioError;
+pub use faults::{Fault, LinkFault, ProcessFault, ProcessKind};
 pub use load::{Setting, load, load_model, to_ron};
 
 use anhyst_controller::ControllerSettings;
@@ -16,7 +18,7 @@ use anhyst_guard::GuardSettings;
 use anhyst_inverse::InverseSettings;
 use anhyst_ipc::{Invalid, NodeId, OneUlp};
 use anhyst_model::{AmplifierConstants, Material, RodConstants};
-use anhyst_plant_sim::PlantSettings;
+use anhyst_plant_sim::{PlantSettings, WatchdogSettings};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -44,6 +46,9 @@ pub struct Scenario {
     /// The current amplifier.
     #[serde(default)]
     pub amplifier: AmplifierConstants,
+    /// The amplifier's own watchdog.
+    #[serde(default)]
+    pub watchdog: WatchdogSettings,
     /// The simulated plant: what is really so.
     pub plant: PlantSettings,
     /// The estimator of `a`.
@@ -60,6 +65,9 @@ pub struct Scenario {
     /// Injected fault.
     #[serde(default)]
     pub fault: Option<OneUlp>,
+    /// Injected faults of links and processes.
+    #[serde(default)]
+    pub faults: Vec<Fault>,
     /// What must hold.
     pub expect: Expect,
 }

@@ -158,7 +158,8 @@ impl<M: Message> SharedReceiver<M> {
     #[cold]
     fn sleep(&self, tick: u64) -> Result<M, LinkError> {
         let start = Instant::now();
-        let limit = self.context.settings.receive_limit;
+        let ending = self.context.last_wait.get();
+        let limit = ending.unwrap_or(self.context.settings.receive_limit);
         loop {
             let rung = match self.context.settings.wait {
                 Wait::Bell { .. } => {
@@ -186,7 +187,7 @@ impl<M: Message> SharedReceiver<M> {
             if let Some(token) = rung.map_or_else(|| self.poll(), |token| Ok(Some(token)))? {
                 return Ok(token);
             }
-            if stop_requested() {
+            if ending.is_none() && stop_requested() {
                 return Err(LinkError::Stopped { tick });
             }
             if start.elapsed() > limit {
