@@ -4,8 +4,9 @@ use crate::external::{self, ExternalCommand};
 use crate::folder::RunFolder;
 use crate::report::ProcessReport;
 use crate::resources::Resources;
-use crate::scenario::{Clock, Scenario};
+use crate::scenario::{Clock, ProcessKind, Scenario};
 use anhyst_ipc::{NodeId, Observer, stop_requested};
+use std::collections::VecDeque;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
@@ -100,6 +101,9 @@ struct Running {
     foreign: bool,
     child: Child,
     ended: Option<ExitStatus>,
+    /// Of the scenario's faults that stop it: for how long each, and when to wake it.
+    stops: VecDeque<Duration>,
+    wake_at: Option<Instant>,
 }
 
 impl Running {
@@ -118,6 +122,25 @@ impl Running {
         } else {
             rustix::process::kill_process(pid, signal)
         };
+    }
+
+    /// Wakes it when the time is over for which the scenario stops it. Others who stop it must wake it themselves.
+    fn wake(&mut self) {
+        let Some(pid) = rustix::process::Pid::from_raw(self.child.id() as i32).filter(|_| self.ended.is_none()) else {
+            return;
+        };
+        if let Some(first) = self.stops.front() {
+            let options = rustix::process::WaitIdOptions::STOPPED | rustix::process::WaitIdOptions::NOHANG;
+            let stopped = rustix::process::waitid(rustix::process::WaitId::Pid(pid), options);
+            if stopped.is_ok_and(|status| status.is_some()) {
+                self.wake_at = Some(Instant::now() + *first);
+                self.stops.pop_front();
+            }
+        }
+        if self.wake_at.take_if(|at| *at <= Instant::now()).is_some() {
+            // A process that has died meanwhile needs no waking.
+            let _ = rustix::process::kill_process(pid, rustix::process::Signal::CONT);
+        }
     }
 
     /// A signal ended it.
@@ -168,6 +191,11 @@ fn start(
             cause: cause.to_string(),
         };
         let foreign = external.contains(&name);
+        let stops = scenario.process_faults(&nodes).unwrap_or_default().into_iter();
+        let stops = stops.filter_map(|(_, kind)| match kind {
+            ProcessKind::Stop(stop_s) => Some(Duration::from_secs_f64(stop_s)),
+            ProcessKind::Kill => None,
+        });
         let child = if foreign {
             start_external(&name, &nodes, scenario, folder, options).map_err(refused)?
         } else {
@@ -178,6 +206,8 @@ fn start(
             foreign,
             child,
             ended: None,
+            stops: stops.collect(),
+            wake_at: None,
         }));
     }
     Ok(())
@@ -269,6 +299,7 @@ fn watch(
             return Err(LaunchError::Interrupted { tick, ticks });
         }
         look(children);
+        children.iter_mut().for_each(Running::wake);
         if children.iter().any(Running::failed) {
             if !children.iter().any(Running::killed) {
                 // Whoever waits for the same culprit gives up within moments: then the chain of complaints is whole.

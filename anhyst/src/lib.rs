@@ -41,6 +41,8 @@ pub mod process;
 mod recording;
 pub mod report;
 pub mod resources;
+mod sabotage;
+mod safe_ending;
 pub mod scenario;
 pub mod scribe;
 pub mod signals;

@@ -49,6 +49,7 @@ impl Overheard {
             node: self.node,
             ticks: self.trail.len() as u64,
             digest: self.digest.0,
+            field_a_per_m: None,
             links: Vec::new(),
         }
     }

@@ -15,17 +15,31 @@ fn compared(effect: Effect, runner_up: Option<Effect>, scenario: &str) -> Contro
         amended: &amended,
         runner_up: runner_up.map(|effect| effect.kind().name()).zip(rival.as_ref()),
     };
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios").join(scenario);
+    let file = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../scenarios")
+        .join(scenario);
     let scenario = load(&file, &[]).expect("the scenario is good");
-    let out = std::env::temp_dir().join(format!("anhyst-control-{}-{}", std::process::id(), effect.kind().name()));
+    let out = std::env::temp_dir().join(format!(
+        "anhyst-control-{}-{}",
+        std::process::id(),
+        effect.kind().name()
+    ));
     let compared = control(&scenario, models, &out, &|_| {}).expect("the cuts can be made");
     std::fs::remove_dir_all(&out).expect("the folders were there");
-    println!("{}\n{}\n{}", effect.kind().name(), compared.table(), compared.sentences().join("\n"));
+    println!(
+        "{}\n{}\n{}",
+        effect.kind().name(),
+        compared.table(),
+        compared.sentences().join("\n")
+    );
     compared
 }
 
 fn cut<'a>(compared: &'a Control, believes: &str, feedback: bool) -> &'a Cut {
-    let found = compared.cuts.iter().find(|cut| cut.believes == believes && cut.feedback == feedback);
+    let found = compared
+        .cuts
+        .iter()
+        .find(|cut| cut.believes == believes && cut.feedback == feedback);
     found.expect("every cut is in the table")
 }
 

@@ -17,7 +17,7 @@ use std::path::Path;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Heard {
     pub displacement_m: f64,
-    /// The guard is on its way to, or at, the safe field.
+    /// The guard is on its way to, or at, the safe field, or holds the field.
     pub open: bool,
     /// Field asked for minus field permitted, where the guard limited it.
     pub field_cut_a_per_m: Option<f64>,
@@ -112,8 +112,7 @@ impl Controller {
         let known = KnownEffects::new(effects, tick_s)
             .map_err(|error| Invalid::new("", error.to_string()).within("effects"))?;
         let (delay_s, lag_s) = delay_and_lag_s(effects);
-        let shape =
-            LoopShape::new(&rod, settings.feedback.as_ref(), tick_s).with_delay_and_lag(delay_s, lag_s);
+        let shape = LoopShape::new(&rod, settings.feedback.as_ref(), tick_s).with_delay_and_lag(delay_s, lag_s);
         shape.validate()?;
         let law = StrainLaw::new(&rod, material);
         Ok(Self {
@@ -200,7 +199,10 @@ impl Controller {
         let Some(forward) = self.feedforward else {
             return motion.position_m;
         };
-        let own_m = self.effects.as_ref().map_or(0.0, |effects| effects.own_forces_m(&motion));
+        let own_m = self
+            .effects
+            .as_ref()
+            .map_or(0.0, |effects| effects.own_forces_m(&motion));
         forward.displacement_m(&motion) + own_m
     }
 

@@ -1,7 +1,7 @@
-//! L(z) = K(z)·P(z)·z⁻²: the loop that the PID closes, hysteresis taken as inverted.
+//! L(z) = K(z)·P(z)·z⁻²⁻ᵈ: the loop that the PID closes, hysteresis taken as inverted.
 //!
 //! K the PID's transfer function (see `pid.rs`), P = ĉ/(ĉ − ω² + jk̂ω)·(sin(ωT/2)/(ωT/2))² the rod behind the first-order hold, two
-//! ticks of delay; z = e^{jωT}; further delay d and lag τ of known effects multiply it by e^{−jωd}/(1 + jωτ). Assumption: above half the sampling rate the rod passes nothing that folds back.
+//! ticks of delay and the amplifier's d; z = e^{jωT}; further delay t and lag τ of known effects multiply it by e^{−jωt}/(1 + jωτ). Assumption: above half the sampling rate the rod passes nothing that folds back.
 //!
 //! Stability (Nyquist): F(z) = (1 − z⁻¹)(1 + L), without the factor if there is no integrator, has no pole outside the unit
 //! circle, so the loop is stable exactly if F does not turn around 0 on the half circle 0 < ωT < π, F being real at both ends.
@@ -11,6 +11,9 @@ use anhyst_ipc::Invalid;
 use anhyst_model::TwoPole;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
+
+/// One tick of computing, one of the hold.
+const LEAST_DELAY_TICKS: u32 = 2;
 
 /// Points on the half circle.
 const POINTS: u32 = 8192;
@@ -75,6 +78,8 @@ pub struct LoopShape {
     tick_s: f64,
     further_delay_s: f64,
     further_lag_s: f64,
+    /// Of the loop: computing and hold, and what the amplifier adds.
+    delay_ticks: u32,
 }
 
 impl LoopShape {
@@ -85,6 +90,7 @@ impl LoopShape {
             stiffness_per_s2: rod.stiffness_per_s2,
             pid: pid.cloned(),
             tick_s,
+            delay_ticks: LEAST_DELAY_TICKS,
             further_delay_s: 0.0,
             further_lag_s: 0.0,
         }
@@ -95,6 +101,15 @@ impl LoopShape {
         Self {
             further_delay_s,
             further_lag_s,
+            ..self
+        }
+    }
+
+    /// The same loop behind an amplifier that is late by so many ticks.
+    #[must_use]
+    pub fn with_amplifier_delay(self, ticks: u32) -> Self {
+        Self {
+            delay_ticks: LEAST_DELAY_TICKS.saturating_add(ticks),
             ..self
         }
     }
@@ -134,7 +149,8 @@ impl LoopShape {
     }
 
     fn open(&self, omega: f64) -> Complex {
-        let delay = Complex::unit(-2.0 * omega * self.tick_s - omega * self.further_delay_s);
+        let ticks = f64::from(self.delay_ticks);
+        let delay = Complex::unit(-ticks * omega * self.tick_s - omega * self.further_delay_s);
         let open = self.controller(omega).times(self.rod(omega)).times(delay);
         if self.further_lag_s == 0.0 {
             return open;
@@ -187,10 +203,14 @@ impl LoopShape {
             return Ok(());
         }
         let Some(pid) = &self.pid else { return Ok(()) };
+        let delay = match self.delay_ticks {
+            LEAST_DELAY_TICKS => "two".to_owned(),
+            ticks => ticks.to_string(),
+        };
         Err(Invalid::new(
             "feedback",
             format!(
-                "kp = {} m/m, ki_per_s = {} 1/s and kd_s = {} s together are unstable with this rod ({:.0} Hz) and two ticks of {} s of delay{}, \
+                "kp = {} m/m, ki_per_s = {} 1/s and kd_s = {} s together are unstable with this rod ({:.0} Hz) and {delay} ticks of {} s of delay{}, \
                  even with the hysteresis inverted exactly: lower them",
                 pid.kp,
                 pid.ki_per_s,

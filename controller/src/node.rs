@@ -6,7 +6,7 @@ use anhyst_ipc::{Block, Demand, FieldCommand, Measurement, NodeId, Now, Previous
 
 /// Bits of `SafeField::status`.
 const GUARD_LIMITS: u64 = 1 | 2;
-const GUARD_ACTS: u64 = 4 | 8;
+const GUARD_ACTS: u64 = 4 | 8 | 16;
 /// Bit of `FieldCommand::status`.
 const INVERSE_LIMITS: u64 = 1;
 /// Bits of `Demand::status`.

@@ -65,7 +65,8 @@ impl KnownEffects {
             return Err(Invalid::new("field", sentence));
         }
         if matches!(settings.law, LawSettings::Matrix(_)) && !self.sensors.is_empty() {
-            let sentence = "Matrix drives a rod of its own, which does not know the effects of the sensor; take Folded with them";
+            let sentence =
+                "Matrix drives a rod of its own, which does not know the effects of the sensor; take Folded with them";
             return Err(Invalid::new("law", sentence));
         }
         Ok(())
@@ -109,7 +110,11 @@ impl KnownEffects {
         if self.sensors.is_empty() {
             return displacements_m;
         }
-        let all = self.sensors.iter_mut().zip(&mut self.displacements_m).zip(displacements_m);
+        let all = self
+            .sensors
+            .iter_mut()
+            .zip(&mut self.displacements_m)
+            .zip(displacements_m);
         for ((sensor, sensed), displacement) in all {
             *sensed = sensor.step(*displacement);
         }

@@ -69,7 +69,11 @@ fn a_known_effect_leaves_no_gap() {
     for one in effects {
         let (known, unknown) = (largest_gap_m(&[one], &[one]), largest_gap_m(&[one], &[]));
         println!("{}: {known:.2e} m known, {unknown:.2e} m unknown", one.kind().name());
-        assert!(known < 5e-9 && unknown > 10.0 * known, "{}: {known} m, {unknown} m", one.kind().name());
+        assert!(
+            known < 5e-9 && unknown > 10.0 * known,
+            "{}: {known} m, {unknown} m",
+            one.kind().name()
+        );
     }
 }
 

@@ -3,7 +3,7 @@
 //! For experiments that tell explanations of a measured gap apart: the signal goes through guard and amplifier as any
 //! command does, and plant, sensors and recording are those of the loop.
 
-use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, Invalid, NodeId, Now};
+use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, Invalid, NodeId, Now, Previous, SafeField};
 use anhyst_model::DriveSignal;
 use serde::{Deserialize, Serialize};
 
@@ -48,7 +48,7 @@ pub(crate) fn validate(signal: &DriveSignal) -> Result<(), Invalid> {
 
 impl Block for Drive {
     const NODE: NodeId = NodeId::Inverse;
-    type Inputs = (Now<Demand>, Now<Estimate>);
+    type Inputs = (Now<Demand>, Now<Estimate>, Previous<SafeField>);
     type Outputs = (FieldCommand,);
 
     fn step(&mut self, tick: u64, _: Self::Inputs) -> Self::Outputs {
@@ -74,7 +74,11 @@ mod tests {
             duration_s: 10.0,
         };
         let mut drive = Drive::new(ramp, 1.0, 50.0).unwrap();
-        let inputs = (Now(Demand::default()), Now(Estimate::default()));
+        let inputs = (
+            Now(Demand::default()),
+            Now(Estimate::default()),
+            Previous(SafeField::default()),
+        );
         let sent = [0, 1, 6].map(|tick| drive.step(tick, inputs).0.field_a_per_m);
         assert_eq!(sent, [20.0, 30.0, 50.0]);
         let broken = DriveSignal::Tracking {

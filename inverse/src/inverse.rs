@@ -9,6 +9,7 @@
 //! Source: the paper's inverse compensator (section 1), started from the present state.
 
 use crate::lead::Lead;
+use crate::nominal::Nominal;
 use crate::{InverseError, InverseSettings, Structure};
 use anhyst_model::{AmplifierConstants, Creep, Effect, EffectKind, Hysteresis, MagneticState};
 use serde::{Deserialize, Serialize};
@@ -67,6 +68,9 @@ pub struct Inverse {
     bias_a_per_m: f64,
     creep: Option<Creep>,
     last: Command,
+    /// None: nothing to fall back to.
+    #[serde(default)]
+    nominal: Option<Nominal>,
 }
 
 impl Inverse {
@@ -121,7 +125,64 @@ impl Inverse {
             bias_a_per_m: size(EffectKind::BiasShift),
             creep: Creep::new(effects, tick_s)?,
             last: Command::default(),
+            nominal: None,
         })
+    }
+
+    /// Gives it something to fall back to: the nominal material behind this amplifier, for ticks of `tick_s`.
+    ///
+    /// # Errors
+    /// If the amplifier's constants or the tick cannot be used.
+    pub fn with_fall_back(mut self, amplifier: &AmplifierConstants, tick_s: f64) -> Result<Self, InverseError> {
+        self.nominal = Some(Nominal::new(amplifier, tick_s)?);
+        Ok(self)
+    }
+
+    /// As [`Inverse::step`], but `fall_back` leaves the estimate alone; `given_a_per_m` is the safe field of the tick before.
+    pub(crate) fn step_guarded(
+        &mut self,
+        tick: u64,
+        wanted: Wanted,
+        known: Known,
+        fall_back: bool,
+        given_a_per_m: f64,
+    ) -> Command {
+        let Some(mut nominal) = self.nominal else {
+            return self.step(wanted, known);
+        };
+        let credible = given_a_per_m.abs() <= CREDIBLE * self.field_limit_a_per_m;
+        let given_a_per_m = if credible {
+            given_a_per_m
+        } else {
+            self.last.field_a_per_m
+        };
+        nominal.follow(tick, given_a_per_m, &self.hysteresis);
+        let without_estimate = fall_back && self.structure != Structure::Gain;
+        let mut command = if without_estimate {
+            self.step_nominal(wanted, nominal.state)
+        } else {
+            self.step(wanted, known)
+        };
+        let distance = nominal.distance_a_per_m(fall_back, command.field_a_per_m, given_a_per_m);
+        // Not added when it is 0: that would turn -0 into 0.
+        if distance != 0.0 {
+            let limit = self.field_limit_a_per_m;
+            command.field_a_per_m = (command.field_a_per_m + distance).clamp(-limit, limit);
+            command.coil_field_a_per_m = (command.coil_field_a_per_m + distance).clamp(-limit, limit);
+        }
+        self.nominal = Some(nominal);
+        command
+    }
+
+    fn step_nominal(&mut self, wanted: Wanted, start: MagneticState) -> Command {
+        if wanted.magnetization_a_per_m.is_finite() && wanted.magnetization_rate_a_per_m_s.is_finite() {
+            let model = self.hysteresis;
+            let command = self.invert(&model, start, wanted);
+            if command.reached_magnetization_a_per_m.is_finite() && command.field_a_per_m.is_finite() {
+                self.last = command;
+            }
+        }
+        self.last
     }
 
     /// The command for t_k+2. Where the estimate or the demand cannot be used, or the answer is not finite, the last command
@@ -192,9 +253,7 @@ impl Inverse {
         let bare = self.without_creep(self.last.reached_magnetization_a_per_m, wanted.magnetization_a_per_m);
         let asked = bare / self.susceptibility;
         let coil_field = asked.clamp(-limit, limit);
-        let lead = self
-            .lead
-            .step(wanted.magnetization_rate_a_per_m_s, self.susceptibility);
+        let lead = self.lead.step(wanted.magnetization_rate_a_per_m_s, self.susceptibility);
         Command {
             field_a_per_m: (coil_field + lead - self.bias_a_per_m).clamp(-limit, limit),
             coil_field_a_per_m: coil_field,

@@ -8,9 +8,11 @@ mod error;
 mod inverse;
 mod lead;
 mod node;
+mod nominal;
 mod settings;
 
 pub use drive::Drive;
 pub use error::InverseError;
 pub use inverse::{Command, Inverse, Known, Wanted};
+pub use nominal::BLEND_TICKS;
 pub use settings::{InverseSettings, Structure};

@@ -116,6 +116,19 @@ impl Channel {
             .unwrap_or_default()
     }
 
+    /// The fields of its tokens.
+    pub const fn fields(self) -> &'static [Field] {
+        match self {
+            Channel::Measurement => crate::Measurement::FIELDS,
+            Channel::Truth => crate::Truth::FIELDS,
+            Channel::Estimate => crate::Estimate::FIELDS,
+            Channel::Demand => crate::Demand::FIELDS,
+            Channel::FieldCommand => crate::FieldCommand::FIELDS,
+            Channel::SafeField => crate::SafeField::FIELDS,
+            Channel::CoilField => crate::CoilField::FIELDS,
+        }
+    }
+
     /// The only node that sends on this channel.
     pub const fn producer(self) -> NodeId {
         match self {

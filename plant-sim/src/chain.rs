@@ -7,7 +7,8 @@
 
 use anhyst_ipc::Invalid;
 use anhyst_model::{
-    Actuator, ActuatorInput, ActuatorModel, AmplifierConstants, Effect, EffectKind, Material, RodConstants, RodElements, RodState, TwoPole,
+    Actuator, ActuatorInput, ActuatorModel, AmplifierConstants, Effect, EffectKind, Material, RodConstants,
+    RodElements, RodState, TwoPole,
 };
 use serde::{Deserialize, Serialize};
 
@@ -68,13 +69,7 @@ impl Chain {
     }
 
     /// Goes on by one tick. `temperature_k` is used where the plant reckons it; the force acts on the tip, N.
-    pub fn advance(
-        &mut self,
-        field_to_a_per_m: f64,
-        shape_a_per_m: f64,
-        temperature_k: f64,
-        force_n: f64,
-    ) -> Reached {
+    pub fn advance(&mut self, field_to_a_per_m: f64, shape_a_per_m: f64, temperature_k: f64, force_n: f64) -> Reached {
         let measured_k = self.heated.then_some(temperature_k);
         self.actuator.set_shape_a_per_m(shape_a_per_m);
         let output = self.actuator.step(ActuatorInput {

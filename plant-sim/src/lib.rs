@@ -13,6 +13,7 @@ mod plant;
 mod rod;
 mod settings;
 mod shape;
+mod watchdog;
 
 pub use cutting::CuttingProcess;
 pub use error::PlantError;
@@ -22,3 +23,4 @@ pub use plant::{Plant, PlantState, Readings};
 pub use rod::{PlantRod, TWO_POLE_ELEMENTS};
 pub use settings::{Heating, PlantSettings, Sensors, TemperatureSensor, validate_amplifier};
 pub use shape::ShapeCourse;
+pub use watchdog::WatchdogSettings;

@@ -82,8 +82,11 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
         );
     }
     match report.error {
+        // It was said when it happened; parting is all that can fail later.
         Some(error) => {
-            crate::complain!("{error}");
+            if report.ending.is_none() {
+                crate::complain!("{error}");
+            }
             Ok(Ending::ProcessFailed)
         }
         None => Ok(Ending::Held),

@@ -129,7 +129,10 @@ fn run(scenario: &Scenario, out: &Path, progress: &(dyn Fn(u64) + Sync)) -> Resu
 /// Every cut over the old model's with the same feedback, which is the first of its kind.
 fn compare(cuts: &mut [Cut]) {
     for feedback in [true, false] {
-        let old = cuts.iter().find(|cut| cut.feedback == feedback).and_then(|cut| cut.error_rms_m);
+        let old = cuts
+            .iter()
+            .find(|cut| cut.feedback == feedback)
+            .and_then(|cut| cut.error_rms_m);
         for cut in cuts.iter_mut().filter(|cut| cut.feedback == feedback) {
             cut.ratio = cut.error_rms_m.zip(old).map(|(own, old)| own / old);
         }

@@ -45,7 +45,10 @@ impl Scenario {
         real.validate().map_err(at("plant.material"))?;
         let effects = self.plant.effects.as_deref().unwrap_or_default();
         validate_effects(effects, real, true).map_err(at("plant.effects"))?;
-        for (path, rod) in [("rod.two_pole", self.rod.two_pole), ("plant.two_pole", self.plant.two_pole)] {
+        for (path, rod) in [
+            ("rod.two_pole", self.rod.two_pole),
+            ("plant.two_pole", self.plant.two_pole),
+        ] {
             rod.map_or(Ok(()), |rod| rod.validate()).map_err(at(path))?;
         }
         Ok(())

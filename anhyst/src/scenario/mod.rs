@@ -5,11 +5,13 @@ mod belief;
 mod derive;
 mod error;
 mod external;
+mod faults;
 mod load;
 mod source;
 mod validate;
 
 pub use error::ScenarioError;
+pub use faults::{Fault, LinkFault, ProcessFault, ProcessKind};
 pub use load::{Setting, load, load_model, to_ron};
 
 use anhyst_controller::ControllerSettings;
@@ -18,7 +20,7 @@ use anhyst_guard::GuardSettings;
 use anhyst_inverse::InverseSettings;
 use anhyst_ipc::{Invalid, NodeId, OneUlp};
 use anhyst_model::{AmplifierConstants, Effect, Material, RodConstants, TwoPole};
-use anhyst_plant_sim::PlantSettings;
+use anhyst_plant_sim::{PlantSettings, WatchdogSettings};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -52,6 +54,9 @@ pub struct Scenario {
     /// The current amplifier.
     #[serde(default)]
     pub amplifier: AmplifierConstants,
+    /// The amplifier's own watchdog.
+    #[serde(default)]
+    pub watchdog: WatchdogSettings,
     /// The simulated plant: what is really so.
     pub plant: PlantSettings,
     /// The estimator of `a`.
@@ -68,6 +73,9 @@ pub struct Scenario {
     /// Injected fault.
     #[serde(default)]
     pub fault: Option<OneUlp>,
+    /// Injected faults of links and processes.
+    #[serde(default)]
+    pub faults: Vec<Fault>,
     /// What must hold.
     pub expect: Expect,
 }

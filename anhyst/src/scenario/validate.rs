@@ -1,7 +1,7 @@
 //! Checks a scenario as a whole: each setting, and what only shows when settings meet.
 
 use super::{Clock, Placement, Scenario};
-use anhyst_controller::{Controller, TrajectorySettings};
+use anhyst_controller::{Controller, LoopShape, TrajectorySettings};
 use anhyst_estimator::{Estimator, EstimatorError, LawSettings};
 use anhyst_ipc::{Invalid, NodeId};
 use anhyst_model::{Hysteresis, MagneticState, Material, ModelError};
@@ -58,10 +58,33 @@ impl Scenario {
         self.guard
             .validate(self.tick_s)
             .map_err(|invalid| invalid.within("guard"))?;
+        self.watchdog.validate().map_err(|invalid| invalid.within("watchdog"))?;
+        self.validate_faults()?;
         self.controller
             .validate(self.tick_s, self.duration_s)
             .map_err(|invalid| invalid.within("controller"))?;
+        self.validate_monitors()?;
+        self.validate_stability()?;
         self.validate_reach(&material.hysteresis)
+    }
+
+    /// A thermometer that is not fitted says 0 K: a limit would watch nothing.
+    fn validate_monitors(&self) -> Result<(), Invalid> {
+        let limit = self.guard.monitors.temperature_limit_k;
+        if let (Some(limit_k), None) = (limit, self.plant.sensors.temperature) {
+            let sentence =
+                format!("{limit_k} K cannot be watched: no thermometer is fitted, give plant.sensors.temperature");
+            return Err(Invalid::new("guard.monitors.temperature_limit_k", sentence));
+        }
+        Ok(())
+    }
+
+    /// What the controller alone cannot know: the amplifier adds ticks of delay to its loop.
+    fn validate_stability(&self) -> Result<(), Invalid> {
+        LoopShape::new(&self.two_pole()?, self.controller.feedback.as_ref(), self.tick_s)
+            .with_amplifier_delay(self.amplifier.delay_ticks)
+            .validate()
+            .map_err(|invalid| invalid.within("controller"))
     }
 
     fn validate_run(&self) -> Result<(), Invalid> {

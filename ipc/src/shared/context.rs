@@ -7,6 +7,7 @@ use crate::{LinkError, NodeId, stop_requested};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::*;
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -60,6 +61,8 @@ pub struct SharedContext {
     pub(super) status: OwnStatus,
     pub(super) bell: Listener<ipc::Service>,
     peers: BTreeMap<String, Rc<Peer>>,
+    /// Set when the run is ending: how long a last token is still waited for, whatever was asked.
+    pub(super) last_wait: Cell<Option<Duration>>,
     // Last: iceoryx2 removes the node's traces when it is dropped, after its ports.
     pub(super) node: Node<ipc::Service>,
 }
@@ -85,6 +88,7 @@ impl SharedContext {
             status,
             bell,
             peers: BTreeMap::new(),
+            last_wait: Cell::new(None),
             node,
         };
         context.find_peers()?;
@@ -151,6 +155,12 @@ impl SharedContext {
             }
         }
         Ok(())
+    }
+
+    /// From here on a token is waited for so long at most, and a request to stop does not end the wait: the last tokens of a
+    /// run lead to the safe field and are worth hearing.
+    pub fn wait_at_most(&self, limit: Duration) {
+        self.last_wait.set(Some(limit));
     }
 
     /// Publishes the last finished tick: progress for a launcher, credit for a reader that must not fall behind.

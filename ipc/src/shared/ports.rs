@@ -229,12 +229,13 @@ impl<M: Message> SharedReceiver<M> {
     #[cold]
     fn sleep(&self, tick: u64) -> Result<M, LinkError> {
         let start = Instant::now();
-        let limit = self.context.settings.receive_limit;
+        let ending = self.context.last_wait.get();
+        let limit = ending.unwrap_or(self.context.settings.receive_limit);
         loop {
             if let Some(token) = self.nap(LONGEST_NAP)? {
                 return Ok(token);
             }
-            if stop_requested() {
+            if ending.is_none() && stop_requested() {
                 return Err(LinkError::Stopped { tick });
             }
             if start.elapsed() > limit {

@@ -153,7 +153,9 @@ pub struct Expansion {
 impl Expansion {
     /// None where `effects` have no thermal expansion.
     pub fn new(effects: &[Effect], tick_s: f64) -> Option<Self> {
-        let known = effects.iter().find(|effect| effect.kind() == EffectKind::ThermalExpansion);
+        let known = effects
+            .iter()
+            .find(|effect| effect.kind() == EffectKind::ThermalExpansion);
         known.map(|effect| Expansion {
             expansion: thermal_expansion::ThermalExpansion::new(effect.values(), tick_s),
             begun: false,
