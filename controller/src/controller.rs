@@ -112,8 +112,7 @@ impl Controller {
         let known = KnownEffects::new(effects, tick_s)
             .map_err(|error| Invalid::new("", error.to_string()).within("effects"))?;
         let (delay_s, lag_s) = delay_and_lag_s(effects);
-        let shape =
-            LoopShape::new(&rod, settings.feedback.as_ref(), tick_s).with_delay_and_lag(delay_s, lag_s);
+        let shape = LoopShape::new(&rod, settings.feedback.as_ref(), tick_s).with_delay_and_lag(delay_s, lag_s);
         shape.validate()?;
         let law = StrainLaw::new(&rod, material);
         Ok(Self {
@@ -200,7 +199,10 @@ impl Controller {
         let Some(forward) = self.feedforward else {
             return motion.position_m;
         };
-        let own_m = self.effects.as_ref().map_or(0.0, |effects| effects.own_forces_m(&motion));
+        let own_m = self
+            .effects
+            .as_ref()
+            .map_or(0.0, |effects| effects.own_forces_m(&motion));
         forward.displacement_m(&motion) + own_m
     }
 

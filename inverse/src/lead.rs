@@ -116,7 +116,11 @@ mod tests {
         // Two amplifiers are two ticks of computing and hold: what was commanded in tick 395 is reached in tick 399.
         let error = field - wanted(tick_s * 396.0);
         let curvature = bend * tick_s * tick_s;
-        assert!(error.abs() < 2.0 * curvature, "{error} A/m, {} of T²H″", error / curvature);
+        assert!(
+            error.abs() < 2.0 * curvature,
+            "{error} A/m, {} of T²H″",
+            error / curvature
+        );
     }
 
     // Guards against flat curves and broken numbers.

@@ -197,7 +197,13 @@ impl Magnetostriction {
                     "m/A",
                     "finite and not 0",
                 )?;
-                require(true, "strain per square of the magnetization", square_m2_per_a2, "m^2/A^2", "finite")
+                require(
+                    true,
+                    "strain per square of the magnetization",
+                    square_m2_per_a2,
+                    "m^2/A^2",
+                    "finite",
+                )
             }
         }
     }

@@ -1,13 +1,15 @@
-//! Coil, material and two-pole rod with physical effects in them: the chain of the model library in place of the plain plant.
+//! Coil, material and two-pole rod with physical effects in them: the chain of the model library in place of the plain
+//! plant.
 //!
-//! The amplifier's token is the chain's command, so that effects of the amplifier's stage act between that token and the coil.
-//! a(t) and, with `heating`, the rod's temperature come from the plant; without it thermal effects reckon their own.
-//! Between ticks M is taken by its mean, not as a straight line as in the plain plant: 1 A/m of it is 0.2 nm.
-//! Equations, assumptions and sources: `anhyst_model::actuator`.
+//! The amplifier's token is the chain's command, so that effects of the amplifier's stage act between that token and
+//! the coil. a(t) and, with `heating`, the rod's temperature come from the plant; without it thermal effects reckon
+//! their own. Between ticks M is taken by its mean, not as a straight line as in the plain plant: 1 A/m of it is 0.2
+//! nm. Equations, assumptions and sources: `anhyst_model::actuator`.
 
 use anhyst_ipc::Invalid;
 use anhyst_model::{
-    Actuator, ActuatorInput, ActuatorModel, AmplifierConstants, Effect, EffectKind, Material, RodConstants, RodElements, RodState, TwoPole,
+    Actuator, ActuatorInput, ActuatorModel, AmplifierConstants, Effect, EffectKind, Material, RodConstants,
+    RodElements, RodState, TwoPole,
 };
 use serde::{Deserialize, Serialize};
 
@@ -68,13 +70,7 @@ impl Chain {
     }
 
     /// Goes on by one tick. `temperature_k` is used where the plant reckons it; the force acts on the tip, N.
-    pub fn advance(
-        &mut self,
-        field_to_a_per_m: f64,
-        shape_a_per_m: f64,
-        temperature_k: f64,
-        force_n: f64,
-    ) -> Reached {
+    pub fn advance(&mut self, field_to_a_per_m: f64, shape_a_per_m: f64, temperature_k: f64, force_n: f64) -> Reached {
         let measured_k = self.heated.then_some(temperature_k);
         self.actuator.set_shape_a_per_m(shape_a_per_m);
         let output = self.actuator.step(ActuatorInput {

@@ -56,7 +56,11 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
     let refused = |error: DiagnosisError| miette::miette!("{error}");
     let model = load_model(&arguments.model)?;
     // Before the minutes that the search takes: a scenario with a mistake in it is told now.
-    let cut = arguments.control.as_ref().map(|file| scenario::load(file, &[])).transpose()?;
+    let cut = arguments
+        .control
+        .as_ref()
+        .map(|file| scenario::load(file, &[]))
+        .transpose()?;
     let reading = RunReadOptions {
         mappings: arguments.columns.clone(),
         rows: arguments.rows,
@@ -97,7 +101,10 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
     print(&found.diagnosis);
     if let Some(compared) = &compared {
         crate::say!("\n{}", compared.table());
-        compared.sentences().iter().for_each(|sentence| crate::say!("{sentence}"));
+        compared
+            .sentences()
+            .iter()
+            .for_each(|sentence| crate::say!("{sentence}"));
     } else if arguments.control.is_some() {
         crate::say!("\nNothing was named, so there is no other model to make the cut with.");
     }

@@ -22,7 +22,9 @@ impl Compensation {
             EffectKind::AmplifierBandwidth => Full("the inverse leads the lag, and the estimator's field lags by it"),
             EffectKind::EddyCurrent => Full("the inverse leads the lag, and the estimator's field lags by it"),
             EffectKind::BiasShift => Full("the inverse takes the constant field off, and the estimator adds it"),
-            EffectKind::AfterEffect => Full("the inverse solves for the magnetization that its creep makes the wanted one"),
+            EffectKind::AfterEffect => {
+                Full("the inverse solves for the magnetization that its creep makes the wanted one")
+            }
             EffectKind::QuadraticMagnetostriction => Full("the strain law is inverted with its quadratic part"),
             EffectKind::ThermalExpansion => Full("the strain by warming is reckoned and taken off the demand"),
             EffectKind::LoadChange => Full("feedforward, estimator and feedback work with the other rod"),
@@ -31,18 +33,23 @@ impl Compensation {
             | EffectKind::SensorDelay
             | EffectKind::SensorGain
             | EffectKind::SensorDrift
-            | EffectKind::PeriodicDisturbance => {
-                Full("the reference goes through it before it is compared, so that the feedback does not fight the sensor")
-            }
+            | EffectKind::PeriodicDisturbance => Full(
+                "the reference goes through it before it is compared, so that the feedback does not fight the sensor",
+            ),
             EffectKind::SensorSaturation => {
                 Part("beyond its limit the sensor is blind: there the feedforward acts alone, and is not disturbed")
             }
             EffectKind::ThermalDrift => Part("the estimator follows `a`, if its law adapts"),
-            EffectKind::CoilHeating => Part("the estimator's field falls by it; the inverse does not ask for more in its place"),
-            EffectKind::AmplifierSaturation | EffectKind::AmplifierSlew => {
-                Part("a limit stays a limit: the estimator knows what field comes of a command; move more slowly or less far")
+            EffectKind::CoilHeating => {
+                Full("the inverse asks a warm coil for more, and the estimator's field falls by it")
             }
-            EffectKind::Stiffening | EffectKind::Friction => {
+            EffectKind::Stiffening => {
+                Full("the feedforward brings up the spring's force, and the estimator's rods have it")
+            }
+            EffectKind::AmplifierSaturation | EffectKind::AmplifierSlew => Part(
+                "a limit stays a limit: the estimator knows what field comes of a command; move more slowly or less far",
+            ),
+            EffectKind::Friction => {
                 Part("the feedforward brings up the force along the reference; the estimator's rods do not know it")
             }
             EffectKind::ExcessLoss => None("the bank and the inverse step a hysteresis without rate"),

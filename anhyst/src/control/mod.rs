@@ -1,8 +1,8 @@
-//! What a diagnosis is worth in a cut: the plant has the effect, the controller's side does not know it, knows it, or believes
-//! the runner-up.
+//! What a diagnosis is worth in a cut: the plant has the effect, the controller's side does not know it, knows it, or
+//! believes the runner-up.
 //!
-//! Every cut has the same plant, trajectory, noise and feedback; only what is believed differs. Each is made twice, with the
-//! scenario's feedback and without: feedback hides what a model lacks where it is fast enough.
+//! Every cut has the same plant, trajectory, noise and feedback; only what is believed differs. Each is made twice,
+//! with the scenario's feedback and without: feedback hides what a model lacks where it is fast enough.
 
 mod compensation;
 mod section;
@@ -129,7 +129,10 @@ fn run(scenario: &Scenario, out: &Path, progress: &(dyn Fn(u64) + Sync)) -> Resu
 /// Every cut over the old model's with the same feedback, which is the first of its kind.
 fn compare(cuts: &mut [Cut]) {
     for feedback in [true, false] {
-        let old = cuts.iter().find(|cut| cut.feedback == feedback).and_then(|cut| cut.error_rms_m);
+        let old = cuts
+            .iter()
+            .find(|cut| cut.feedback == feedback)
+            .and_then(|cut| cut.error_rms_m);
         for cut in cuts.iter_mut().filter(|cut| cut.feedback == feedback) {
             cut.ratio = cut.error_rms_m.zip(old).map(|(own, old)| own / old);
         }

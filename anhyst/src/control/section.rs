@@ -5,7 +5,13 @@ use crate::commands::summary::plain_table;
 use anhyst_diagnosis::page::{Block, Cell, Section, Table};
 use comfy_table::CellAlignment;
 
-const HEADER: [&str; 5] = ["the loop believes", "feedback", "error rms, nm", "error max, nm", "rms / old"];
+const HEADER: [&str; 5] = [
+    "the loop believes",
+    "feedback",
+    "error rms, nm",
+    "error max, nm",
+    "rms / old",
+];
 
 impl Control {
     /// For people at a terminal.
@@ -25,9 +31,17 @@ impl Control {
     pub fn sentences(&self) -> Vec<String> {
         let refused = self.cuts.iter().filter_map(|cut| {
             let why = cut.refused.as_ref()?;
-            Some(format!("The cut with the model \"{}\" cannot be made: {why}", cut.believes))
+            Some(format!(
+                "The cut with the model \"{}\" cannot be made: {why}",
+                cut.believes
+            ))
         });
-        self.replaced.iter().chain(&self.compensation).cloned().chain(refused).collect()
+        self.replaced
+            .iter()
+            .chain(&self.compensation)
+            .cloned()
+            .chain(refused)
+            .collect()
     }
 }
 
@@ -35,7 +49,9 @@ impl Control {
 pub fn section(control: &Control) -> Section {
     let mut table = Table::new(&HEADER);
     for cut in &control.cuts {
-        table.rows.push(row(cut).iter().map(|cell| Cell::from(cell.as_str())).collect());
+        table
+            .rows
+            .push(row(cut).iter().map(|cell| Cell::from(cell.as_str())).collect());
     }
     Section::new("In the loop")
         .paragraph(&format!(
