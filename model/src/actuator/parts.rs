@@ -140,12 +140,6 @@ impl Creep {
     pub fn inverse(&self, wanted_a_per_m: f64) -> f64 {
         self.after_effect.inverse(wanted_a_per_m)
     }
-
-    /// What M, taken as the next sample, would give with creep.
-    pub fn ahead(&self, magnetization_a_per_m: f64) -> f64 {
-        let mut next = *self;
-        next.step(magnetization_a_per_m)
-    }
 }
 
 /// Strain by warming, reckoned from the coil's field.
