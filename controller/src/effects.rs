@@ -1,14 +1,14 @@
 //! What the controller makes of effects that it knows: it asks earlier, asks for less, and compares like with like.
 //!
-//! A delay d of the loop: the demand is for t_k+2 + d. Warming: its strain is taken off the demand, p ← p − G·λ_T. The sensor: the
-//! reference goes through what the sensor does to a displacement before it is compared, e = s(r) − y; else the PID would fight a
-//! delay, a play or a wrong scale as if the tip were wrong. Then a tip on its reference gives no error but the noise.
-//! G static displacement per strain (m), λ_T strain by warming, reckoned from the permitted field (A/m).
-//! The rod: a cubic spring asks for β·r³ more, dry friction for d·tanh(r′/v₀) (metres of quasi-static displacement).
-//! Rounding of the sensor is not imitated: it is right in the mean.
+//! A delay d of the loop: the demand is for t_k+2 + d. Warming: its strain is taken off the demand, p ← p − G·λ_T. The
+//! sensor: the reference goes through what the sensor does to a displacement before it is compared, e = s(r) − y; else
+//! the PID would fight a delay, a play or a wrong scale as if the tip were wrong. Then a tip on its reference gives no
+//! error but the noise. G static displacement per strain (m), λ_T strain by warming, reckoned from the permitted field
+//! (A/m). The rod: a cubic spring asks for β·r³ more, dry friction for d·tanh(r′/v₀) (metres of quasi-static
+//! displacement). Rounding of the sensor is not imitated: it is right in the mean.
 
 use crate::Motion;
-use anhyst_model::{Effect, EffectKind, Expansion, ModelError, SignalPath, Stage};
+use anhyst_model::{Effect, EffectKind, Expansion, ModelError, SignalPath, Spring, Stage};
 use serde::{Deserialize, Serialize};
 
 /// The known effects and their memories.
@@ -17,7 +17,7 @@ pub(crate) struct KnownEffects {
     sensor: SignalPath,
     expansion: Option<Expansion>,
     ahead_s: f64,
-    cubic_per_m2: f64,
+    spring: Option<Spring>,
     friction_m: f64,
     friction_speed_m_per_s: f64,
 }
@@ -41,7 +41,7 @@ impl KnownEffects {
             sensor: SignalPath::new(&seen, Stage::Sensor, tick_s)?,
             expansion: Expansion::new(effects, tick_s),
             ahead_s: size(EffectKind::LoopDelay, "delay_s"),
-            cubic_per_m2: size(EffectKind::Stiffening, "cubic_stiffness_per_m2"),
+            spring: Spring::new(effects),
             friction_m: size(EffectKind::Friction, "friction_m"),
             friction_speed_m_per_s: size(EffectKind::Friction, "speed_m_per_s"),
         }))
@@ -65,8 +65,7 @@ impl KnownEffects {
 
     /// Quasi-static displacement that the rod's own forces take, along the reference.
     pub fn own_forces_m(&self, motion: &Motion) -> f64 {
-        let r = motion.position_m;
-        let mut own_m = self.cubic_per_m2 * r * r * r;
+        let mut own_m = self.spring.map_or(0.0, |spring| spring.excess_m(motion.position_m));
         if self.friction_m > 0.0 {
             own_m += self.friction_m * libm::tanh(motion.velocity_m_per_s / self.friction_speed_m_per_s);
         }

@@ -1,10 +1,11 @@
-//! Effects that the estimator knows of, around the bank: field path before it, creep and expansion behind it, sensor behind the rods.
+//! Effects that the estimator knows of, around the bank: field path before it, creep and expansion behind it, sensor
+//! behind the rods.
 //!
-//! H in the coil → H in the material drives every member; M_j → M_j with creep; + strain by warming; y_j → what the sensor would
-//! say of it. So measured and predicted displacement have gone the same way, and what is left of their difference is `a`.
-//! A delay d of the loop moves everything behind the command: the bank is kept d ahead of time, at what is already
-//! commanded, and its outputs are delayed by d instead. Nothing but the material's state reaches forward.
-//! Rounding of the sensor is not imitated: it would hide what its noise lets through.
+//! H in the coil → H in the material drives every member; M_j → M_j with creep; + strain by warming; y_j → what the
+//! sensor would say of it. So measured and predicted displacement have gone the same way, and what is left of their
+//! difference is `a`. A delay d of the loop moves everything behind the command: the bank is kept d ahead of time, at
+//! what is already commanded, and its outputs are delayed by d instead. Nothing but the material's state reaches
+//! forward. Rounding of the sensor is not imitated: it would hide what its noise lets through.
 //! Equations and sources: `anhyst_model::effects`.
 
 use crate::coil_field::FieldKnowledge;
@@ -122,7 +123,8 @@ impl KnownEffects {
     }
 }
 
-/// What lies between a member's tip and the measurement: the sensor's effects, and a delay of the loop in place of its own.
+/// What lies between a member's tip and the measurement: the sensor's effects, and a delay of the loop in place of its
+/// own.
 fn seen_by_the_sensor(effects: &[Effect]) -> Result<Vec<Effect>, EstimatorError> {
     let mut seen = Vec::new();
     for effect in effects {

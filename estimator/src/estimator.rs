@@ -12,7 +12,7 @@ use crate::law::{AnyLaw, Correction, Law, Prediction, is_credible};
 use crate::rods::Rods;
 use crate::washout::Washout;
 use crate::{EstimatorError, EstimatorSettings, FoldedSettings, Grid, LawSettings};
-use anhyst_model::{AmplifierConstants, Bank, Effect, Magnetostriction, Material, TwoPole};
+use anhyst_model::{AmplifierConstants, Bank, Effect, Magnetostriction, Material, Spring, TwoPole};
 use serde::{Deserialize, Serialize};
 
 /// What the estimator knows at t_k.
@@ -65,7 +65,7 @@ impl Estimator {
     }
 
     /// The same for an actuator that has these effects. Those that change nothing but numbers of material and rod must be in
-    /// them already ([`anhyst_model::with_known_effects`]); inside the hysteresis and the rod none is reckoned with.
+    /// them already ([`anhyst_model::with_known_effects`]); inside the hysteresis none is reckoned with, and in the rod only a spring that stiffens.
     ///
     /// # Errors
     /// A setting, a constant or an effect that cannot be used.
@@ -107,7 +107,7 @@ impl Estimator {
             saturation_a_per_m: material.hysteresis.saturation_magnetization_a_per_m,
             magnetostriction: material.magnetostriction,
             strains: vec![0.0; members],
-            rods: Rods::new(two_pole_per_strain, tick_s, members)?,
+            rods: Rods::new(two_pole_per_strain, tick_s, members)?.with_spring(Spring::new(effects)),
             washout: washout(),
             strain_washout: washout().filter(|_| matches!(settings.law, LawSettings::Matrix(_))),
             monitor,

@@ -1,4 +1,5 @@
-//! Guards that the estimator reckons with known effects: with the true `a` its prediction is what the chain's sensor says.
+//! Guards that the estimator reckons with known effects: with the true `a` its prediction is what the chain's sensor
+//! says.
 
 use anhyst_estimator::{Estimator, EstimatorSettings, FieldSource, LawSettings};
 use anhyst_model::{
@@ -60,6 +61,8 @@ fn a_known_effect_leaves_no_gap() {
         effect(EffectKind::QuadraticMagnetostriction, &[0.1]),
         effect(EffectKind::ThermalExpansion, &[0.5, 20.0, 12e-6]),
         effect(EffectKind::LoadChange, &[0.1, 0.1]),
+        effect(EffectKind::CoilHeating, &[20.0, 100.0]),
+        effect(EffectKind::Stiffening, &[1e8]),
         effect(EffectKind::Backlash, &[1.8e-6]),
         effect(EffectKind::SecondMode, &[0.03, 415.0, 0.03]),
         effect(EffectKind::SensorDelay, &[5.35e-4, 0.0]),

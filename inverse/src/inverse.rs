@@ -5,13 +5,13 @@
 //! the model, and the field decided now takes it from t_k+1 to t_k+2, which is what the demand is about.
 //! Assumptions: parameters other than `a` are known; the amplifier adds no further ticks of delay.
 //! Known effects of the actuator are turned round one by one: creep by solving its affine step for M, a constant field by
-//! taking it off, lags behind the command by leads. Then all fields but the command are those in the material.
+//! taking it off, lags behind the command by leads, a warm coil by asking for more. Then all fields but the command are those in the material.
 //! Source: the paper's inverse compensator (section 1), started from the present state.
 
 use crate::lead::Lead;
 use crate::nominal::Nominal;
 use crate::{InverseError, InverseSettings, Structure};
-use anhyst_model::{AmplifierConstants, Creep, Effect, EffectKind, Hysteresis, MagneticState};
+use anhyst_model::{AmplifierConstants, CoilGain, Creep, Effect, EffectKind, Hysteresis, MagneticState};
 use serde::{Deserialize, Serialize};
 
 /// Fields beyond this multiple of the limit, and shapes this many times larger or smaller than the material's, are no
@@ -67,6 +67,9 @@ pub struct Inverse {
     /// Field in the material without one in the coil, A/m.
     bias_a_per_m: f64,
     creep: Option<Creep>,
+    coil: Option<CoilGain>,
+    /// Command over field in the coil, no unit.
+    coil_gain: f64,
     last: Command,
     /// None: nothing to fall back to.
     #[serde(default)]
@@ -87,8 +90,8 @@ impl Inverse {
         Self::with_effects(settings, hysteresis, amplifier, guard_limit_a_per_m, &[], 1.0)
     }
 
-    /// The same for an actuator that has these effects, at ticks of `tick_s`. Turned round are creep, a constant field, and the lags of
-    /// eddy currents and amplifier; other effects are others' business or nobody's.
+    /// The same for an actuator that has these effects, at ticks of `tick_s`. Turned round are creep, a constant field, a warm coil,
+    /// and the lags of eddy currents and amplifier; other effects are others' business or nobody's.
     ///
     /// # Errors
     /// A setting, a constant or an effect that cannot be used.
@@ -124,6 +127,8 @@ impl Inverse {
             lead: Lead::series(lags_s, field_limit_a_per_m, tick_s),
             bias_a_per_m: size(EffectKind::BiasShift),
             creep: Creep::new(effects, tick_s)?,
+            coil: CoilGain::new(effects, tick_s),
+            coil_gain: 1.0,
             last: Command::default(),
             nominal: None,
         })
@@ -190,6 +195,9 @@ impl Inverse {
     pub fn step(&mut self, wanted: Wanted, known: Known) -> Command {
         let numbers = wanted.magnetization_a_per_m.is_finite() && wanted.magnetization_rate_a_per_m_s.is_finite();
         if numbers && (self.structure == Structure::Gain || self.credible(&known)) {
+            if let Some(coil) = self.coil.as_mut().filter(|_| known.next_field_a_per_m.is_finite()) {
+                self.coil_gain = coil.step(known.next_field_a_per_m);
+            }
             let command = match self.structure {
                 Structure::FromEstimate => {
                     let model = self.hysteresis.with_shape(known.shape_a_per_m);
@@ -231,7 +239,7 @@ impl Inverse {
             self.lead.step(wanted.magnetization_rate_a_per_m_s, end.slope)
         };
         Command {
-            field_a_per_m: (coil_field + lead - self.bias_a_per_m).clamp(-limit, limit),
+            field_a_per_m: (self.coil_gain * (coil_field + lead - self.bias_a_per_m)).clamp(-limit, limit),
             coil_field_a_per_m: coil_field,
             start_magnetization_a_per_m: start.magnetization_a_per_m,
             reached_magnetization_a_per_m: end.state.magnetization_a_per_m,
@@ -255,7 +263,7 @@ impl Inverse {
         let coil_field = asked.clamp(-limit, limit);
         let lead = self.lead.step(wanted.magnetization_rate_a_per_m_s, self.susceptibility);
         Command {
-            field_a_per_m: (coil_field + lead - self.bias_a_per_m).clamp(-limit, limit),
+            field_a_per_m: (self.coil_gain * (coil_field + lead - self.bias_a_per_m)).clamp(-limit, limit),
             coil_field_a_per_m: coil_field,
             start_magnetization_a_per_m: self.last.reached_magnetization_a_per_m,
             reached_magnetization_a_per_m: self.susceptibility * coil_field,

@@ -1,9 +1,10 @@
-//! Coil, material and two-pole rod with physical effects in them: the chain of the model library in place of the plain plant.
+//! Coil, material and two-pole rod with physical effects in them: the chain of the model library in place of the plain
+//! plant.
 //!
-//! The amplifier's token is the chain's command, so that effects of the amplifier's stage act between that token and the coil.
-//! a(t) and, with `heating`, the rod's temperature come from the plant; without it thermal effects reckon their own.
-//! Between ticks M is taken by its mean, not as a straight line as in the plain plant: 1 A/m of it is 0.2 nm.
-//! Equations, assumptions and sources: `anhyst_model::actuator`.
+//! The amplifier's token is the chain's command, so that effects of the amplifier's stage act between that token and
+//! the coil. a(t) and, with `heating`, the rod's temperature come from the plant; without it thermal effects reckon
+//! their own. Between ticks M is taken by its mean, not as a straight line as in the plain plant: 1 A/m of it is 0.2
+//! nm. Equations, assumptions and sources: `anhyst_model::actuator`.
 
 use anhyst_ipc::Invalid;
 use anhyst_model::{

@@ -33,8 +33,8 @@ fn field(k: u32) -> f64 {
     9e3 * libm::sin(2.0 * std::f64::consts::PI * 50.0 * TICK_S * f64::from(k))
 }
 
-// Guards the change from the plain plant to the chain: with an effect of no size a(t) drifts, the field moves and the tip
-// follows as before, but for what a straight line between ticks leaves out of M.
+// Guards the change from the plain plant to the chain: with an effect of no size a(t) drifts, the field moves and the
+// tip follows as before, but for what a straight line between ticks leaves out of M.
 #[test]
 fn an_effect_of_no_size_changes_nothing_but_the_mean_between_ticks() {
     let absent = Effect::identity(EffectKind::EddyCurrent);

@@ -41,12 +41,15 @@ impl Compensation {
             }
             EffectKind::ThermalDrift => Part("the estimator follows `a`, if its law adapts"),
             EffectKind::CoilHeating => {
-                Part("the estimator's field falls by it; the inverse does not ask for more in its place")
+                Full("the inverse asks a warm coil for more, and the estimator's field falls by it")
+            }
+            EffectKind::Stiffening => {
+                Full("the feedforward brings up the spring's force, and the estimator's rods have it")
             }
             EffectKind::AmplifierSaturation | EffectKind::AmplifierSlew => Part(
                 "a limit stays a limit: the estimator knows what field comes of a command; move more slowly or less far",
             ),
-            EffectKind::Stiffening | EffectKind::Friction => {
+            EffectKind::Friction => {
                 Part("the feedforward brings up the force along the reference; the estimator's rods do not know it")
             }
             EffectKind::ExcessLoss => None("the bank and the inverse step a hysteresis without rate"),

@@ -1,8 +1,8 @@
-//! What a diagnosis is worth in a cut: the plant has the effect, the controller's side does not know it, knows it, or believes
-//! the runner-up.
+//! What a diagnosis is worth in a cut: the plant has the effect, the controller's side does not know it, knows it, or
+//! believes the runner-up.
 //!
-//! Every cut has the same plant, trajectory, noise and feedback; only what is believed differs. Each is made twice, with the
-//! scenario's feedback and without: feedback hides what a model lacks where it is fast enough.
+//! Every cut has the same plant, trajectory, noise and feedback; only what is believed differs. Each is made twice,
+//! with the scenario's feedback and without: feedback hides what a model lacks where it is fast enough.
 
 mod compensation;
 mod section;

@@ -1,7 +1,7 @@
 //! One cut of the comparison as a scenario: a plant that is the one model, a controller's side that believes another.
 //!
-//! The scenario gives trajectory, feedback, guard, noise and the estimator's law; material, rod, amplifier and effects come from
-//! the models. The plant's `a` stays where its model has it.
+//! The scenario gives trajectory, feedback, guard, noise and the estimator's law; material, rod, amplifier and effects
+//! come from the models. The plant's `a` stays where its model has it.
 
 use crate::error::RunError;
 use crate::scenario::{MaterialSource, Placement, Scenario};

@@ -1,7 +1,7 @@
 //! What the controller's side believes of the actuator: the scenario's material and rod with its effects.
 //!
-//! Effects that only change numbers are worked into material and rod; the nodes are given the others. What is really so stands in
-//! the scenario's plant, and is the same unless that says otherwise.
+//! Effects that only change numbers are worked into material and rod; the nodes are given the others. What is really
+//! so stands in the scenario's plant, and is the same unless that says otherwise.
 
 use super::Scenario;
 use anhyst_ipc::Invalid;
@@ -16,7 +16,8 @@ impl Scenario {
         Ok(with_known_effects(self.material()?, self.two_pole()?, &self.effects))
     }
 
-    /// The rod's two poles for a drive by free strain, without effects: computed from its elements, or those of a fitted model.
+    /// The rod's two poles for a drive by free strain, without effects: computed from its elements, or those of a
+    /// fitted model.
     ///
     /// # Errors
     /// If the rod's constants cannot be used.

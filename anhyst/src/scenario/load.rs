@@ -4,6 +4,7 @@ use super::derive::{Derived, is_derived};
 use super::{MaterialSource, Scenario, ScenarioError, source};
 use anhyst_ipc::Invalid;
 use anhyst_model::{ActuatorModel, AmplifierConstants, Material, ModelError};
+use ron::error::SpannedError;
 use ron::extensions::Extensions;
 use ron::ser::PrettyConfig;
 use serde::de::DeserializeOwned;
@@ -132,10 +133,26 @@ fn edit(text: &str, settings: &[Setting]) -> Result<String, ScenarioError> {
 }
 
 fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, ScenarioError> {
-    options().from_str(text).map_err(|error| {
-        let start = byte_of(text, error.span.start.line, error.span.start.col);
-        ScenarioError::at(path, text, start..start + 1, error.code.to_string())
-    })
+    options().from_str(text).map_err(|error| misread(path, text, &error))
+}
+
+/// A model as we write scenarios, or as plain RON, `Some((gain: …))`, as `anhyst diagnose` writes it.
+fn parse_model(path: &Path, text: &str) -> Result<ActuatorModel, ScenarioError> {
+    let plain = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+    let error = match (options().from_str(text), plain.from_str(text)) {
+        (Ok(model), _) | (_, Ok(model)) => return Ok(model),
+        // What was read further was read rightly.
+        (Err(one), Err(other)) => {
+            let place = |error: &SpannedError| (error.span.start.line, error.span.start.col);
+            if place(&one) >= place(&other) { one } else { other }
+        }
+    };
+    Err(misread(path, text, &error))
+}
+
+fn misread(path: &Path, text: &str, error: &SpannedError) -> ScenarioError {
+    let start = byte_of(text, error.span.start.line, error.span.start.col);
+    ScenarioError::at(path, text, start..start + 1, error.code.to_string())
 }
 
 /// A file of a material, or of an actuator's model.
@@ -164,7 +181,7 @@ pub fn load_model(path: &Path) -> Result<ActuatorModel, ScenarioError> {
     let text = read(path)?;
     let has_material = source::read(&text).is_some_and(|place| place.has_field("material"));
     let model = if has_material {
-        parse::<ActuatorModel>(path, &text)?
+        parse_model(path, &text)?
     } else {
         let material: Material = parse(path, &text)?;
         let refuse =

@@ -20,7 +20,7 @@ mod strain;
 use serde::{Deserialize, Serialize};
 
 pub use chain::{Actuator, simulate};
-pub use parts::{Creep, Expansion, FieldPath, SignalPath};
+pub use parts::{CoilGain, Creep, Expansion, FieldPath, SignalPath, Spring};
 pub use restated::{rod_per_strain, with_known_effects};
 pub use samples::{ActuatorInput, ActuatorInputs, ActuatorOutput, ActuatorOutputs, Drive};
 

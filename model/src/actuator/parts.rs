@@ -1,8 +1,9 @@
 //! Parts of the chain that stand alone: what a controller's side needs to reckon with effects it knows of.
 //!
-//! A [`FieldPath`] leads from the coil's field to that in the material, a [`SignalPath`] from M to M with creep or from the tip to what
-//! the sensor says, [`Creep`] has the inverse of one, [`Expansion`] is the strain by warming. All begin settled at their first
-//! sample, allocate nothing afterwards, and are the code that the whole chain runs.
+//! A [`FieldPath`] leads from the coil's field to that in the material, a [`SignalPath`] from M to M with creep or
+//! from the tip to what the sensor says, [`Creep`] has the inverse of one, [`Expansion`] is the strain by warming,
+//! [`CoilGain`] what a warm coil must be asked for, [`Spring`] the force of a load that stiffens. All begin settled at
+//! their first sample, allocate nothing afterwards, and are the code that the whole chain runs.
 //! Left out of a field's path is a pure delay: it shifts everything that follows, and its user shifts time instead.
 
 use serde::{Deserialize, Serialize};
@@ -10,9 +11,12 @@ use serde::{Deserialize, Serialize};
 use super::fields::Fields;
 use super::signals::Signals;
 use crate::effects::after_effect::AfterEffect;
+use crate::effects::coil_heating::COPPER_PER_K;
 use crate::effects::course::Course;
 use crate::effects::signal::Signal;
+use crate::effects::stiffening::Stiffening;
 use crate::effects::thermal_expansion;
+use crate::effects::warming::Warming;
 use crate::{Effect, EffectKind, ModelError, Stage};
 
 /// Field that the nominal amplifier gives → field in the material, both A/m.
@@ -73,7 +77,8 @@ pub struct SignalPath {
 }
 
 impl SignalPath {
-    /// Of those among `effects` that belong to the stage; of another stage than the magnetization's and the sensor's it is empty.
+    /// Of those among `effects` that belong to the stage; of another stage than the magnetization's and the sensor's
+    /// it is empty.
     ///
     /// # Errors
     /// A delay of too many ticks.
@@ -135,12 +140,6 @@ impl Creep {
     pub fn inverse(&self, wanted_a_per_m: f64) -> f64 {
         self.after_effect.inverse(wanted_a_per_m)
     }
-
-    /// What M, taken as the next sample, would give with creep.
-    pub fn ahead(&self, magnetization_a_per_m: f64) -> f64 {
-        let mut next = *self;
-        next.step(magnetization_a_per_m)
-    }
 }
 
 /// Strain by warming, reckoned from the coil's field.
@@ -171,5 +170,50 @@ impl Expansion {
             return 0.0;
         }
         self.expansion.expansion_per_k * warming.step(coil_field_a_per_m)
+    }
+}
+
+/// By how much more a warm coil must be asked for under voltage drive.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CoilGain {
+    warming: Warming,
+    begun: bool,
+}
+
+impl CoilGain {
+    /// None where `effects` have no heating of the coil.
+    pub fn new(effects: &[Effect], tick_s: f64) -> Option<Self> {
+        let known = effects.iter().find(|effect| effect.kind() == EffectKind::CoilHeating)?;
+        Some(CoilGain {
+            warming: Warming::new(known.values()[0], known.values()[1], tick_s),
+            begun: false,
+        })
+    }
+
+    /// Takes a sample of the coil's field (A/m) and gives command over field, no unit.
+    pub fn step(&mut self, coil_field_a_per_m: f64) -> f64 {
+        if !self.begun {
+            self.begun = true;
+            self.warming.settle(coil_field_a_per_m);
+            return 1.0;
+        }
+        1.0 + COPPER_PER_K * self.warming.step(coil_field_a_per_m)
+    }
+}
+
+/// The cubic part of a load's spring.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Spring(Stiffening);
+
+impl Spring {
+    /// None where `effects` have no stiffening.
+    pub fn new(effects: &[Effect]) -> Option<Self> {
+        let known = effects.iter().find(|effect| effect.kind() == EffectKind::Stiffening)?;
+        Some(Spring(Stiffening::new(known.values())))
+    }
+
+    /// β u³ in metres of quasi-static displacement.
+    pub fn excess_m(&self, displacement_m: f64) -> f64 {
+        self.0.excess(displacement_m).0
     }
 }

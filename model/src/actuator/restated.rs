@@ -1,7 +1,7 @@
 //! Effects that are the nominal model with other numbers: a quadratic part of the strain law, another load.
 //!
-//! λ(M) + q λ′ M²/Ms is again a law of [`crate::Magnetostriction`]; a load changes w, k̂ and ĉ. Whoever computes with material and rod
-//! computes with these effects by taking both from here.
+//! λ(M) + q λ′ M²/Ms is again a law of [`crate::Magnetostriction`]; a load changes w, k̂ and ĉ. Whoever computes with
+//! material and rod computes with these effects by taking both from here.
 //! w is per magnetization in a model; per strain it is w/λ′, λ′ the law's slope at M = 0, or at Ms/2 for an even law.
 
 use crate::effects::load_change::loaded;
