@@ -130,7 +130,12 @@ pub fn diagnose(
             rows: run.len(),
         })
         .collect();
-    let mut amended = plant::amended(model, &decided.settings).unwrap_or_else(|_| model.clone());
+    // What was fitted, with the creep's time constants for these runs; a creep that was not found goes again.
+    let mut amended = plant::amended(&setup.plant.model, &decided.settings).unwrap_or_else(|_| model.clone());
+    amended.effects.retain(|effect| {
+        let term = Term::Effect(effect.kind());
+        model.effect(effect.kind()).is_some() || decided.settings.iter().any(|own| own.term == term)
+    });
     if !decided.settings.is_empty() {
         let files: Vec<String> = runs
             .iter()
