@@ -6,10 +6,12 @@
 //! A verdict rests on held-out rows; a tie is reported as one, with the drive that would break it (`ties.rs`, `experiment.rs`).
 
 mod amended;
+mod coordinate;
 mod decide;
 mod diagnosis;
 mod experiment;
 mod freeform;
+mod hats;
 mod least_squares;
 mod locate;
 mod observation;
@@ -28,6 +30,7 @@ mod statistics;
 mod system;
 mod term;
 mod ties;
+mod wording;
 mod workbench;
 
 use anhyst_model::ActuatorModel;
@@ -35,7 +38,8 @@ use anhyst_model::ActuatorModel;
 pub use amended::amended_text;
 pub use diagnosis::{Candidate, DataSource, Diagnosis, FittedValue, FoundEffect, Verdict};
 pub use experiment::{DriveSignal, Experiment};
-pub use freeform::{FreeCurve, Over, UnknownTerm};
+pub use freeform::{FreeCurve, UnknownTerm};
+pub use hats::Over;
 pub use locate::{ChannelGap, GapCell, GapOver};
 pub use report::report;
 pub use score::{ScoreGroup, ScoreTest};
