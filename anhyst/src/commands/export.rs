@@ -96,7 +96,8 @@ fn model(scenario: &Scenario) -> miette::Result<String> {
             ..by_strain
         }),
         material,
-        effects: Vec::new(),
+        effects: scenario.effects.clone(),
+        coil: true,
         ambient_temperature_k: scenario.plant.start_temperature_k,
     };
     let text = to_ron(&model).map_err(|error| setup(&error))?;

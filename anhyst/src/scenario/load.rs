@@ -200,6 +200,7 @@ pub fn load_model(path: &Path) -> Result<ActuatorModel, ScenarioError> {
             amplifier: AmplifierConstants::default(),
             material,
             rod: None,
+            coil: true,
             effects: Vec::new(),
             ambient_temperature_k: ROOM_TEMPERATURE_K,
         }

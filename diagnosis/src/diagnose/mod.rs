@@ -6,10 +6,12 @@
 //! A verdict rests on held-out rows; a tie is reported as one, with the drive that would break it (`ties.rs`, `experiment.rs`).
 
 mod amended;
+mod coordinate;
 mod decide;
 mod diagnosis;
 mod experiment;
 mod freeform;
+mod hats;
 mod least_squares;
 mod locate;
 mod observation;
@@ -28,6 +30,7 @@ mod statistics;
 mod system;
 mod term;
 mod ties;
+mod wording;
 mod workbench;
 
 use anhyst_model::ActuatorModel;
@@ -35,7 +38,8 @@ use anhyst_model::ActuatorModel;
 pub use amended::amended_text;
 pub use diagnosis::{Candidate, DataSource, Diagnosis, FittedValue, FoundEffect, Verdict};
 pub use experiment::Experiment;
-pub use freeform::{FreeCurve, Over, UnknownTerm};
+pub use freeform::{FreeCurve, UnknownTerm};
+pub use hats::Over;
 pub use locate::{ChannelGap, GapCell, GapOver};
 pub use report::{page, report};
 pub use score::{ScoreGroup, ScoreTest};
@@ -132,7 +136,12 @@ pub fn diagnose(
             rows: run.len(),
         })
         .collect();
-    let mut amended = plant::amended(model, &decided.settings).unwrap_or_else(|_| model.clone());
+    // What was fitted, with the creep's time constants for these runs; a creep that was not found goes again.
+    let mut amended = plant::amended(&setup.plant.model, &decided.settings).unwrap_or_else(|_| model.clone());
+    amended.effects.retain(|effect| {
+        let term = Term::Effect(effect.kind());
+        model.effect(effect.kind()).is_some() || decided.settings.iter().any(|own| own.term == term)
+    });
     if !decided.settings.is_empty() {
         let files: Vec<String> = runs
             .iter()

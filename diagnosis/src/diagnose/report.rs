@@ -1,7 +1,7 @@
 //! `report.html`: the diagnosis as a page with pictures that stands alone.
 
-use super::decide::Amount;
 use super::diagnosis::{Diagnosis, Verdict};
+use super::wording::Amount;
 use super::{Diagnosed, RunSeries};
 use crate::error::DiagnosisError;
 use crate::page::{self, Block, Cell, Page, Section, Table};

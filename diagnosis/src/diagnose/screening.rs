@@ -6,7 +6,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::least_squares::{Coordinate, dot};
+use super::coordinate::Coordinate;
+use super::least_squares::dot;
 use super::parallel;
 use super::probes::{ProbeGroup, Surroundings};
 use super::system::Setting;

@@ -7,7 +7,7 @@
 use anhyst_model::{ActuatorModel, EffectKind, EffectParameter, Magnetostriction, ParameterRole};
 use serde::{Deserialize, Serialize};
 
-use super::least_squares::Coordinate;
+use super::coordinate::Coordinate;
 
 /// A number of the nominal model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]

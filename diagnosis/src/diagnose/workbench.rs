@@ -5,7 +5,8 @@
 
 use anhyst_model::{ActuatorModel, EffectKind};
 
-use super::least_squares::{Coordinate, Problem, Solution};
+use super::coordinate::Coordinate;
+use super::least_squares::{Problem, Solution};
 use super::observation::Observation;
 use super::parallel;
 use super::statistics::rms;

@@ -44,6 +44,10 @@ pub struct ActuatorModel {
     /// The rod; none: the output is the strain.
     #[serde(default)]
     pub rod: Option<TwoPole>,
+    /// Whether a coil's current makes the field. A piezo stack has none: without a coil a diagnosis seeks no effect that
+    /// [`EffectKind::needs_coil`].
+    #[serde(default = "with_coil")]
+    pub coil: bool,
     /// At most one of each kind; their order here does not matter.
     #[serde(default)]
     pub effects: Vec<Effect>,
@@ -54,6 +58,10 @@ pub struct ActuatorModel {
 
 fn room_temperature_k() -> f64 {
     293.0
+}
+
+fn with_coil() -> bool {
+    true
 }
 
 impl ActuatorModel {
@@ -70,6 +78,7 @@ impl ActuatorModel {
                 stiffness_per_s2: 6.4251e7,
                 force_gain_per_kg: 0.0,
             }),
+            coil: with_coil(),
             effects: Vec::new(),
             ambient_temperature_k: room_temperature_k(),
         }
