@@ -31,7 +31,7 @@ pub use link::{Connections, Receiver, Sender};
 pub use message::{Channel, Field, FieldKind, MOST_FIELDS, Message, NodeId};
 pub use messages::*;
 pub use node::{Node, NodeReport, OneUlp, Stage};
-pub use shared::{Observer, SharedContext, SharedSettings, Wait};
+pub use shared::{Layout, Observer, SharedContext, SharedSettings, Wait};
 pub use statistics::{LatencySummary, LinkReport};
 pub use stop::{request_stop, stop_flag, stop_requested};
 pub use wire::Wire;

@@ -1,7 +1,7 @@
 //! The two ends of a channel between processes.
 
 use super::context::{Peer, SharedContext, Wait};
-use super::refused;
+use super::{channel_name, refused};
 use crate::{Channel, LinkError, Message, NodeId, stop_requested};
 use iceoryx2::port::listener::ListenerWaitError;
 use iceoryx2::port::publisher::Publisher;
@@ -20,7 +20,7 @@ const LOOP_BUFFER: usize = 64;
 
 fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFactory<ipc::Service, M, ()>, LinkError> {
     let channel = M::CHANNEL;
-    let name = ServiceName::new(&format!("loop/{channel}")).map_err(refused("name a channel"))?;
+    let name = channel_name(channel)?;
     let start = Instant::now();
     loop {
         let opened = context
