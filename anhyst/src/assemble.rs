@@ -47,7 +47,10 @@ pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -
             Box::new(Node::open(block, connections, ticks, fault)?)
         }
         NodeId::Amplifier => {
-            let block = AmplifierNode::new(&scenario.amplifier, tick_s).map_err(setup)?;
+            let guard = &scenario.guard;
+            let block = AmplifierNode::new(&scenario.amplifier, tick_s)
+                .map_err(setup)?
+                .safe_at(guard.safe_field_a_per_m, guard.ramp_slew_a_per_m_s());
             Box::new(Node::open(block, connections, ticks, fault)?)
         }
         NodeId::Estimator => {

@@ -28,6 +28,8 @@ pub struct Meeting {
 
 /// The reader must never be this far behind: its buffer is twice as deep.
 const CREDIT_TICKS: u64 = 4096;
+/// A way to the safe field that takes longer than this is none: 50 s at 20 kHz.
+const MOST_TICKS_ALONE: u64 = 1_000_000;
 /// How often a process says where it is and looks whether it should stop.
 const HOUSEKEEPING_TICKS: u64 = 64;
 
@@ -55,6 +57,9 @@ pub fn run(
     let mut looping = open(process, nodes, scenario, folder, meeting)?;
     let start = Instant::now();
     let outcome = looping.run(scenario.ticks(), progress);
+    if let Err(LinkError::Silent { tick, .. }) = &outcome {
+        looping.leave_safely(*tick);
+    }
     let loop_s = start.elapsed().as_secs_f64();
     let outcome = outcome.and_then(|()| looping.connections.part());
     looping.report(process, folder, loop_s, outcome.err())
@@ -136,6 +141,17 @@ impl Loop {
             }
         }
         Ok(())
+    }
+
+    /// Nobody is heard any more: what this process can do to harm nothing, it does now.
+    fn leave_safely(&mut self, tick: u64) {
+        for stage in &mut self.stages {
+            for tick in tick..tick + MOST_TICKS_ALONE {
+                if !stage.alone(tick) {
+                    break;
+                }
+            }
+        }
     }
 
     /// Says where we are; the leading process also waits for a recorder that has fallen behind.

@@ -15,6 +15,12 @@ pub trait Block {
     type Outputs: Outputs;
     /// Advances to tick `tick`. Ticks of outputs are stamped by the node.
     fn step(&mut self, tick: u64, inputs: Self::Inputs) -> Self::Outputs;
+    /// A tick in which nobody is heard any more, because the links have failed: what leads to the safe state. `None` once
+    /// that is reached, and from blocks that cannot harm anything.
+    fn alone(&mut self, tick: u64) -> Option<Self::Outputs> {
+        let _ = tick;
+        None
+    }
 }
 
 /// The token of this tick.

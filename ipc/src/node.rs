@@ -31,6 +31,8 @@ pub trait Stage {
     /// # Errors
     /// If a token is missing, wrong or cannot be delivered.
     fn tick(&mut self, tick: u64) -> Result<(), LinkError>;
+    /// Answers tick `tick` without hearing anybody, on the way to the safe state. False if there is nothing (more) to do.
+    fn alone(&mut self, tick: u64) -> bool;
     /// The digest after every tick.
     fn trail(&self) -> &Trail;
     /// What it measured.
@@ -119,6 +121,15 @@ impl<B: Block> Stage for Node<B> {
         self.trail.push(self.watcher.digest);
         self.ticks = tick + 1;
         Ok(())
+    }
+
+    fn alone(&mut self, tick: u64) -> bool {
+        let Some(outputs) = self.block.alone(tick) else {
+            return false;
+        };
+        // Whoever is gone cannot be reached; whoever still listens is.
+        let _ = outputs.send(&mut self.senders, tick, &mut self.watcher);
+        true
     }
 
     fn trail(&self) -> &Trail {

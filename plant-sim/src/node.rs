@@ -10,7 +10,15 @@ use crate::{Plant, PlantError, PlantSettings, validate_amplifier};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AmplifierNode {
     amplifier: Amplifier,
+    /// The last command that was a number, A/m.
+    command_a_per_m: f64,
+    /// Where the field goes when nobody commands, A/m, and by how much in a tick.
+    safe: Option<(f64, f64)>,
+    tick_s: f64,
 }
+
+/// So near the safe field, A/m, counts as there: behind a lag the coil never quite gets there.
+const SAFE_WITHIN_A_PER_M: f64 = 1.0;
 
 impl AmplifierNode {
     /// At rest.
@@ -21,7 +29,29 @@ impl AmplifierNode {
         validate_amplifier(constants)?;
         Ok(AmplifierNode {
             amplifier: Amplifier::new(*constants, tick_s)?,
+            command_a_per_m: 0.0,
+            safe: None,
+            tick_s,
         })
+    }
+
+    /// The same, which goes to this field at this slew when it hears nobody any more.
+    #[must_use]
+    pub fn safe_at(mut self, safe_field_a_per_m: f64, ramp_slew_a_per_m_s: f64) -> Self {
+        self.safe = Some((safe_field_a_per_m, ramp_slew_a_per_m_s * self.tick_s));
+        self
+    }
+
+    fn act(&mut self, command_a_per_m: f64) -> CoilField {
+        if command_a_per_m.is_finite() {
+            self.command_a_per_m = command_a_per_m;
+        }
+        let output = self.amplifier.step(command_a_per_m);
+        CoilField {
+            field_a_per_m: output.field_a_per_m,
+            status: u64::from(output.amplitude_limited) | u64::from(output.slew_limited) << 1,
+            ..CoilField::default()
+        }
     }
 }
 
@@ -31,13 +61,22 @@ impl Block for AmplifierNode {
     type Outputs = (CoilField,);
 
     fn step(&mut self, _tick: u64, (Now(safe),): Self::Inputs) -> Self::Outputs {
-        let output = self.amplifier.step(safe.field_a_per_m);
-        let status = u64::from(output.amplitude_limited) | u64::from(output.slew_limited) << 1;
-        (CoilField {
-            field_a_per_m: output.field_a_per_m,
-            status,
-            ..CoilField::default()
-        },)
+        (self.act(safe.field_a_per_m),)
+    }
+
+    fn alone(&mut self, _tick: u64) -> Option<Self::Outputs> {
+        let (safe_a_per_m, step_a_per_m) = self.safe?;
+        let away = |field: f64| (field - safe_a_per_m).abs() > SAFE_WITHIN_A_PER_M;
+        // The field of the tick after this one is decided already: it must be safe, too.
+        let is_safe = !away(self.amplifier.field_a_per_m())
+            && !away(self.amplifier.next_field_a_per_m())
+            && self.command_a_per_m == safe_a_per_m;
+        if is_safe {
+            return None;
+        }
+        let way = safe_a_per_m - self.command_a_per_m;
+        let command = self.command_a_per_m + way.clamp(-step_a_per_m, step_a_per_m);
+        Some((self.act(command),))
     }
 }
 
