@@ -39,6 +39,8 @@ pub enum Command {
     Diagnose(Box<crate::commands::diagnose::DiagnoseArguments>),
     /// Compare the estimation laws under motions, noise and drift.
     Laws(crate::commands::laws::LawsArguments),
+    /// Verify whatever process is plugged in as amplifier.
+    VerifyAmplifier(Box<crate::commands::verify_amplifier::VerifyAmplifierArguments>),
     /// Look at shared memory, leftovers of crashed runs, rights and cores.
     Doctor(DoctorArguments),
     /// Print shell completions.

@@ -38,3 +38,4 @@ pub mod resources;
 pub mod scenario;
 pub mod scribe;
 pub mod signals;
+pub mod verify_amplifier;
