@@ -167,8 +167,13 @@ fn refused(path: &Path) -> impl FnOnce(std::io::Error) -> RunError {
     move |cause| RunError::Write { path, cause }
 }
 
-fn expectation(scenario: &Scenario, tolerances: Tolerances) -> Expectation {
+/// Silence after which nobody is alive.
+fn receive_limit_s(scenario: &Scenario) -> f64 {
     let Clock::Lockstep { receive_limit_s } = scenario.clock;
+    receive_limit_s
+}
+
+fn expectation(scenario: &Scenario, tolerances: Tolerances) -> Expectation {
     Expectation {
         tick_s: scenario.tick_s,
         amplifier: scenario.amplifier,
@@ -178,7 +183,7 @@ fn expectation(scenario: &Scenario, tolerances: Tolerances) -> Expectation {
             .unwrap_or(scenario.guard.field_limit_a_per_m),
         safe_field_a_per_m: scenario.guard.safe_field_a_per_m,
         ramp_time_s: scenario.guard.ramp_time_s,
-        silence_s: receive_limit_s,
+        silence_s: receive_limit_s(scenario),
         tolerances,
     }
 }
@@ -215,7 +220,6 @@ fn environment(
         .into_iter()
         .map(|(name, _)| name)
         .collect();
-    let Clock::Lockstep { receive_limit_s } = scenario.clock;
     vec![
         ("ANHYST_PROCESS", DRIVER.to_owned()),
         ("ANHYST_SERVICE_PREFIX", resources.prefix.clone()),
@@ -225,7 +229,7 @@ fn environment(
         ("ANHYST_SCENARIO", path.display().to_string()),
         ("ANHYST_TICK_S", format!("{:e}", scenario.tick_s)),
         ("ANHYST_TICKS", scenario.ticks().to_string()),
-        ("ANHYST_RECEIVE_LIMIT_S", receive_limit_s.to_string()),
+        ("ANHYST_RECEIVE_LIMIT_S", receive_limit_s(scenario).to_string()),
         ("ANHYST_START_LIMIT_S", arguments.start_limit_s.to_string()),
         ("ANHYST_YIELDS", arguments.yields.to_string()),
     ]

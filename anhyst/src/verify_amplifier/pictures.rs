@@ -168,7 +168,13 @@ fn over_time(evidence: &Evidence, ticks: std::ops::Range<usize>) -> Option<Panel
         .map(|output| output.field_a_per_m)
         .collect();
     let points = |values: &[f64]| times.iter().copied().zip(values.iter().copied()).collect::<Vec<_>>();
-    let commands = Line::new(points(&evidence.program.commands[ticks]), Role::Limit).named("command");
+    // A command of 1e300 A/m is far outside of every picture; a drawing has no room for the way there.
+    let most = 3.0 * evidence.expected.range_a_per_m;
+    let commands: Vec<f64> = evidence.program.commands[ticks]
+        .iter()
+        .map(|command| command.clamp(-most, most))
+        .collect();
+    let commands = Line::new(points(&commands), Role::Limit).named("command");
     let panel = Panel::new("", Axis::new("time in the loop", "s"), Axis::new("field", "A/m"))
         .line(commands)
         .line(measured(points(&fields)))
