@@ -45,6 +45,8 @@ pub enum Command {
     Laws(crate::commands::laws::LawsArguments),
     /// Print what a driver in any language must know: services, layouts, rules.
     Interface(crate::commands::interface::InterfaceArguments),
+    /// Verify whatever process is plugged in as amplifier.
+    VerifyAmplifier(Box<crate::commands::verify_amplifier::VerifyAmplifierArguments>),
     /// Look at shared memory, leftovers of crashed runs, rights and cores.
     Doctor(DoctorArguments),
     /// Print shell completions.

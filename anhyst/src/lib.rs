@@ -46,3 +46,4 @@ mod safe_ending;
 pub mod scenario;
 pub mod scribe;
 pub mod signals;
+pub mod verify_amplifier;

@@ -35,6 +35,7 @@ fn run(command: &Command) -> miette::Result<Ending> {
         Command::Diagnose(arguments) => commands::diagnose::run(arguments),
         Command::Laws(arguments) => commands::laws::run(arguments),
         Command::Interface(arguments) => commands::interface::run(arguments),
+        Command::VerifyAmplifier(arguments) => commands::verify_amplifier::run(arguments),
         Command::Doctor(arguments) => commands::doctor::run(arguments),
         #[cfg(feature = "recorder")]
         Command::Replay(arguments) => commands::replay::run(arguments),

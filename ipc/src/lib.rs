@@ -37,7 +37,7 @@ pub use link::{Connections, Receiver, Sender};
 pub use message::{Channel, Field, FieldKind, MOST_FIELDS, Message, NodeId};
 pub use messages::*;
 pub use node::{Node, NodeReport, OneUlp, Stage};
-pub use shared::{ANY_AGREEMENT, Observer, SharedContext, SharedSettings, Wait};
+pub use shared::{ANY_AGREEMENT, Layout, Observer, SharedContext, SharedSettings, Wait};
 pub use statistics::{LatencySummary, LinkReport};
 pub use stop::{request_stop, stop_flag, stop_requested};
 pub use wire::Wire;

@@ -192,3 +192,19 @@ impl<M: Message> Receiver<M> {
         }
     }
 }
+
+impl<M: Message> Receiver<M> {
+    /// The next token, whatever its tick: for a reader that judges its producer. `due` is only named in the error.
+    ///
+    /// # Errors
+    /// If none comes within the receive limit, or if the run is told to stop.
+    pub fn receive_next(&mut self, due: u64) -> Result<M, LinkError> {
+        match &mut self.source {
+            Source::Cell(cell) => cell.take().ok_or(LinkError::Unconnected {
+                reader: self.reader,
+                channel: M::CHANNEL,
+            }),
+            Source::Shared(shared) => shared.receive(due),
+        }
+    }
+}

@@ -56,6 +56,7 @@ impl Chain {
             amplifier: AmplifierConstants::default(),
             material: material.clone(),
             rod: Some(two_pole(settings, material, rod)?),
+            coil: true,
             effects,
             ambient_temperature_k: settings.start_temperature_k,
         };

@@ -17,6 +17,7 @@ pub mod paper;
 pub mod replay;
 pub mod run;
 pub mod summary;
+pub mod verify_amplifier;
 #[cfg(feature = "recorder")]
 pub mod view;
 

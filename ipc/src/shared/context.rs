@@ -178,6 +178,11 @@ impl SharedContext {
         self.peer_of(node).is_some_and(|peer| peer.status.phase() >= LAST_PHASE)
     }
 
+    /// How far another process has come in the start, if it belongs to the run: 0 appeared, 1 ports created, 2 connected.
+    pub fn phase_of(&self, process: &str) -> Option<u64> {
+        self.peers.get(process).map(|peer| peer.status.phase())
+    }
+
     /// The process in which `node` runs.
     pub fn process_of(&self, node: NodeId) -> Option<&str> {
         self.settings
@@ -199,21 +204,27 @@ fn agree(one: u64, other: u64) -> bool {
     one == other || one == ANY_AGREEMENT || other == ANY_AGREEMENT
 }
 
-fn create_node(prefix: &str, root: &std::path::Path, name: &str) -> Result<Node<ipc::Service>, LinkError> {
-    set_log_level(LogLevel::Error);
-    // A config file that happens to lie in the working directory must not change where a run lives: set both here.
+/// iceoryx2's settings of a run. A config file that happens to lie in the working directory must not change where a run lives:
+/// both are set here.
+pub(super) fn configuration(prefix: &str, root: &std::path::Path) -> Result<Config, LinkError> {
     let mut config = Config::default();
     config.global.prefix = FileName::new(prefix.as_bytes()).map_err(refused("use the run's prefix"))?;
     let root = root.to_string_lossy();
     config
         .global
         .set_root_path(&Path::new(root.as_bytes()).map_err(refused(format!("use {root} as its root")))?);
+    Ok(config)
+}
+
+fn create_node(prefix: &str, root: &std::path::Path, name: &str) -> Result<Node<ipc::Service>, LinkError> {
+    set_log_level(LogLevel::Error);
+    let config = configuration(prefix, root)?;
     NodeBuilder::new()
         .name(&NodeName::new(name).map_err(refused("name the process's node"))?)
         .config(&config)
         .signal_handling_mode(SignalHandlingMode::Disabled)
         .create::<ipc::Service>()
-        .map_err(refused(format!("create a node under {root}")))
+        .map_err(refused(format!("create a node under {}", root.display())))
 }
 
 fn event(

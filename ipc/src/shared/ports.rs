@@ -1,10 +1,8 @@
 //! The two ends of a channel between processes.
 
 use super::context::{Peer, SharedContext, Wait};
-use super::names::{
-    DEEPEST_BUFFER, LOOP_BUFFER, MOST_BORROWED, MOST_NODES, MOST_PUBLISHERS, MOST_SUBSCRIBERS, channel_service,
-};
-use super::refused;
+use super::names::{DEEPEST_BUFFER, LOOP_BUFFER, MOST_BORROWED, MOST_NODES, MOST_PUBLISHERS, MOST_SUBSCRIBERS};
+use super::{channel_name, refused};
 use crate::{Channel, LinkError, Message, NodeId, stop_requested};
 use iceoryx2::port::listener::ListenerWaitError;
 use iceoryx2::port::publisher::Publisher;
@@ -22,7 +20,7 @@ const LONGEST_NAP: Duration = Duration::from_millis(20);
 
 fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFactory<ipc::Service, M, ()>, LinkError> {
     let channel = M::CHANNEL;
-    let name = ServiceName::new(&channel_service(channel)).map_err(refused("name a channel"))?;
+    let name = channel_name(channel)?;
     let start = Instant::now();
     loop {
         let opened = context
