@@ -180,7 +180,9 @@ fn a_c_amplifier_goes_to_the_safe_field_when_the_guard_is_silent() {
     // Silence; the guard's process still lives.
     let finished = Finished::wait(driver, LIMIT).expect(3);
     assert!(
-        finished.err.contains("safe field reached after 0.0"),
+        finished
+            .err
+            .contains("no token from the guard: safe field reached after 0.0"),
         "{}",
         finished.err
     );
