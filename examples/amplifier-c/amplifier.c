@@ -5,10 +5,11 @@
    i coil current (A), v voltage (V), R, L coil, V supply, I current limit, c field per current (1/m), ωc bandwidth (rad/s).
    Within a tick v is constant and the step exact: i' = i e^(−T R/L) + v/R (1 − e^(−T R/L)).
    Fault states, latched: i²t (coil too warm) and a command that is no number. In both, and when the guard is silent
-   longer than the watchdog allows, the current is taken to zero at the rate that the supply gives.
+   longer than the watchdog allows or the process is told to end, the current is taken to zero at the rate that the supply gives.
    Status: bit 0 current limit, bit 1 supply limit, and of a driver's own bits 16 not a number, 17 i²t, 18 watchdog. */
 #include <anhyst.h>
 #include <math.h>
+#include <signal.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -21,6 +22,13 @@ enum {
     SILENT = 1 << 18,
     FAULTS = NOT_A_NUMBER | TOO_WARM | SILENT
 };
+
+static volatile sig_atomic_t told_to_end;
+
+static void on_signal(int signal) {
+    (void)signal;
+    told_to_end = 1;
+}
 
 typedef struct {
     double resistance_ohm, inductance_h, supply_v, current_limit_a, field_per_current_per_m, bandwidth_rad_per_s;
@@ -73,7 +81,8 @@ static void to_safe_field(Amplifier *amplifier) {
         step(amplifier, 0.0);
         ticks++;
     }
-    fprintf(stderr, "amplifier: the guard is silent: safe field reached after %.6f s\n", ticks * amplifier->tick_s);
+    fprintf(stderr, "amplifier: %s: safe field reached after %.6f s\n",
+            told_to_end ? "told to end" : "no token from the guard", ticks * amplifier->tick_s);
 }
 
 static double number(const char *name, double otherwise) {
@@ -86,11 +95,21 @@ static int failed(const char *what) {
     return 3;
 }
 
+/* The next safe field; in slices, so that a request to end is seen. */
+static int32_t next_token(AnhystHandle *handle, AnhystSafeField *safe, uint64_t watchdog_us) {
+    uint64_t slice_us = watchdog_us < 20000 ? watchdog_us : 20000;
+    for (uint64_t waited_us = 0; waited_us < watchdog_us && !told_to_end; waited_us += slice_us) {
+        int32_t heard = anhyst_receive_safe_field(handle, safe, slice_us);
+        if (heard != ANHYST_SILENCE) return heard;
+    }
+    return ANHYST_SILENCE;
+}
+
 /* Answers every token until the run is over; 0, or 3 after an error. */
 static int serve(AnhystHandle *handle, Amplifier *amplifier, uint64_t watchdog_us) {
     for (;;) {
         AnhystSafeField safe;
-        int32_t heard = anhyst_receive_safe_field(handle, &safe, watchdog_us);
+        int32_t heard = next_token(handle, &safe, watchdog_us);
         if (heard == ANHYST_END) return 0;
         if (heard == ANHYST_SILENCE) {
             to_safe_field(amplifier);
@@ -128,6 +147,8 @@ int main(void) {
         fprintf(stderr, "amplifier: ANHYST_TICK_S and the watchdog's time must be positive\n");
         return 2;
     }
+    signal(SIGTERM, on_signal);
+    signal(SIGINT, on_signal);
     Amplifier amplifier = at_rest(constants, tick_s);
     AnhystHandle *handle = anhyst_open(NULL, NULL, NULL, NULL, ANHYST_READS_AMPLIFIER, 0.0);
     if (!handle) return failed("the others were not met");

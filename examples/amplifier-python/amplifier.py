@@ -13,6 +13,7 @@ Put your own process where `Amplifier.step` is.
 import argparse
 import math
 import os
+import signal
 import sys
 from collections import deque
 
@@ -78,15 +79,19 @@ def main():
         tick_s, given.bandwidth_hz, given.field_limit_a_per_m, given.slew_limit_a_per_m_s, given.delay_ticks
     )
     meeting = Meeting(reads=[interface.SafeField], sends=[interface.CoilField])
-    while (safe := meeting.receive(interface.SafeField, limit_s)) is not None:
-        field, status = amplifier.step(safe.field_a_per_m)
-        meeting.send(interface.CoilField(tick=safe.tick, field_a_per_m=field, status=status))
+    try:
+        while (safe := meeting.receive(interface.SafeField, limit_s)) is not None:
+            field, status = amplifier.step(safe.field_a_per_m)
+            meeting.send(interface.CoilField(tick=safe.tick, field_a_per_m=field, status=status))
+    finally:
+        pass  # A real amplifier's output goes to zero here, whatever ended the loop.
     meeting.close()
 
 
 if __name__ == "__main__":
+    # Told to end, the process unwinds instead of dying on the spot.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit("amplifier: told to end"))
     try:
         main()
     except (Absent, Lost, TimeoutError) as error:
-        # A real amplifier's output goes to zero here, before the process ends.
         sys.exit(f"amplifier: {error}")

@@ -1,7 +1,7 @@
 //! millivolts = (raw + offset)·scale: converters of Linux' Industrial I/O, through their files in sysfs.
 //!
 //! raw integer of the converter, offset in the same counts (0 without a file), scale in mV per count. The folder is
-//! `/sys/bus/iio/devices/iio:deviceN`; any folder with the same files will do. Some 20 µs a call: good for 1 kHz. A faster
+//! `/sys/bus/iio/devices/iio:deviceN`; any folder with the same files will do. Two files are opened a tick. A faster
 //! loop wants a buffer (libiio) or Comedi behind the same trait.
 //! Source: kernel documentation, ABI/testing/sysfs-bus-iio.
 

@@ -48,6 +48,10 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments) -> Result<(), String> {
     arguments.constants.validate()?;
+    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
+        // Told to end, the wait for a token ends, and the output is made safe below.
+        signal_hook::flag::register(signal, anhyst_ipc::stop_flag()).map_err(|error| error.to_string())?;
+    }
     let tick_s = number("ANHYST_TICK_S", None)?;
     let silence_limit_s = match arguments.silence_limit_s {
         Some(limit_s) => limit_s,
