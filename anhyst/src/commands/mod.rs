@@ -13,6 +13,7 @@ pub mod paper;
 #[cfg(feature = "recorder")]
 pub mod replay;
 pub mod run;
+pub mod study;
 pub mod summary;
 #[cfg(feature = "recorder")]
 pub mod view;

@@ -9,10 +9,10 @@ use std::f64::consts::TAU;
 use anhyst_model::{ActuatorModel, Drive};
 use serde::{Deserialize, Serialize};
 
-use super::parallel;
 use super::plant::{RunInputs, amended};
 use super::statistics::rms;
 use super::system::Setting;
+use crate::parallel;
 
 /// Below this distance (noises, rms) a drive separates nothing in practice.
 const SEPARATES: f64 = 0.1;
