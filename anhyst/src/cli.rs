@@ -41,6 +41,8 @@ pub enum Command {
     Paper(crate::commands::paper::PaperArguments),
     /// Find what a model lacks on measured runs, name it, add it.
     Diagnose(Box<crate::commands::diagnose::DiagnoseArguments>),
+    /// Hide effects in made runs, diagnose them, and count what is named rightly.
+    Study(Box<crate::commands::study::StudyArguments>),
     /// Compare the estimation laws under motions, noise and drift.
     Laws(crate::commands::laws::LawsArguments),
     /// Print what a driver in any language must know: services, layouts, rules.

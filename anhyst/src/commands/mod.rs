@@ -16,6 +16,7 @@ pub mod paper;
 #[cfg(feature = "recorder")]
 pub mod replay;
 pub mod run;
+pub mod study;
 pub mod summary;
 pub mod verify_amplifier;
 #[cfg(feature = "recorder")]

@@ -7,10 +7,10 @@
 use anhyst_model::{ActuatorModel, Drive, DriveSignal};
 use serde::{Deserialize, Serialize};
 
-use super::parallel;
 use super::plant::{RunInputs, amended};
 use super::statistics::rms;
 use super::system::Setting;
+use crate::parallel;
 
 /// Below this distance (noises, rms) a drive separates nothing in practice.
 const SEPARATES: f64 = 0.1;

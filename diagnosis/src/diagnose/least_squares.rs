@@ -12,7 +12,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use super::coordinate::Coordinate;
-use super::parallel;
+use crate::parallel;
 
 /// A decrease of χ² that is not worth another simulation.
 const SMALLEST_GAIN: f64 = 0.02;

@@ -4,13 +4,13 @@ use anhyst_model::{ActuatorModel, EffectKind};
 
 use super::least_squares::dot;
 use super::observation::Observation;
-use super::parallel;
 use super::probes::Surroundings;
 use super::score::{ScoreTest, Scored, library_statistics, score};
 use super::screening::{Base, Screened, screen};
 use super::system::{ChannelKind, Setting, Signals};
 use super::term::{NominalParameter, Term};
 use super::workbench::{Fitted, Workbench};
+use crate::parallel;
 
 /// A fall of χ² below this is not worth a fit.
 const WORTH_A_FIT: f64 = 8.0;

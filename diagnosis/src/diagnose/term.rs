@@ -82,7 +82,7 @@ impl NominalParameter {
     }
 
     /// Puts a value into a model.
-    pub(super) fn set(self, model: &mut ActuatorModel, value: f64) {
+    pub(crate) fn set(self, model: &mut ActuatorModel, value: f64) {
         let hysteresis = &mut model.material.hysteresis;
         match self {
             NominalParameter::SaturationMagnetization => hysteresis.saturation_magnetization_a_per_m = value,
