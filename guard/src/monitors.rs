@@ -122,5 +122,8 @@ fn at_least_one(path: &str, ticks: u64) -> Result<(), Invalid> {
     if ticks > 0 {
         return Ok(());
     }
-    Err(Invalid::new(path, "0 ticks would be a fault at once and always; give at least 1"))
+    Err(Invalid::new(
+        path,
+        "0 ticks would be a fault at once and always; give at least 1",
+    ))
 }

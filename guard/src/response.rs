@@ -68,15 +68,14 @@ impl Event {
     /// the loop can do without.
     pub fn usual_response(self) -> Response {
         match self {
-            Event::EstimateNotFinite
-            | Event::EstimateStale
-            | Event::EstimateOutside
-            | Event::EstimateUninformed => Response {
-                reaction: Reaction::FallBack,
-                way_back: WayBack::AfterHealth {
-                    for_s: ESTIMATE_HEALTH_S,
-                },
-            },
+            Event::EstimateNotFinite | Event::EstimateStale | Event::EstimateOutside | Event::EstimateUninformed => {
+                Response {
+                    reaction: Reaction::FallBack,
+                    way_back: WayBack::AfterHealth {
+                        for_s: ESTIMATE_HEALTH_S,
+                    },
+                }
+            }
             _ => Response {
                 reaction: Reaction::RampToSafe,
                 way_back: WayBack::Reset,

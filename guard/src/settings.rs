@@ -155,9 +155,7 @@ impl GuardSettings {
             }
             Invalid::unless_positive("stuck.field_change_a_per_m", stuck.field_change_a_per_m, "A/m")?;
         }
-        self.monitors
-            .validate()
-            .map_err(|invalid| invalid.within("monitors"))?;
+        self.monitors.validate().map_err(|invalid| invalid.within("monitors"))?;
         let acting = self.acting_field_limit_a_per_m();
         Invalid::unless_between("safe_field_a_per_m", self.safe_field_a_per_m, -acting, acting, "A/m")?;
         self.validate_reactions()
@@ -172,9 +170,15 @@ impl GuardSettings {
             if *event == Event::HoldTooLong && response.reaction != Reaction::RampToSafe {
                 return refuse(*event, "must ramp to the safe field: it ends a hold".into());
             }
-            let about_command = matches!(event, Event::CommandNotFinite | Event::CommandStale | Event::DemandStale);
+            let about_command = matches!(
+                event,
+                Event::CommandNotFinite | Event::CommandStale | Event::DemandStale
+            );
             if about_command && response.reaction == Reaction::FallBack {
-                return refuse(*event, "is not the estimate's fault: falling back to the nominal inverse does not help".into());
+                return refuse(
+                    *event,
+                    "is not the estimate's fault: falling back to the nominal inverse does not help".into(),
+                );
             }
             let WayBack::AfterHealth { for_s } = response.way_back else {
                 continue;
@@ -183,7 +187,9 @@ impl GuardSettings {
             if response.reaction == Reaction::Hold && for_s >= hold_s {
                 return refuse(
                     *event,
-                    format!("a way back after {for_s} s never comes: a hold lasts {hold_s} s (monitors.hold_at_most_s)"),
+                    format!(
+                        "a way back after {for_s} s never comes: a hold lasts {hold_s} s (monitors.hold_at_most_s)"
+                    ),
                 );
             }
             Invalid::unless_between(&format!("reactions.{event}"), for_s, 0.0, 1e9, "s")?;

@@ -46,7 +46,9 @@ impl Faults {
 
     /// All of them, in the order of their numbers.
     pub fn iter(self) -> impl Iterator<Item = Event> {
-        Event::ALL.into_iter().filter(move |event| self.0 >> event.number() & 1 == 1)
+        Event::ALL
+            .into_iter()
+            .filter(move |event| self.0 >> event.number() & 1 == 1)
     }
 }
 

@@ -1,8 +1,8 @@
 //! Guards docs/safety.md: each monitor's event, reaction, ticks and way back, through the guard's messages.
 
 use anhyst_guard::{
-    CurrentMonitor, EstimateMonitor, Event, Guard, GuardSettings, Monitors, Reaction, Rearm, Response, Responses, State,
-    StuckSettings, TrackingMonitor, WayBack,
+    CurrentMonitor, EstimateMonitor, Event, Guard, GuardSettings, Monitors, Reaction, Rearm, Response, Responses,
+    State, StuckSettings, TrackingMonitor, WayBack,
 };
 use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, Measurement, Now, SafeField};
 
@@ -117,14 +117,20 @@ type Fault = (Event, fn(&mut Tokens));
 
 const FAULTS: [Fault; 17] = [
     (Event::CommandNotFinite, |t| t.command.field_a_per_m = f64::NAN),
-    (Event::MeasurementNotFinite, |t| t.measurement.coil_field_a_per_m = f64::INFINITY),
+    (Event::MeasurementNotFinite, |t| {
+        t.measurement.coil_field_a_per_m = f64::INFINITY
+    }),
     (Event::CommandStale, |t| t.command.tick = 299),
     (Event::MeasurementStale, |t| t.measurement.tick = 299),
-    (Event::DisplacementJump, |t| t.measurement.displacement_m += 6e-6 * ((t.command.tick + 1) % 2) as f64),
+    (Event::DisplacementJump, |t| {
+        t.measurement.displacement_m += 6e-6 * ((t.command.tick + 1) % 2) as f64
+    }),
     (Event::DisplacementStuck, |t| t.measurement.displacement_m = 0.0),
     (Event::DemandNotFinite, |t| t.demand.integral_m = f64::NAN),
     (Event::DemandStale, |t| t.demand.tick = 299),
-    (Event::EstimateNotFinite, |t| t.estimate.magnetization_a_per_m = f64::NAN),
+    (Event::EstimateNotFinite, |t| {
+        t.estimate.magnetization_a_per_m = f64::NAN
+    }),
     (Event::EstimateStale, |t| t.estimate.tick = 299),
     (Event::EstimateOutside, |t| t.estimate.shape_a_per_m = 8000.1),
     (Event::EstimateOutside, |t| t.estimate.shape_a_per_m = -7000.0),
@@ -146,21 +152,36 @@ fn every_monitor_names_its_fault_and_reacts_in_the_stated_ticks() {
         }
         let mut bench = Bench::new(&settings);
         let healthy = bench.run(300, |_| {});
-        assert!(healthy.iter().all(|safe| safe.event == 0 && safe.status == 0), "{event}");
+        assert!(
+            healthy.iter().all(|safe| safe.event == 0 && safe.status == 0),
+            "{event}"
+        );
         let tokens = bench.run(600, fault);
-        let detected = tokens.iter().position(|safe| safe.event != 0).unwrap_or_else(|| panic!("{event}")) as u64 + 1;
+        let detected = tokens
+            .iter()
+            .position(|safe| safe.event != 0)
+            .unwrap_or_else(|| panic!("{event}")) as u64
+            + 1;
         let first = tokens[detected as usize - 1];
         assert_eq!(Event::from_number(first.event), Some(event));
         let stated = settings.detection_ticks(event, TICK_S).unwrap();
         // From the frozen value on the field must also have moved far enough.
         let slack = if event == Event::DisplacementStuck { 20 } else { 0 };
-        assert!(detected <= stated + slack && detected >= stated.min(2), "{event}: {detected} of {stated} ticks");
+        assert!(
+            detected <= stated + slack && detected >= stated.min(2),
+            "{event}: {detected} of {stated} ticks"
+        );
         let bound = settings.reaction_ticks(event, TICK_S) as usize;
         let after = &tokens[detected as usize - 1 + bound - 1..];
         match settings.reactions.to(event).reaction {
             Reaction::RampToSafe => {
                 assert!(first.status & (RAMPING | SAFE) != 0, "{event}");
-                assert!(after.iter().all(|safe| safe.field_a_per_m == 0.0 && safe.status == SAFE), "{event}");
+                assert!(
+                    after
+                        .iter()
+                        .all(|safe| safe.field_a_per_m == 0.0 && safe.status == SAFE),
+                    "{event}"
+                );
             }
             Reaction::FallBack => assert!(after.iter().all(|safe| safe.status & FALL_BACK != 0), "{event}"),
             Reaction::Hold => unreachable!(),
@@ -197,18 +218,31 @@ fn a_hold_ends_in_a_walk_back_or_at_the_safe_field() {
     let before = bench.guard.field_a_per_m();
     let held = bench.run(20, jumps);
     assert_eq!(Event::from_number(held[0].event), Some(Event::DisplacementJump));
-    assert!(held.iter().all(|safe| safe.field_a_per_m == before && safe.status == HOLDING));
+    assert!(
+        held.iter()
+            .all(|safe| safe.field_a_per_m == before && safe.status == HOLDING)
+    );
     let mut last = before;
     let most = settings.ramp_slew_a_per_m_s() * TICK_S * (1.0 + 1e-12);
     let back = bench.run(600, |_| {});
-    assert_eq!(back.iter().filter(|safe| safe.event == Event::Resumed.number()).count(), 1);
+    assert_eq!(
+        back.iter().filter(|safe| safe.event == Event::Resumed.number()).count(),
+        1
+    );
     for safe in back {
-        assert!((safe.field_a_per_m - last).abs() <= most, "a step of {} A/m", safe.field_a_per_m - last);
+        assert!(
+            (safe.field_a_per_m - last).abs() <= most,
+            "a step of {} A/m",
+            safe.field_a_per_m - last
+        );
         last = safe.field_a_per_m;
     }
     assert_eq!(bench.guard.state(), State::Normal);
     let held_too_long = bench.run(3000, jumps);
-    let raised: Vec<_> = held_too_long.iter().filter_map(|safe| Event::from_number(safe.event)).collect();
+    let raised: Vec<_> = held_too_long
+        .iter()
+        .filter_map(|safe| Event::from_number(safe.event))
+        .collect();
     assert_eq!(raised, [Event::DisplacementJump, Event::HoldTooLong]);
     assert_eq!((bench.guard.state(), bench.guard.field_a_per_m()), (State::Safe, 0.0));
 }
@@ -220,9 +254,18 @@ fn the_safe_field_is_left_as_stated() {
     let mut bench = Bench::new(&responding(Event::TemperatureExceeded, Reaction::RampToSafe, health));
     let hot = |t: &mut Tokens| t.measurement.temperature_k = 400.0;
     bench.run(300, |_| {});
-    assert!(bench.run(2000, hot).iter().all(|safe| safe.event != Event::Resumed.number()));
+    assert!(
+        bench
+            .run(2000, hot)
+            .iter()
+            .all(|safe| safe.event != Event::Resumed.number())
+    );
     let back = bench.run(1000, |_| {});
-    let resumed = back.iter().position(|safe| safe.event == Event::Resumed.number()).unwrap() as u64 + 1;
+    let resumed = back
+        .iter()
+        .position(|safe| safe.event == Event::Resumed.number())
+        .unwrap() as u64
+        + 1;
     assert_eq!(resumed, (0.02_f64 / TICK_S).round() as u64);
     assert_eq!(bench.guard.state(), State::Normal);
     // A second fault whose way back is a reset rules, also if it comes while the field is safe already.
@@ -260,7 +303,11 @@ fn tracking_is_judged_only_while_commands_are_followed() {
     bench.run(500, |t| t.demand.error_m = 1.0);
     bench.guard.rearm().unwrap();
     // About 34 ticks of walking back and 20 of settling: the last few errors count, but are not ten in a row.
-    bench.run(105, |t| if t.command.tick < 860 { t.demand.error_m = 1.0 });
+    bench.run(105, |t| {
+        if t.command.tick < 860 {
+            t.demand.error_m = 1.0
+        }
+    });
     bench.run(500, |_| {});
     assert_eq!(bench.guard.state(), State::Normal);
 }
@@ -286,10 +333,15 @@ fn alone_it_ramps_and_then_says_no_more() {
     bench.run(150, |_| {});
     let start = bench.guard.field_a_per_m();
     assert!(start.abs() > 7000.0);
-    let alone: Vec<SafeField> = std::iter::from_fn(|| bench.guard.alone(150)).map(|(safe,)| safe).collect();
+    let alone: Vec<SafeField> = std::iter::from_fn(|| bench.guard.alone(150))
+        .map(|(safe,)| safe)
+        .collect();
     assert_eq!(alone[0].event, Event::CommandStale.number());
     assert!(alone.len() as u64 <= settings.most_ramp_ticks(TICK_S));
-    assert_eq!(alone.last().map(|safe| (safe.field_a_per_m, safe.status)), Some((0.0, SAFE)));
+    assert_eq!(
+        alone.last().map(|safe| (safe.field_a_per_m, safe.status)),
+        Some((0.0, SAFE))
+    );
     assert!(bench.guard.alone(0).is_none());
 }
 
@@ -298,16 +350,30 @@ fn alone_it_ramps_and_then_says_no_more() {
 fn contradictory_monitors_are_refused() {
     type Case = (&'static str, fn(&mut GuardSettings));
     let cases: [Case; 8] = [
-        ("monitors.temperature_limit_k", |s| s.monitors.temperature_limit_k = Some(f64::NAN)),
-        ("monitors.current.trip_a", |s| s.monitors.current.as_mut().unwrap().trip_a = 1.0),
-        ("monitors.tracking.after_ticks", |s| s.monitors.tracking.as_mut().unwrap().after_ticks = 0),
-        ("monitors.estimate.range_a_per_m", |s| s.monitors.estimate.as_mut().unwrap().range_a_per_m.1 = 1.0),
+        ("monitors.temperature_limit_k", |s| {
+            s.monitors.temperature_limit_k = Some(f64::NAN)
+        }),
+        ("monitors.current.trip_a", |s| {
+            s.monitors.current.as_mut().unwrap().trip_a = 1.0
+        }),
+        ("monitors.tracking.after_ticks", |s| {
+            s.monitors.tracking.as_mut().unwrap().after_ticks = 0
+        }),
+        ("monitors.estimate.range_a_per_m", |s| {
+            s.monitors.estimate.as_mut().unwrap().range_a_per_m.1 = 1.0
+        }),
         ("monitors.deadline_misses", |s| s.monitors.deadline_misses = Some(0)),
         ("safe_field_a_per_m", |s| s.safe_field_a_per_m = 15_001.0),
         ("reactions.displacement_jump", |s| {
-            *s = responding(Event::DisplacementJump, Reaction::Hold, WayBack::AfterHealth { for_s: 0.2 });
+            *s = responding(
+                Event::DisplacementJump,
+                Reaction::Hold,
+                WayBack::AfterHealth { for_s: 0.2 },
+            );
         }),
-        ("reactions.command_stale", |s| *s = responding(Event::CommandStale, Reaction::FallBack, WayBack::Reset)),
+        ("reactions.command_stale", |s| {
+            *s = responding(Event::CommandStale, Reaction::FallBack, WayBack::Reset)
+        }),
     ];
     for (path, change) in cases {
         let mut changed = settings();

@@ -27,7 +27,10 @@ fn the_table_of_monitors_is_what_the_guard_does() {
             WayBack::Reset => "reset".to_owned(),
             WayBack::AfterHealth { for_s } => format!("after {for_s} s of health"),
         };
-        let row = format!("| {} | `{event}` | {detected} | {reaction} | {ticks} | {way_back} |", event.number());
+        let row = format!(
+            "| {} | `{event}` | {detected} | {reaction} | {ticks} | {way_back} |",
+            event.number()
+        );
         assert!(text.contains(&row), "docs/safety.md lacks\n{row}");
     }
 }

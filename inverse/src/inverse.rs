@@ -122,7 +122,11 @@ impl Inverse {
             return self.step(wanted, known);
         };
         let credible = given_a_per_m.abs() <= CREDIBLE * self.field_limit_a_per_m;
-        let given_a_per_m = if credible { given_a_per_m } else { self.last.field_a_per_m };
+        let given_a_per_m = if credible {
+            given_a_per_m
+        } else {
+            self.last.field_a_per_m
+        };
         nominal.follow(tick, given_a_per_m, &self.hysteresis);
         let without_estimate = fall_back && self.structure != Structure::Gain;
         let mut command = if without_estimate {

@@ -72,7 +72,10 @@ impl TokenFault {
 
     /// True if the token's stamp may be another than the tick it is sent in.
     pub fn shifts_ticks(&self) -> bool {
-        matches!(self.kind, TokenKind::Drop | TokenKind::Delay(_) | TokenKind::ClockJump(_))
+        matches!(
+            self.kind,
+            TokenKind::Drop | TokenKind::Delay(_) | TokenKind::ClockJump(_)
+        )
     }
 
     /// The tick that the token of tick `tick` is stamped with, if this is its channel's only fault of time.
@@ -95,7 +98,11 @@ impl TokenFault {
             return Err(Invalid::new("for_ticks", "0 ticks are no fault; give at least 1"));
         }
         if let Some(name) = &self.field {
-            let known = self.channel.fields().iter().filter(|field| field.kind == FieldKind::F64);
+            let known = self
+                .channel
+                .fields()
+                .iter()
+                .filter(|field| field.kind == FieldKind::F64);
             if !known.clone().any(|field| field.name == name) {
                 let names: Vec<&str> = known.map(|field| field.name).collect();
                 let sentence = format!("{} has no number \"{name}\"; it has {}", self.channel, names.join(", "));
@@ -104,9 +111,13 @@ impl TokenFault {
         }
         let finite = |value| Invalid::unless_between("kind", value, f64::MIN, f64::MAX, "");
         match self.kind {
-            TokenKind::Delay(ticks) => Invalid::unless_between("kind", ticks as f64, 1.0, LONGEST_DELAY_TICKS as f64, "ticks"),
+            TokenKind::Delay(ticks) => {
+                Invalid::unless_between("kind", ticks as f64, 1.0, LONGEST_DELAY_TICKS as f64, "ticks")
+            }
             TokenKind::GainStep(value) | TokenKind::Offset(value) | TokenKind::Spike(value) => finite(value),
-            TokenKind::Noise(value) | TokenKind::Saturate(value) => Invalid::unless_between("kind", value, 0.0, f64::MAX, ""),
+            TokenKind::Noise(value) | TokenKind::Saturate(value) => {
+                Invalid::unless_between("kind", value, 0.0, f64::MAX, "")
+            }
             TokenKind::BitFlip(bit) => Invalid::unless_between("kind", f64::from(bit), 0.0, 63.0, "(bit)"),
             _ => Ok(()),
         }
@@ -144,7 +155,12 @@ impl TokenFault {
         if self.kind == TokenKind::Swap {
             let numbers = |field: &&Field| field.kind == FieldKind::F64;
             let first = self.words().next().unwrap_or_default();
-            let after = self.channel.fields().iter().skip(first + 1).position(|field| numbers(&field));
+            let after = self
+                .channel
+                .fields()
+                .iter()
+                .skip(first + 1)
+                .position(|field| numbers(&field));
             words.swap(first, after.map_or(0, |distance| first + 1 + distance));
         }
     }
@@ -195,7 +211,9 @@ impl Armed {
         now.words[..words.len()].copy_from_slice(words);
         let late = match self.fault.kind {
             TokenKind::Delay(ticks) => {
-                let due = tick.checked_sub(ticks).map(|due| self.past[due as usize % self.past.len()]);
+                let due = tick
+                    .checked_sub(ticks)
+                    .map(|due| self.past[due as usize % self.past.len()]);
                 let at = tick as usize % self.past.len();
                 self.past[at] = now;
                 due
@@ -317,11 +335,20 @@ mod tests {
     fn late_tokens_carry_their_own_tick() {
         let of = |kind| -> Vec<(u64, f64)> {
             let tokens = sent(kind, None);
-            tokens[4..9].iter().map(|token| (token.tick, token.displacement_m)).collect()
+            tokens[4..9]
+                .iter()
+                .map(|token| (token.tick, token.displacement_m))
+                .collect()
         };
         assert_eq!(of(TokenKind::Drop), [(4, 4.0), (4, 4.0), (4, 4.0), (4, 4.0), (8, 8.0)]);
-        assert_eq!(of(TokenKind::Delay(2)), [(4, 4.0), (3, 3.0), (4, 4.0), (5, 5.0), (8, 8.0)]);
-        assert_eq!(of(TokenKind::ClockJump(-3)), [(4, 4.0), (2, 5.0), (3, 6.0), (4, 7.0), (8, 8.0)]);
+        assert_eq!(
+            of(TokenKind::Delay(2)),
+            [(4, 4.0), (3, 3.0), (4, 4.0), (5, 5.0), (8, 8.0)]
+        );
+        assert_eq!(
+            of(TokenKind::ClockJump(-3)),
+            [(4, 4.0), (2, 5.0), (3, 6.0), (4, 7.0), (8, 8.0)]
+        );
     }
 
     /// Guards the sentences of a scenario's check.

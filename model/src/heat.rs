@@ -49,9 +49,27 @@ impl ThermalCircuit {
         require_positive(self.ambient_k, "ambient temperature", "K")?;
         require_positive(self.heat_capacity_j_per_k, "heat capacity", "J/K")?;
         require_positive(self.resistance_k_per_w, "thermal resistance", "K/W")?;
-        believable(self.ambient_k, HOTTEST_K, "ambient temperature", "K", "at most 10 000 K")?;
-        believable(self.heat_capacity_j_per_k, MOST, "heat capacity", "J/K", "at most 1e9 J/K")?;
-        believable(self.resistance_k_per_w, MOST, "thermal resistance", "K/W", "at most 1e9 K/W")
+        believable(
+            self.ambient_k,
+            HOTTEST_K,
+            "ambient temperature",
+            "K",
+            "at most 10 000 K",
+        )?;
+        believable(
+            self.heat_capacity_j_per_k,
+            MOST,
+            "heat capacity",
+            "J/K",
+            "at most 1e9 J/K",
+        )?;
+        believable(
+            self.resistance_k_per_w,
+            MOST,
+            "thermal resistance",
+            "K/W",
+            "at most 1e9 K/W",
+        )
     }
 }
 
@@ -96,9 +114,21 @@ impl CoilLoss {
             range,
         )?;
         let coefficient = self.copper_temperature_coefficient_per_k;
-        believable(coefficient, 1.0, "temperature coefficient of the coil", "1/K", "at most 1 1/K")?;
+        believable(
+            coefficient,
+            1.0,
+            "temperature coefficient of the coil",
+            "1/K",
+            "at most 1 1/K",
+        )?;
         let reference_k = self.reference_temperature_k;
-        believable(reference_k, HOTTEST_K, "coil reference temperature", "K", "at most 10 000 K")
+        believable(
+            reference_k,
+            HOTTEST_K,
+            "coil reference temperature",
+            "K",
+            "at most 10 000 K",
+        )
     }
 }
 
@@ -124,7 +154,13 @@ impl ThermalExpansion {
 
     pub fn validate(&self) -> Result<(), ModelError> {
         let coefficient = self.coefficient_per_k;
-        require(coefficient.abs() <= 1.0, "thermal expansion", coefficient, "1/K", "between -1 and 1 1/K")?;
+        require(
+            coefficient.abs() <= 1.0,
+            "thermal expansion",
+            coefficient,
+            "1/K",
+            "between -1 and 1 1/K",
+        )?;
         require_positive(self.reference_temperature_k, "expansion reference temperature", "K")
     }
 }

@@ -50,7 +50,9 @@ impl WatchdogSettings {
     /// Ticks from the last usable command until the command inside the amplifier is the safe field: the stated bound. The
     /// coil follows after the amplifier's delay and lag.
     pub fn most_ticks_to_safe(&self, tick_s: f64) -> u64 {
-        self.silent_ticks.saturating_add(1).saturating_add(self.ramp_ticks(tick_s))
+        self.silent_ticks
+            .saturating_add(1)
+            .saturating_add(self.ramp_ticks(tick_s))
     }
 }
 
@@ -105,7 +107,11 @@ impl Watchdog {
     /// The command that the amplifier acts on; always finite.
     pub fn command(&mut self, wanted_a_per_m: f64, age_ticks: u64) -> f64 {
         let usable = wanted_a_per_m.is_finite();
-        self.unusable_ticks = if usable { 0 } else { self.unusable_ticks.saturating_add(1) };
+        self.unusable_ticks = if usable {
+            0
+        } else {
+            self.unusable_ticks.saturating_add(1)
+        };
         let most = self.settings.silent_ticks;
         let heard = age_ticks <= most && self.unusable_ticks <= most;
         let wanted = if usable { wanted_a_per_m } else { self.last_a_per_m };

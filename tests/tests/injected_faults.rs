@@ -52,7 +52,11 @@ fn assert_never_unsafe(scenario: &Scenario, tokens: &[(SafeField, CoilField)], c
     let limit = scenario.guard.acting_field_limit_a_per_m();
     for (safe, coil) in tokens {
         for field in [safe.field_a_per_m, coil.field_a_per_m] {
-            assert!(field.is_finite() && field.abs() <= limit, "{case}: {field} A/m at tick {}", safe.tick);
+            assert!(
+                field.is_finite() && field.abs() <= limit,
+                "{case}: {field} A/m at tick {}",
+                safe.tick
+            );
         }
     }
 }
@@ -67,30 +71,156 @@ type Case = (&'static str, &'static str, [&'static str; 3], u64, Event, u64);
 
 const ALL: &str = "";
 const CASES: [Case; 24] = [
-    ("measurement", "displacement_m", ["Nan"; 3], 1, Event::MeasurementNotFinite, 1),
-    ("measurement", "coil_field_a_per_m", ["Infinite"; 3], 10, Event::MeasurementNotFinite, 1),
-    ("field_command", "field_a_per_m", ["Nan"; 3], 100, Event::CommandNotFinite, 1),
+    (
+        "measurement",
+        "displacement_m",
+        ["Nan"; 3],
+        1,
+        Event::MeasurementNotFinite,
+        1,
+    ),
+    (
+        "measurement",
+        "coil_field_a_per_m",
+        ["Infinite"; 3],
+        10,
+        Event::MeasurementNotFinite,
+        1,
+    ),
+    (
+        "field_command",
+        "field_a_per_m",
+        ["Nan"; 3],
+        100,
+        Event::CommandNotFinite,
+        1,
+    ),
     ("field_command", ALL, ["Infinite"; 3], 1, Event::CommandNotFinite, 1),
-    ("demand", "magnetization_a_per_m", ["Nan"; 3], 10, Event::DemandNotFinite, 1),
+    (
+        "demand",
+        "magnetization_a_per_m",
+        ["Nan"; 3],
+        10,
+        Event::DemandNotFinite,
+        1,
+    ),
     ("estimate", ALL, ["Nan"; 3], 100, Event::EstimateNotFinite, 1),
     ("measurement", ALL, ["Drop"; 3], 10, Event::MeasurementStale, 4),
     ("field_command", ALL, ["Drop"; 3], 10, Event::CommandStale, 4),
     ("demand", ALL, ["Drop"; 3], 10, Event::DemandStale, 4),
     ("estimate", ALL, ["Drop"; 3], 10, Event::EstimateStale, 4),
-    ("measurement", ALL, ["Delay(4)", "Delay(16)", "Delay(64)"], 200, Event::MeasurementStale, 1),
-    ("measurement", ALL, ["ClockJump(-4)", "ClockJump(40)", "ClockJump(1000000)"], 5, Event::MeasurementStale, 1),
-    ("measurement", "displacement_m", ["Freeze"; 3], 400, Event::DisplacementStuck, 100),
-    ("measurement", "displacement_m", ["Offset(5e-6)", "Offset(-5e-5)", "Offset(1e3)"], 50, Event::DisplacementJump, 1),
-    ("measurement", "displacement_m", ["Spike(6e-6)", "Spike(1e-4)", "Spike(-1e9)"], 3, Event::DisplacementJump, 1),
-    ("measurement", "displacement_m", ["GainStep(1.5)", "GainStep(0)", "GainStep(-100)"], 50, Event::DisplacementJump, 1),
-    ("measurement", "displacement_m", ["Noise(5e-6)", "Noise(1e-4)", "Noise(1)"], 50, Event::DisplacementJump, 20),
-    ("measurement", "displacement_m", ["BitFlip(63)", "BitFlip(55)", "BitFlip(61)"], 20, Event::DisplacementJump, 1),
-    ("measurement", "displacement_m", ["Swap"; 3], 20, Event::DisplacementJump, 1),
-    ("measurement", "displacement_m", ["Saturate(2e-5)", "Saturate(5e-6)", "Saturate(0)"], 50, Event::DisplacementJump, 1),
-    ("estimate", "shape_a_per_m", ["GainStep(1.3)", "GainStep(10)", "GainStep(-1)"], 100, Event::EstimateOutside, 1),
-    ("measurement", "temperature_k", ["Offset(70)", "Offset(500)", "GainStep(1e6)"], 10, Event::TemperatureExceeded, 1),
-    ("measurement", "coil_field_a_per_m", ["Offset(4.1e4)", "Offset(-1e6)", "GainStep(1e9)"], 10, Event::CurrentExceeded, 1),
-    ("demand", "magnetization_a_per_m", ["Offset(1.5e5)", "Offset(-2e5)", "GainStep(-1)"], 2000, Event::TrackingLost, 1000),
+    (
+        "measurement",
+        ALL,
+        ["Delay(4)", "Delay(16)", "Delay(64)"],
+        200,
+        Event::MeasurementStale,
+        1,
+    ),
+    (
+        "measurement",
+        ALL,
+        ["ClockJump(-4)", "ClockJump(40)", "ClockJump(1000000)"],
+        5,
+        Event::MeasurementStale,
+        1,
+    ),
+    (
+        "measurement",
+        "displacement_m",
+        ["Freeze"; 3],
+        400,
+        Event::DisplacementStuck,
+        100,
+    ),
+    (
+        "measurement",
+        "displacement_m",
+        ["Offset(5e-6)", "Offset(-5e-5)", "Offset(1e3)"],
+        50,
+        Event::DisplacementJump,
+        1,
+    ),
+    (
+        "measurement",
+        "displacement_m",
+        ["Spike(6e-6)", "Spike(1e-4)", "Spike(-1e9)"],
+        3,
+        Event::DisplacementJump,
+        1,
+    ),
+    (
+        "measurement",
+        "displacement_m",
+        ["GainStep(1.5)", "GainStep(0)", "GainStep(-100)"],
+        50,
+        Event::DisplacementJump,
+        1,
+    ),
+    (
+        "measurement",
+        "displacement_m",
+        ["Noise(5e-6)", "Noise(1e-4)", "Noise(1)"],
+        50,
+        Event::DisplacementJump,
+        20,
+    ),
+    (
+        "measurement",
+        "displacement_m",
+        ["BitFlip(63)", "BitFlip(55)", "BitFlip(61)"],
+        20,
+        Event::DisplacementJump,
+        1,
+    ),
+    (
+        "measurement",
+        "displacement_m",
+        ["Swap"; 3],
+        20,
+        Event::DisplacementJump,
+        1,
+    ),
+    (
+        "measurement",
+        "displacement_m",
+        ["Saturate(2e-5)", "Saturate(5e-6)", "Saturate(0)"],
+        50,
+        Event::DisplacementJump,
+        1,
+    ),
+    (
+        "estimate",
+        "shape_a_per_m",
+        ["GainStep(1.3)", "GainStep(10)", "GainStep(-1)"],
+        100,
+        Event::EstimateOutside,
+        1,
+    ),
+    (
+        "measurement",
+        "temperature_k",
+        ["Offset(70)", "Offset(500)", "GainStep(1e6)"],
+        10,
+        Event::TemperatureExceeded,
+        1,
+    ),
+    (
+        "measurement",
+        "coil_field_a_per_m",
+        ["Offset(4.1e4)", "Offset(-1e6)", "GainStep(1e9)"],
+        10,
+        Event::CurrentExceeded,
+        1,
+    ),
+    (
+        "demand",
+        "magnetization_a_per_m",
+        ["Offset(1.5e5)", "Offset(-2e5)", "GainStep(-1)"],
+        2000,
+        Event::TrackingLost,
+        1000,
+    ),
 ];
 
 #[test]
@@ -103,15 +233,24 @@ fn every_injected_fault_has_its_event_and_its_reaction() {
         let durations = if kinds[0] == kinds[2] { [1, 4, 16] } else { [1; 3] };
         for (kind, times) in kinds.into_iter().zip(durations) {
             let for_ticks = for_ticks * times;
-            let field = if field.is_empty() { "None".into() } else { format!("\"{field}\"") };
-            let case = format!("(from_tick: {FROM_TICK}, for_ticks: {for_ticks}, channel: {channel}, field: {field}, kind: {kind})");
+            let field = if field.is_empty() {
+                "None".into()
+            } else {
+                format!("\"{field}\"")
+            };
+            let case = format!(
+                "(from_tick: {FROM_TICK}, for_ticks: {for_ticks}, channel: {channel}, field: {field}, kind: {kind})"
+            );
             let scenario = scenario("{}", &format!("Link{case}"));
             let tokens = run(&scenario);
             assert_never_unsafe(&scenario, &tokens, &case);
             let (raised, tick) = first_event(&tokens).unwrap_or_else(|| panic!("no event: {case}"));
             println!("{case}: {raised} at tick {tick}");
             assert_eq!(raised, event, "{case}");
-            assert!((FROM_TICK..FROM_TICK + within).contains(&tick), "{case}: {raised} at tick {tick}");
+            assert!(
+                (FROM_TICK..FROM_TICK + within).contains(&tick),
+                "{case}: {raised} at tick {tick}"
+            );
             assert_reaction(&scenario, &tokens, event, tick as usize, &case);
             run_cases += 1;
         }
@@ -125,19 +264,34 @@ fn assert_reaction(scenario: &Scenario, tokens: &[(SafeField, CoilField)], event
     match guard.reactions.to(event).reaction {
         Reaction::RampToSafe => {
             let safe = guard.safe_field_a_per_m;
-            assert!(tokens[tick + bound - 1..].iter().all(|(token, _)| token.field_a_per_m == safe), "{case}");
+            assert!(
+                tokens[tick + bound - 1..]
+                    .iter()
+                    .all(|(token, _)| token.field_a_per_m == safe),
+                "{case}"
+            );
             // Two ticks later it is in the coil.
-            assert!(tokens[tick + bound + 1..].iter().all(|(_, coil)| coil.field_a_per_m == safe), "{case}");
+            assert!(
+                tokens[tick + bound + 1..]
+                    .iter()
+                    .all(|(_, coil)| coil.field_a_per_m == safe),
+                "{case}"
+            );
         }
         Reaction::FallBack => {
             let (before, at) = (tokens[tick - 1].0, tokens[tick].0);
             assert_eq!(at.field_a_per_m, before.field_a_per_m, "{case}");
             assert_eq!(at.status & (HOLDING | FALL_BACK), HOLDING | FALL_BACK, "{case}");
             // Bumpless: no step larger than the largest of a healthy cut, and a part of the distance that dies.
-            let steps = tokens[tick - 1..].windows(2).map(|pair| pair[1].0.field_a_per_m - pair[0].0.field_a_per_m);
+            let steps = tokens[tick - 1..]
+                .windows(2)
+                .map(|pair| pair[1].0.field_a_per_m - pair[0].0.field_a_per_m);
             let largest = steps.fold(0.0, |largest: f64, step| largest.max(step.abs()));
             assert!(largest < 250.0, "{case}: a step of {largest} A/m");
-            let back = tokens[tick + 1..].iter().find(|(token, _)| token.event != 0).map(|(token, _)| token.event);
+            let back = tokens[tick + 1..]
+                .iter()
+                .find(|(token, _)| token.event != 0)
+                .map(|(token, _)| token.event);
             assert_eq!(back.and_then(Event::from_number), Some(Event::Resumed), "{case}");
             assert_eq!(tokens[TICKS as usize - 1].0.status, 0, "{case}");
         }
@@ -150,11 +304,16 @@ fn assert_reaction(scenario: &Scenario, tokens: &[(SafeField, CoilField)], event
 fn a_hold_goes_through_a_spike_without_a_step() {
     let reactions = "{displacement_jump: (reaction: Hold, way_back: AfterHealth(for_s: 0.002))}";
     for size in ["6e-6", "1e-3", "1e6"] {
-        let faults = format!("Link(from_tick: {FROM_TICK}, for_ticks: 1, channel: measurement, field: \"displacement_m\", kind: Spike({size}))");
+        let faults = format!(
+            "Link(from_tick: {FROM_TICK}, for_ticks: 1, channel: measurement, field: \"displacement_m\", kind: Spike({size}))"
+        );
         let scenario = scenario(reactions, &faults);
         let tokens = run(&scenario);
         assert_never_unsafe(&scenario, &tokens, &faults);
-        let events: Vec<_> = tokens.iter().filter_map(|(safe, _)| Event::from_number(safe.event)).collect();
+        let events: Vec<_> = tokens
+            .iter()
+            .filter_map(|(safe, _)| Event::from_number(safe.event))
+            .collect();
         assert_eq!(events, [Event::DisplacementJump, Event::Resumed], "{size}");
         let held = tokens.iter().filter(|(safe, _)| safe.status & HOLDING != 0).count();
         // Two ticks with a jump, there and back, then the health of 40 ticks, of which the last is the first on the way.

@@ -72,7 +72,10 @@ fn run(case: &Case) {
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("run");
     let node = PROCESSES.iter().find(|(name, _)| *name == case.name).unwrap().1;
-    let fault = format!("faults=[Process(from_tick: {}, node: {node}, kind: {})]", case.tick, case.kind);
+    let fault = format!(
+        "faults=[Process(from_tick: {}, node: {node}, kind: {})]",
+        case.tick, case.kind
+    );
     let out_text = out.to_string_lossy().into_owned();
     let arguments = ["run", "scenarios/milling.ron", "--no-recording", "--out", &out_text];
     let settings = [
@@ -88,7 +91,11 @@ fn run(case: &Case) {
     let prefix = format!("anhyst_{}_", launcher.id());
     let what = format!("{} {} at tick {}", case.name, case.kind, case.tick);
     let finished = Finished::wait(launcher, Duration::from_secs(60)).expect(3);
-    assert!(finished.err.contains(&format!("{} ", case.name)), "{what}: {}", finished.err);
+    assert!(
+        finished.err.contains(&format!("{} ", case.name)),
+        "{what}: {}",
+        finished.err
+    );
     assert_eq!(files_with(&prefix), Vec::<String>::new(), "{what}");
     assert_safe(case, &out, &what);
 }
@@ -100,10 +107,16 @@ fn report(out: &Path, process: &str, what: &str) -> Value {
 }
 
 fn assert_safe(case: &Case, out: &Path, what: &str) {
-    let witness = if case.name == "amplifier" { "plant-sim" } else { "amplifier" };
+    let witness = if case.name == "amplifier" {
+        "plant-sim"
+    } else {
+        "amplifier"
+    };
     let report = report(out, witness, what);
     let node = &report["nodes"][0];
-    let field = node["field_a_per_m"].as_f64().unwrap_or_else(|| panic!("{what}: no field in {report}"));
+    let field = node["field_a_per_m"]
+        .as_f64()
+        .unwrap_or_else(|| panic!("{what}: no field in {report}"));
     // The end of a lag is never quite reached: 1 A/m of 10 kA/m counts as safe.
     assert!(field.abs() <= 1.0, "{what}: {report}");
     let taken = node["ticks"].as_u64().unwrap() - case.tick;
@@ -122,7 +135,13 @@ fn assert_safe(case: &Case, out: &Path, what: &str) {
 #[test]
 fn a_short_stop_changes_no_bit() {
     let root = tempfile::tempdir().unwrap();
-    let short = ["--set", "duration_s=0.1", "--set", "expect.settling_s=0.05", "--no-recording"];
+    let short = [
+        "--set",
+        "duration_s=0.1",
+        "--set",
+        "expect.settling_s=0.05",
+        "--no-recording",
+    ];
     let digest = |name: &str, fault: &[&str]| {
         let out = root.path().join(name);
         let out_text = out.to_string_lossy().into_owned();
@@ -148,7 +167,15 @@ fn injected_faults_have_the_same_bits_everywhere() {
     for (folder, more) in folders.iter().zip([&["--embedded"][..], &[]]) {
         let out_text = folder.to_string_lossy().into_owned();
         let arguments = [
-            &["run", "scenarios/milling.ron", "--no-recording", "--out", &out_text, "--set", faults],
+            &[
+                "run",
+                "scenarios/milling.ron",
+                "--no-recording",
+                "--out",
+                &out_text,
+                "--set",
+                faults,
+            ],
             &["--set", "duration_s=0.15", "--set", "expect.settling_s=0.1"][..],
             more,
         ]

@@ -24,7 +24,16 @@ impl Random {
         let bits = self.next();
         match bits % 8 {
             0 | 1 => self.next(),
-            2 => [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN_POSITIVE, -0.0, 5e-324][bits as usize / 8 % 7].to_bits(),
+            2 => [
+                f64::NAN,
+                f64::INFINITY,
+                f64::NEG_INFINITY,
+                f64::MAX,
+                f64::MIN_POSITIVE,
+                -0.0,
+                5e-324,
+            ][bits as usize / 8 % 7]
+                .to_bits(),
             3 => (1e5 * self.unit()).to_bits(),
             4 => (1e-4 * self.unit()).to_bits(),
             _ => (1e4 * self.unit()).to_bits(),
@@ -66,7 +75,11 @@ fn assert_finite<M: Message>(token: &M) {
     token.write_words(&mut words);
     for (field, word) in M::FIELDS.iter().zip(words) {
         let number = f64::from_bits(word);
-        assert!(field.kind == FieldKind::U64 || number.is_finite(), "{}: {token:?}", field.name);
+        assert!(
+            field.kind == FieldKind::U64 || number.is_finite(),
+            "{}: {token:?}",
+            field.name
+        );
     }
 }
 

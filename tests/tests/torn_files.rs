@@ -25,8 +25,24 @@ enum Tear {
 }
 
 const ABSURD: [&str; 18] = [
-    "NaN", "inf", "-inf", "0", "-0.0", "1e308", "-1e308", "1e-308", "5e-324", "1e300", "1e30", "1e12", "-1", "1",
-    "18446744073709551615", "9223372036854775808", "0.5", "1e-9",
+    "NaN",
+    "inf",
+    "-inf",
+    "0",
+    "-0.0",
+    "1e308",
+    "-1e308",
+    "1e-308",
+    "5e-324",
+    "1e300",
+    "1e30",
+    "1e12",
+    "-1",
+    "1",
+    "18446744073709551615",
+    "9223372036854775808",
+    "0.5",
+    "1e-9",
 ];
 const PIECES: [&str; 14] = [
     "(", ")", "[", "{", "}", "\"", "\\", "#!", "/*", ",", ":", "é", "\u{0}", ", None",
@@ -84,7 +100,12 @@ fn torn(text: &str, tears: &[Tear]) -> String {
                 let lines: Vec<&str> = text.lines().collect();
                 if !lines.is_empty() {
                     let lost = at.index(lines.len());
-                    text = lines.iter().enumerate().filter(|(line, _)| *line != lost).map(|(_, line)| format!("{line}\n")).collect();
+                    text = lines
+                        .iter()
+                        .enumerate()
+                        .filter(|(line, _)| *line != lost)
+                        .map(|(_, line)| format!("{line}\n"))
+                        .collect();
                 }
             }
             Tear::Insert(at, piece) => text.insert_str(boundary(&text, *at), piece),

@@ -6,8 +6,8 @@ use crate::error::RunError;
 use crate::folder::RunFolder;
 use crate::scenario::{Scenario, load};
 use anhyst_ipc::{
-    CoilField, Connections, Demand, Estimate, FieldCommand, Measurement, Message, NodeId, SafeField, Sender, TokenFault,
-    Truth,
+    CoilField, Connections, Demand, Estimate, FieldCommand, Measurement, Message, NodeId, SafeField, Sender,
+    TokenFault, Truth,
 };
 use anhyst_recorder::Recording;
 use serde::Serialize;

@@ -73,7 +73,10 @@ fn begin(at_s: Option<f64>, from_tick: Option<u64>, tick_s: f64) -> Result<u64, 
             Ok((at_s / tick_s).round() as u64)
         }
         (None, Some(tick)) => Ok(tick),
-        _ => Err(Invalid::new("", "a fault begins at_s or from_tick: give exactly one of them")),
+        _ => Err(Invalid::new(
+            "",
+            "a fault begins at_s or from_tick: give exactly one of them",
+        )),
     }
 }
 

@@ -70,9 +70,8 @@ impl Scenario {
     fn validate_monitors(&self) -> Result<(), Invalid> {
         let limit = self.guard.monitors.temperature_limit_k;
         if let (Some(limit_k), None) = (limit, self.plant.sensors.temperature) {
-            let sentence = format!(
-                "{limit_k} K cannot be watched: no thermometer is fitted, give plant.sensors.temperature"
-            );
+            let sentence =
+                format!("{limit_k} K cannot be watched: no thermometer is fitted, give plant.sensors.temperature");
             return Err(Invalid::new("guard.monitors.temperature_limit_k", sentence));
         }
         Ok(())
