@@ -262,7 +262,11 @@ fn culprit<'a>(children: &'a [Running], folder: &RunFolder) -> Option<&'a Runnin
         let words = last_words(folder, &running.name);
         let node = match words.strip_suffix(" is silent") {
             Some(rest) => rest.rsplit(' ').next()?.to_owned(),
-            None => words.strip_prefix(": ")?.split_once(" did not come within")?.0.to_owned(),
+            None => words
+                .strip_prefix(": ")?
+                .split_once(" did not come within")?
+                .0
+                .to_owned(),
         };
         let mut all = children.iter();
         all.find(|running| running.name == node || running.name.split('+').any(|name| name == node))
