@@ -342,27 +342,39 @@ fn verdict(children: &[Running], folder: &RunFolder, tick: u64, ticks: u64) -> L
 }
 
 /// Of the processes that failed, the one to blame: one that a signal ended comes before those that complain about it; else the
-/// complaints "… but X is silent" are followed to the process that has none, be it dead or hung.
+/// complaints "… but X is silent" are followed to the process that has none, be it dead or hung. Other complaints may only be
+/// consequences: a last token on the way to the safe field does not reach a reader that has given up.
 fn culprit<'a>(children: &'a [Running], folder: &RunFolder) -> Option<&'a Running> {
     if let Some(killed) = children.iter().find(|running| running.killed()) {
         return Some(killed);
     }
-    let mut blamed = children.iter().find(|running| running.failed())?;
-    for _ in children {
-        let words = last_words(folder, &blamed.name);
-        let silent = words
-            .strip_suffix(" is silent")
-            .and_then(|rest| rest.rsplit(' ').next());
-        let Some(next) = silent.and_then(|node| {
-            children
-                .iter()
-                .find(|running| running.name.split('+').any(|name| name == node))
-        }) else {
-            break;
+    let accused_by = |running: &Running| {
+        let words = last_words(folder, &running.name);
+        let node = match words.strip_suffix(" is silent") {
+            Some(rest) => rest.rsplit(' ').next()?.to_owned(),
+            None => words
+                .strip_prefix(": ")?
+                .split_once(" did not come within")?
+                .0
+                .to_owned(),
         };
-        blamed = next;
+        let mut all = children.iter();
+        all.find(|running| running.name == node || running.name.split('+').any(|name| name == node))
+    };
+    let mut blamed = None;
+    for complainer in children.iter().filter(|running| running.failed()) {
+        let Some(mut last) = accused_by(complainer) else {
+            continue;
+        };
+        for _ in children {
+            last = accused_by(last).unwrap_or(last);
+        }
+        if last_words(folder, &last.name).is_empty() {
+            return Some(last);
+        }
+        blamed = blamed.or(Some(last));
     }
-    Some(blamed)
+    blamed.or_else(|| children.iter().find(|running| running.failed()))
 }
 
 fn describe(status: Option<ExitStatus>) -> String {

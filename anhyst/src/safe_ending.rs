@@ -10,8 +10,11 @@ use std::time::Duration;
 /// How long a last token of the guard, and of the amplifier behind it, is waited for.
 const LAST_WAIT: Duration = Duration::from_millis(100);
 const LAST_WAIT_OF_PLANT: Duration = Duration::from_millis(350);
-/// Pace of the last ticks between processes: nobody's buffer overflows.
-const PACE: Duration = Duration::from_micros(50);
+/// So far ahead of the process that listens nobody runs: half of what its buffer takes.
+const MOST_AHEAD_TICKS: u64 = 32;
+/// How long such a listener is waited for in all: it may be dead.
+const PATIENCE: Duration = Duration::from_millis(200);
+const STEP: Duration = Duration::from_micros(200);
 /// More ticks than any stated ramp has are not needed; a ramp that never ends must not keep a process alive.
 const MOST_TICKS: u64 = 1_000_000;
 
@@ -37,6 +40,13 @@ pub fn bring_to_safety(stages: &mut [Box<dyn Stage>], shared: Option<&SharedCont
         .collect();
     let has = |node| moving.iter().any(|(stage, _)| stage.node() == node);
     let (has_guard, has_amplifier) = (has(NodeId::Guard), has(NodeId::Amplifier));
+    let next = match (has_guard, has_amplifier) {
+        (true, false) => Some(NodeId::Amplifier),
+        (_, true) if !has_plant => Some(NodeId::Plant),
+        _ => None,
+    };
+    let listener = next.and_then(|node| shared?.process_of(node));
+    let mut patience = PATIENCE;
     let (mut guard_moved, mut amplifier_moved) = (true, true);
     for tick in failed_at_tick..failed_at_tick.saturating_add(MOST_TICKS) {
         let (mut any_heard, mut any_alone, mut any_moved) = (false, false, false);
@@ -67,8 +77,13 @@ pub fn bring_to_safety(stages: &mut [Box<dyn Stage>], shared: Option<&SharedCont
         if !any_moved {
             break;
         }
-        if shared.is_some() {
-            std::thread::sleep(PACE);
+        if let Some(shared) = shared {
+            shared.set_tick(tick + 1);
+            let behind = || listener.and_then(|name| shared.tick_of(name));
+            while !patience.is_zero() && behind().is_some_and(|reached| reached + MOST_AHEAD_TICKS < tick) {
+                std::thread::sleep(STEP);
+                patience = patience.saturating_sub(STEP);
+            }
         }
     }
     ending
