@@ -3,7 +3,9 @@
 use crate::assemble;
 use crate::error::RunError;
 use crate::folder::RunFolder;
-use crate::report::ProcessReport;
+use crate::report::{Ending, ProcessReport};
+use crate::sabotage::Sabotage;
+use crate::safe_ending;
 use crate::scenario::{Clock, Scenario};
 use crate::scribe::Scribe;
 use anhyst_ipc::{Connections, LinkError, Node, NodeId, SharedContext, SharedSettings, Stage, Wait, stop_requested};
@@ -38,6 +40,10 @@ struct Loop {
     shared: Option<Rc<SharedContext>>,
     recorder_process: Option<String>,
     receive_limit: Duration,
+    sabotage: Sabotage,
+    /// The tick that is being worked on.
+    reached: u64,
+    ending: Option<Ending>,
 }
 
 /// Runs the `nodes` of `scenario` in this process; `meeting` is none if all nodes are here. `progress` hears finished ticks.
@@ -56,6 +62,17 @@ pub fn run(
     let start = Instant::now();
     let outcome = looping.run(scenario.ticks(), progress);
     let loop_s = start.elapsed().as_secs_f64();
+    if let Err(error) = &outcome {
+        if meeting.is_some() {
+            // Said at once: bringing the field to safety takes time in which nobody must wonder who is silent.
+            crate::complain!("{error}");
+        }
+        looping.ending = Some(safe_ending::bring_to_safety(
+            &mut looping.stages,
+            looping.shared.as_deref(),
+            looping.reached,
+        ));
+    }
     let outcome = outcome.and_then(|()| looping.connections.part());
     looping.report(process, folder, loop_s, outcome.err())
 }
@@ -97,6 +114,7 @@ fn open(
         .transpose()?
         .map(Rc::new);
     let mut connections = Connections::new(nodes.iter().copied(), assemble::wires(), shared.clone());
+    connections.accept_any_tick(assemble::late_channels(scenario)?);
     let mut stages = Vec::new();
     let mut scribe = None;
     for node in nodes {
@@ -116,6 +134,9 @@ fn open(
         shared,
         recorder_process: recorder_process.filter(elsewhere),
         receive_limit,
+        sabotage: Sabotage::new(scenario, nodes, meeting.is_some())?,
+        reached: 0,
+        ending: None,
     })
 }
 
@@ -123,6 +144,8 @@ impl Loop {
     fn run(&mut self, ticks: u64, progress: &mut dyn FnMut(u64)) -> Result<(), LinkError> {
         let leads = self.stages.first().is_some_and(|stage| stage.node() == NodeId::Plant);
         for tick in 0..ticks {
+            self.reached = tick;
+            self.sabotage.happen(tick);
             for stage in &mut self.stages {
                 stage.tick(tick)?;
             }
@@ -182,6 +205,7 @@ impl Loop {
             loop_s,
             stopped: matches!(error, Some(LinkError::Stopped { .. })),
             error: error.map(|error| error.to_string()),
+            ending: self.ending,
             ..ProcessReport::default()
         };
         for stage in &self.stages {
@@ -191,6 +215,13 @@ impl Loop {
         if let Some(scribe) = self.scribe {
             report.nodes.push(scribe.report());
             let mut scribe = scribe.into_block();
+            for overheard in scribe.overheard() {
+                report.nodes.push(overheard.report());
+                let path = || folder.trail(overheard.report().node.name());
+                overheard
+                    .write(folder)
+                    .map_err(|cause| RunError::Write { path: path(), cause })?;
+            }
             report.verdict = Some(scribe.verdict());
             assemble::finish_recording(&mut scribe, &mut report)?;
         }

@@ -1,6 +1,7 @@
 //! The recorder's node: judges every tick and, if the scenario wants it, hands every token to the recording.
 
 use crate::judge::{Judge, Verdict};
+use crate::overheard::Overheard;
 use anhyst_ipc::{Block, CoilField, Demand, Estimate, FieldCommand, Measurement, NodeId, Now, SafeField, Truth};
 
 #[cfg(feature = "recorder")]
@@ -9,6 +10,7 @@ use anhyst_recorder::Recorder;
 /// Judge and recorder as one block, so that both hear the same tokens.
 pub struct Scribe {
     judge: Judge,
+    overheard: Vec<Overheard>,
     #[cfg(feature = "recorder")]
     recorder: Option<Recorder>,
 }
@@ -29,9 +31,20 @@ impl Scribe {
     pub fn new(judge: Judge) -> Self {
         Self {
             judge,
+            overheard: Vec::new(),
             #[cfg(feature = "recorder")]
             recorder: None,
         }
+    }
+
+    /// A scribe that also notes what foreign nodes send.
+    pub fn with_overheard(self, overheard: Vec<Overheard>) -> Self {
+        Self { overheard, ..self }
+    }
+
+    /// What it noted of foreign nodes.
+    pub fn overheard(&self) -> &[Overheard] {
+        &self.overheard
     }
 
     /// A scribe that also records.
@@ -63,6 +76,9 @@ impl Block for Scribe {
     fn step(&mut self, tick: u64, inputs: Everything) {
         let (_, Now(truth), Now(estimate), Now(demand), _, Now(field), _) = &inputs;
         self.judge.observe(tick, truth, estimate, demand, field);
+        for overheard in &mut self.overheard {
+            overheard.hear(tick, &inputs);
+        }
         #[cfg(feature = "recorder")]
         if let Some(recorder) = &mut self.recorder {
             recorder.step(tick, inputs);

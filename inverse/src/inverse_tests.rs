@@ -10,6 +10,7 @@ fn inverse(structure: Structure) -> Inverse {
         structure,
         field_limit_a_per_m: Some(LIMIT),
         compensate_amplifier: true,
+        drive: None,
     };
     let amplifier = AmplifierConstants {
         bandwidth_hz: Some(2000.0),

@@ -1,44 +1,10 @@
 //! A token without its type, for what carries tokens but does not read them: channel, tick and the bits of its fields.
 //!
 //! On a wire it is its tick and then its fields, eight bytes each, little-endian. The time of sending stays behind: it is of
-//! another machine's clock. Which fields they are, the two ends settle beforehand ([`layouts`]).
+//! another machine's clock. Which fields they are, the two ends settle beforehand ([`crate::layouts`]).
 
 use crate::message::MOST_FIELDS;
-use crate::{Channel, Field, Message, fingerprint};
-
-/// `$body` with `$Type` as the type of the messages on `$channel`.
-macro_rules! with_message {
-    ($channel:expr, $Type:ident => $body:expr) => {
-        $crate::raw::with_message!(@ $channel, $Type => $body;
-            Measurement, Truth, Estimate, Demand, FieldCommand, SafeField, CoilField)
-    };
-    (@ $channel:expr, $Type:ident => $body:expr; $($message:ident),*) => {
-        match $channel {
-            $($crate::Channel::$message => {
-                type $Type = $crate::$message;
-                $body
-            })*
-        }
-    };
-}
-pub(crate) use with_message;
-
-impl Channel {
-    /// The fields of its messages after `tick` and `sent_ns`.
-    pub fn fields(self) -> &'static [Field] {
-        with_message!(self, M => M::FIELDS)
-    }
-
-    /// The name of its messages' type, which ends in the hash of their fields.
-    pub fn type_name(self) -> &'static str {
-        with_message!(self, M => M::TYPE_NAME)
-    }
-}
-
-/// One number for the layouts of all messages: two programs with the same one understand each other's tokens.
-pub fn layouts() -> u64 {
-    fingerprint(&Channel::ALL.map(Channel::type_name).join(" "))
-}
+use crate::{Channel, Message};
 
 /// A token without its type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

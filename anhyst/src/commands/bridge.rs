@@ -9,10 +9,9 @@ use crate::error::RunError;
 use crate::folder::RunFolder;
 use crate::process::Meeting;
 use crate::report::ProcessReport;
-use crate::scenario::{Clock, Scenario, load, to_ron};
+use crate::scenario::{Clock, Scenario, load};
 use crate::signals;
 use anhyst_bridge::{BridgeError, BridgeSettings, End};
-use anhyst_ipc::fingerprint;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -32,8 +31,10 @@ pub fn run(arguments: &BridgeArguments) -> miette::Result<Ending> {
         .validate()
         .map_err(|sentence| miette::miette!("{sentence}"))?;
     let scenario = load(&node.scenario, &node.settings)?;
-    let effective = to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?;
-    let meeting = meeting(node, fingerprint(&effective))?;
+    let agreement = scenario
+        .agreement()
+        .map_err(|error| RunError::Setup(error.to_string()))?;
+    let meeting = meeting(node, agreement)?;
     let settings = settings(arguments, &scenario, meeting)?;
     let ticks = settings.ticks;
     let mut words = Words {
@@ -75,9 +76,14 @@ pub fn run(arguments: &BridgeArguments) -> miette::Result<Ending> {
     Ok(ending)
 }
 
+/// How long a token may take to come.
+fn receive_limit(clock: &Clock) -> Duration {
+    let Clock::Lockstep { receive_limit_s } = *clock;
+    Duration::from_secs_f64(receive_limit_s)
+}
+
 fn settings(arguments: &BridgeArguments, scenario: &Scenario, meeting: Meeting) -> Result<BridgeSettings, RunError> {
-    let Clock::Lockstep { receive_limit_s } = scenario.clock;
-    let receive_limit = Duration::from_secs_f64(receive_limit_s);
+    let receive_limit = receive_limit(&scenario.clock);
     let across = &arguments.across;
     let end = match (&across.listen, &across.connect) {
         (Some(endpoint), _) => End::Listen(endpoint.clone()),

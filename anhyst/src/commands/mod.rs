@@ -7,8 +7,11 @@ pub mod compare;
 pub mod diagnose;
 pub mod doctor;
 pub mod estimate;
+#[cfg(feature = "recorder")]
+pub mod export;
 pub mod fit;
 pub mod graph;
+pub mod interface;
 pub mod laws;
 pub mod node;
 pub mod paper;
@@ -16,7 +19,9 @@ pub mod part;
 #[cfg(feature = "recorder")]
 pub mod replay;
 pub mod run;
+pub mod study;
 pub mod summary;
+pub mod verify_amplifier;
 #[cfg(feature = "recorder")]
 pub mod view;
 

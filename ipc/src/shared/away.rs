@@ -6,10 +6,12 @@
 //! directions must not wait for each other.
 
 use super::context::{Peer, SharedContext, event};
-use super::ports::{DEEPEST_BUFFER, SharedSender, open_channel};
+use super::names::DEEPEST_BUFFER;
+use super::ports::{SharedSender, open_channel};
 use super::refused;
 use super::status::OwnStatus;
-use crate::raw::{RawToken, with_message};
+use crate::guest::with_message;
+use crate::raw::RawToken;
 use crate::{Channel, LinkError, Message, NodeId, SharedSettings, Wait, Wire, monotonic_ns};
 use iceoryx2::node::{NodeDetails, NodeView};
 use iceoryx2::port::listener::{Listener, ListenerWaitError};

@@ -7,14 +7,19 @@
 
 mod away;
 mod context;
+mod layout;
+pub(crate) mod names;
 mod ports;
 mod status;
 
 pub use away::{Arrivals, Departures, Progress, crossing};
 pub use context::{Observer, SharedContext, SharedSettings, Wait};
+pub use layout::Layout;
+pub use names::ANY_AGREEMENT;
 pub(crate) use ports::{SharedReceiver, SharedSender};
 
-use crate::LinkError;
+use crate::{Channel, LinkError};
+use iceoryx2::prelude::ServiceName;
 
 /// Names the operation that iceoryx2 refused.
 fn refused<E: std::fmt::Debug>(operation: impl Into<String>) -> impl FnOnce(E) -> LinkError {
@@ -23,4 +28,9 @@ fn refused<E: std::fmt::Debug>(operation: impl Into<String>) -> impl FnOnce(E) -
         operation,
         cause: format!("{error:?}"),
     }
+}
+
+/// The name of a channel's service.
+fn channel_name(channel: Channel) -> Result<ServiceName, LinkError> {
+    ServiceName::new(&names::channel_service(channel)).map_err(refused("name a channel"))
 }

@@ -1,26 +1,26 @@
 //! The two ends of a channel between processes.
 
 use super::context::{Peer, SharedContext, Wait};
-use super::refused;
+use super::names::{DEEPEST_BUFFER, LOOP_BUFFER, MOST_BORROWED, MOST_NODES, MOST_PUBLISHERS, MOST_SUBSCRIBERS};
+use super::{channel_name, refused};
 use crate::{Channel, LinkError, Message, NodeId, stop_requested};
 use iceoryx2::port::listener::ListenerWaitError;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
+use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use std::rc::Rc;
 use std::sync::atomic::{Ordering, fence};
 use std::time::{Duration, Instant};
 
-/// Tokens that wait for the slowest reader, the recorder: 0.4 s at 20 kHz.
-pub const DEEPEST_BUFFER: usize = 8192;
-/// Tokens that wait for a node of the loop; in lockstep one is under way, more are room for a real-time reader.
-const LOOP_BUFFER: usize = 64;
+/// A sleeper looks up at least this often: for a request to stop, and should a bell be missed.
+const LONGEST_NAP: Duration = Duration::from_millis(20);
 
 pub(super) fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFactory<ipc::Service, M, ()>, LinkError> {
     let channel = M::CHANNEL;
-    let name = ServiceName::new(&format!("loop/{channel}")).map_err(refused("name a channel"))?;
+    let name = channel_name(channel)?;
     let start = Instant::now();
     loop {
         let opened = context
@@ -29,11 +29,11 @@ pub(super) fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFa
             .publish_subscribe::<M>()
             .enable_safe_overflow(true)
             .subscriber_max_buffer_size(DEEPEST_BUFFER)
-            .subscriber_max_borrowed_samples(2)
+            .subscriber_max_borrowed_samples(MOST_BORROWED)
             .history_size(0)
-            .max_publishers(1)
-            .max_subscribers(8)
-            .max_nodes(32)
+            .max_publishers(MOST_PUBLISHERS)
+            .max_subscribers(MOST_SUBSCRIBERS)
+            .max_nodes(MOST_NODES)
             .open_or_create();
         match opened {
             Ok(service) => return Ok(service),
@@ -47,6 +47,7 @@ pub(super) fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFa
 /// The sending end: publishes, and wakes the readers that sleep.
 pub struct SharedSender<M: Message> {
     publisher: Publisher<ipc::Service, M, ()>,
+    service: PortFactory<ipc::Service, M, ()>,
     readers: Vec<Rc<Peer>>,
     expected: usize,
     channel: Channel,
@@ -54,7 +55,8 @@ pub struct SharedSender<M: Message> {
 
 impl<M: Message> SharedSender<M> {
     pub fn open(context: &Rc<SharedContext>, readers: &[NodeId]) -> Result<Self, LinkError> {
-        let publisher = open_channel::<M>(context)?
+        let service = open_channel::<M>(context)?;
+        let publisher = service
             .publisher_builder()
             .create()
             .map_err(refused("create a publisher"))?;
@@ -66,10 +68,29 @@ impl<M: Message> SharedSender<M> {
         }
         Ok(Self {
             publisher,
+            service,
             readers: peers,
             expected: readers.len(),
             channel: M::CHANNEL,
         })
+    }
+
+    /// Connects to whoever reads: for a process that does not know the loop's wiring. Readers bear their node's name.
+    pub fn connect_to_all(&mut self, context: &SharedContext) -> Result<(), LinkError> {
+        let mut names = Vec::new();
+        self.service.dynamic_config().list_subscribers(|subscriber| {
+            names.push(subscriber.subscriber_name.to_string());
+            CallbackProgression::Continue
+        });
+        let nodes: Vec<NodeId> = names.iter().filter_map(|name| NodeId::named(name)).collect();
+        self.expected = nodes.len();
+        self.readers.clear();
+        for peer in nodes.iter().filter_map(|node| context.peer_of(*node)) {
+            if !self.readers.iter().any(|known| Rc::ptr_eq(known, &peer)) {
+                self.readers.push(peer);
+            }
+        }
+        self.connect()
     }
 
     pub fn connect(&mut self) -> Result<(), LinkError> {
@@ -155,38 +176,64 @@ impl<M: Message> SharedReceiver<M> {
         self.sleep(tick)
     }
 
+    /// Sleeps once until rung, at most `longest`, and looks at the channel again.
+    fn nap(&self, longest: Duration) -> Result<Option<M>, LinkError> {
+        match self.context.settings.wait {
+            Wait::Bell { .. } => {
+                self.context.status.set_asleep(true);
+                // Pairs with the fence in `SharedSender::send`: the flag is out before the channel is looked at again.
+                fence(Ordering::SeqCst);
+                let token = self.poll()?;
+                let waited = match token {
+                    Some(_) => Ok(0),
+                    None => self.context.bell.timed_wait(|_| {}, longest),
+                };
+                self.context.status.set_asleep(false);
+                match waited {
+                    // Any signal ends the wait, also a harmless one (SIGCONT); the caller looks at requests to stop.
+                    Ok(_) | Err(ListenerWaitError::InterruptSignal) => {}
+                    Err(error) => return Err(refused("wait for a bell")(error)),
+                }
+                if token.is_some() {
+                    return Ok(token);
+                }
+            }
+            Wait::Poll { period } => std::thread::sleep(period),
+        }
+        self.poll()
+    }
+
+    /// The next token, or none if none comes within `limit`.
+    pub fn receive_within(&self, limit: Duration) -> Result<Option<M>, LinkError> {
+        let start = Instant::now();
+        let yields = match self.context.settings.wait {
+            Wait::Bell { yields } => yields,
+            Wait::Poll { .. } => 0,
+        };
+        for _ in 0..=yields {
+            if let Some(token) = self.poll()? {
+                return Ok(Some(token));
+            }
+            std::thread::yield_now();
+        }
+        while let Some(left) = limit.checked_sub(start.elapsed()).filter(|left| !left.is_zero()) {
+            if let Some(token) = self.nap(left.min(LONGEST_NAP))? {
+                return Ok(Some(token));
+            }
+        }
+        Ok(None)
+    }
+
     #[cold]
     fn sleep(&self, tick: u64) -> Result<M, LinkError> {
         let start = Instant::now();
-        let limit = self.context.settings.receive_limit;
+        let ending = self.context.last_wait.get();
+        let limit = ending.unwrap_or(self.context.settings.receive_limit);
         loop {
-            let rung = match self.context.settings.wait {
-                Wait::Bell { .. } => {
-                    self.context.status.set_asleep(true);
-                    // Pairs with the fence in `SharedSender::send`: the flag is out before the channel is looked at again.
-                    fence(Ordering::SeqCst);
-                    let token = self.poll()?;
-                    let waited = match token {
-                        Some(_) => Ok(0),
-                        None => self.context.bell.timed_wait(|_| {}, Duration::from_millis(20)),
-                    };
-                    self.context.status.set_asleep(false);
-                    match waited {
-                        // Any signal ends the wait, also a harmless one (SIGCONT); a request to stop is looked at below.
-                        Ok(_) | Err(ListenerWaitError::InterruptSignal) => {}
-                        Err(error) => return Err(refused("wait for a bell")(error)),
-                    }
-                    token
-                }
-                Wait::Poll { period } => {
-                    std::thread::sleep(period);
-                    None
-                }
-            };
-            if let Some(token) = rung.map_or_else(|| self.poll(), |token| Ok(Some(token)))? {
+            if let Some(token) = self.nap(LONGEST_NAP)? {
                 return Ok(token);
             }
-            if stop_requested() {
+            if ending.is_none() && stop_requested() {
                 return Err(LinkError::Stopped { tick });
             }
             if start.elapsed() > limit {

@@ -1,18 +1,14 @@
 //! What a process says about itself on its iceoryx2 blackboard: phase of the start, asleep or not, last finished tick.
 
+use super::names::{AGREEMENT, ASLEEP, MOST_NODES, MOST_STATUS_READERS, PHASE, TICK, status_service};
 use super::refused;
 use crate::LinkError;
 use iceoryx2::port::reader::{EntryHandle, Reader};
 use iceoryx2::port::writer::{EntryHandleMut, Writer};
 use iceoryx2::prelude::*;
 
-const PHASE: u64 = 0;
-const ASLEEP: u64 = 1;
-const TICK: u64 = 2;
-const AGREEMENT: u64 = 3;
-
 fn service_name(process: &str) -> Result<ServiceName, LinkError> {
-    ServiceName::new(&format!("status/{process}")).map_err(refused("name a status service"))
+    ServiceName::new(&status_service(process)).map_err(refused("name a status service"))
 }
 
 /// The writing end: one process's own status.
@@ -28,8 +24,8 @@ impl OwnStatus {
         let service = node
             .service_builder(&service_name(process)?)
             .blackboard_creator::<u64>()
-            .max_readers(32)
-            .max_nodes(32)
+            .max_readers(MOST_STATUS_READERS)
+            .max_nodes(MOST_NODES)
             .add::<u64>(PHASE, 0)
             .add::<u64>(ASLEEP, 0)
             .add::<u64>(TICK, 0)
