@@ -105,6 +105,14 @@ fn report(folder: &Path, process: &str) -> serde_json::Value {
     serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
 }
 
+/// The amplifier hears nobody of the other host any more: its own watchdog has to bring the field to zero.
+fn assert_safe(rig: &Rig) {
+    let report = report(&rig.folders[0], "amplifier");
+    let field = report["nodes"][0]["field_a_per_m"].as_f64().unwrap();
+    // The end of a lag is never quite reached: 1 A/m of 10 kA/m counts as safe.
+    assert!(field.abs() <= 1.0, "{report}");
+}
+
 #[test]
 fn two_hosts_give_the_bits_of_one() {
     let _turn = alone();
@@ -168,6 +176,7 @@ fn a_killed_bridge_ends_both_sides_by_name() {
         "{}",
         rig_side.err
     );
+    assert_safe(&rig);
 }
 
 #[test]
@@ -180,6 +189,7 @@ fn a_killed_process_is_named_on_the_other_host() {
     let [rig_side, rest] = finish(sides).map(|side| side.expect(3));
     assert!(rest.err.contains("inverse was killed by signal 9"), "{}", rest.err);
     assert!(rig_side.err.contains("inverse has died"), "{}", rig_side.err);
+    assert_safe(&rig);
 }
 
 #[test]
