@@ -1,19 +1,20 @@
 //! Starts the processes of a run, watches them, ends what it started, and leaves no shared memory behind.
 
+mod blame;
+
 use crate::external::{self, ExternalCommand};
 use crate::folder::RunFolder;
 use crate::report::ProcessReport;
 use crate::resources::Resources;
 use crate::scenario::{Clock, ProcessKind, Scenario};
 use anhyst_ipc::{NodeId, Observer, stop_requested};
+use blame::{culprit, describe, last_words, settle};
 use std::collections::VecDeque;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 /// How often the children are looked at: well within the two seconds in which a death must be reported.
 const WATCH_PERIOD: Duration = Duration::from_millis(10);
-/// What the others get to complain, too, when a process gives up waiting.
-const SETTLING: Duration = Duration::from_millis(300);
 /// What a child that was asked to end gets before it is killed: time for the recorder to write its last block.
 const GRACE: Duration = Duration::from_millis(1200);
 
@@ -302,9 +303,7 @@ fn watch(
         children.iter_mut().for_each(Running::wake);
         if children.iter().any(Running::failed) {
             if !children.iter().any(Running::killed) {
-                // Whoever waits for the same culprit gives up within moments: then the chain of complaints is whole.
-                std::thread::sleep(SETTLING);
-                look(children);
+                settle(children, folder);
             }
             return Err(verdict(children, folder, tick, ticks));
         }
@@ -339,61 +338,6 @@ fn verdict(children: &[Running], folder: &RunFolder, tick: u64, ticks: u64) -> L
         ticks,
         detail: last_words(folder, &culprit.name),
     }
-}
-
-/// Of the processes that failed, the one to blame: one that a signal ended comes before those that complain about it; else the
-/// complaints "… but X is silent" are followed to the process that has none, be it dead or hung. Other complaints may only be
-/// consequences: a last token on the way to the safe field does not reach a reader that has given up.
-fn culprit<'a>(children: &'a [Running], folder: &RunFolder) -> Option<&'a Running> {
-    if let Some(killed) = children.iter().find(|running| running.killed()) {
-        return Some(killed);
-    }
-    let accused_by = |running: &Running| {
-        let words = last_words(folder, &running.name);
-        let node = match words.strip_suffix(" is silent") {
-            Some(rest) => rest.rsplit(' ').next()?.to_owned(),
-            None => words
-                .strip_prefix(": ")?
-                .split_once(" did not come within")?
-                .0
-                .to_owned(),
-        };
-        let mut all = children.iter();
-        all.find(|running| running.name == node || running.name.split('+').any(|name| name == node))
-    };
-    let mut blamed = None;
-    for complainer in children.iter().filter(|running| running.failed()) {
-        let Some(mut last) = accused_by(complainer) else {
-            continue;
-        };
-        for _ in children {
-            last = accused_by(last).unwrap_or(last);
-        }
-        if last_words(folder, &last.name).is_empty() {
-            return Some(last);
-        }
-        blamed = blamed.or(Some(last));
-    }
-    blamed.or_else(|| children.iter().find(|running| running.failed()))
-}
-
-fn describe(status: Option<ExitStatus>) -> String {
-    use std::os::unix::process::ExitStatusExt;
-    match status.map(|status| (status.code(), status.signal())) {
-        Some((Some(code), _)) => format!("ended with exit status {code}"),
-        Some((None, Some(signal))) => format!("was killed by signal {signal}"),
-        _ => "does not answer".into(),
-    }
-}
-
-fn last_words(folder: &RunFolder, process: &str) -> String {
-    let log = std::fs::read_to_string(folder.log(process)).unwrap_or_default();
-    // A refusal's sentence is marked; the picture below it is for the log.
-    let sentence = log
-        .lines()
-        .find_map(|line| line.trim().strip_prefix('×'))
-        .or_else(|| log.lines().rfind(|line| !line.trim().is_empty()));
-    sentence.map(|line| format!(": {}", line.trim())).unwrap_or_default()
 }
 
 /// Asks every child that still runs to end, then kills what has not.
