@@ -79,6 +79,8 @@ pub trait Outputs {
     fn open(connections: &mut Connections) -> Result<Self::Senders, LinkError>;
     /// Stamps and sends every token; each is shown to `seen` first.
     fn send(self, senders: &mut Self::Senders, tick: u64, seen: &mut dyn Seen) -> Result<(), LinkError>;
+    /// Shows every token as [`Outputs::send`] does, and sends none.
+    fn show(self, tick: u64, seen: &mut dyn Seen);
     /// Connects to the readers that have appeared.
     fn connect(senders: &mut Self::Senders) -> Result<(), LinkError>;
     /// The channels sent.
@@ -142,6 +144,15 @@ macro_rules! output_tuples {
                     outcome = outcome.and($sender.send($message::from_words(stamp, &words)));
                 )*
                 outcome
+            }
+            #[allow(unused_variables, reason = "the empty tuple shows nothing")]
+            fn show(self, tick: u64, seen: &mut dyn Seen) {
+                let ($($token,)*) = self;
+                $(
+                    let mut words = [0; crate::message::MOST_FIELDS];
+                    $token.write_words(&mut words);
+                    seen.see($message::CHANNEL, tick, &mut words[..$message::FIELDS.len()]);
+                )*
             }
             fn connect(($($sender,)*): &mut Self::Senders) -> Result<(), LinkError> {
                 $($sender.connect()?;)*
