@@ -71,6 +71,14 @@ pub enum LinkError {
         /// What iceoryx2 said.
         cause: String,
     },
+    /// The system refused something.
+    #[error("could not {operation}: {cause}")]
+    System {
+        /// What was tried.
+        operation: String,
+        /// What the system says.
+        cause: String,
+    },
     /// A node reads a channel of its own process that no node of this process sends.
     #[error("{reader} reads {channel}, but nobody in its process sends it and no transport to other processes is open")]
     Unconnected {

@@ -1,6 +1,7 @@
 //! A block with its links opened, its digest, and the faults that tests inject.
 
 use crate::block::{Inputs as _, Outputs as _, Seen};
+use crate::token_log::TokenLog;
 use crate::{Block, Connections, Digest, LinkError, LinkReport, NodeId, Trail};
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +32,8 @@ pub trait Stage {
     /// # Errors
     /// If a token is missing, wrong or cannot be delivered.
     fn tick(&mut self, tick: u64) -> Result<(), LinkError>;
+    /// Writes what is consumed and sent into `log` from now on.
+    fn log_tokens(&mut self, _log: TokenLog) {}
     /// The digest after every tick.
     fn trail(&self) -> &Trail;
     /// What it measured.
@@ -50,6 +53,7 @@ pub struct OneUlp {
 struct Watcher {
     digest: Digest,
     one_ulp_at: Option<u64>,
+    log: Option<TokenLog>,
 }
 
 impl Seen for Watcher {
@@ -60,6 +64,9 @@ impl Seen for Watcher {
             *first ^= 1;
         }
         self.digest.add(tick, words);
+        if let Some(log) = &mut self.log {
+            log.add(words);
+        }
     }
 }
 
@@ -90,11 +97,17 @@ impl<B: Block> Node<B> {
             watcher: Watcher {
                 digest: Digest::default(),
                 one_ulp_at: one_ulp.filter(|fault| fault.node == B::NODE).map(|fault| fault.tick),
+                log: None,
             },
             trail: Trail::with_capacity(ticks as usize),
             block,
             ticks: 0,
         })
+    }
+
+    /// The block, with what it has gathered so far.
+    pub fn block(&self) -> &B {
+        &self.block
     }
 
     /// Closes the links and gives the block back, with what it has gathered.
@@ -114,11 +127,20 @@ impl<B: Block> Stage for Node<B> {
 
     fn tick(&mut self, tick: u64) -> Result<(), LinkError> {
         let inputs = B::Inputs::receive(&mut self.receivers, tick)?;
+        if let Some(log) = &mut self.watcher.log {
+            log.begin(tick);
+            B::Inputs::taken(&self.receivers, &mut |taken| log.consume(taken));
+        }
         let outputs = self.block.step(tick, inputs);
+        self.trail.leave_out_until(tick);
         outputs.send(&mut self.senders, tick, &mut self.watcher)?;
         self.trail.push(self.watcher.digest);
         self.ticks = tick + 1;
         Ok(())
+    }
+
+    fn log_tokens(&mut self, log: TokenLog) {
+        self.watcher.log = Some(log);
     }
 
     fn trail(&self) -> &Trail {

@@ -1,4 +1,5 @@
-//! What a process says about itself on its iceoryx2 blackboard: phase of the start, asleep or not, last finished tick.
+//! What a process says about itself on its iceoryx2 blackboard: phase of the start, asleep or not, last finished tick, and
+//! in real time the moment at which tick 0 begins.
 
 use super::refused;
 use crate::LinkError;
@@ -10,9 +11,18 @@ const PHASE: u64 = 0;
 const ASLEEP: u64 = 1;
 const TICK: u64 = 2;
 const AGREEMENT: u64 = 3;
+const EPOCH: u64 = 4;
 
-fn service_name(process: &str) -> Result<ServiceName, LinkError> {
-    ServiceName::new(&format!("status/{process}")).map_err(refused("name a status service"))
+/// How often a process may be started in one run.
+pub const MOST_STARTS: u64 = 100;
+
+/// The status of the `start`th process of this name: 0 unless it takes the place of one that died.
+fn service_name(process: &str, start: u64) -> Result<ServiceName, LinkError> {
+    let name = match start {
+        0 => format!("status/{process}"),
+        start => format!("status/{process}/{start}"),
+    };
+    ServiceName::new(&name).map_err(refused("name a status service"))
 }
 
 /// The writing end: one process's own status.
@@ -20,13 +30,18 @@ pub struct OwnStatus {
     phase: EntryHandleMut<ipc::Service, u64, u64>,
     asleep: EntryHandleMut<ipc::Service, u64, u64>,
     tick: EntryHandleMut<ipc::Service, u64, u64>,
+    epoch: EntryHandleMut<ipc::Service, u64, u64>,
     _writer: Writer<ipc::Service, u64>,
 }
 
 impl OwnStatus {
     pub fn create(node: &Node<ipc::Service>, process: &str, agreement: u64) -> Result<Self, LinkError> {
+        Self::create_start(node, process, 0, agreement)
+    }
+
+    fn create_start(node: &Node<ipc::Service>, process: &str, start: u64, agreement: u64) -> Result<Self, LinkError> {
         let service = node
-            .service_builder(&service_name(process)?)
+            .service_builder(&service_name(process, start)?)
             .blackboard_creator::<u64>()
             .max_readers(32)
             .max_nodes(32)
@@ -34,6 +49,7 @@ impl OwnStatus {
             .add::<u64>(ASLEEP, 0)
             .add::<u64>(TICK, 0)
             .add::<u64>(AGREEMENT, agreement)
+            .add::<u64>(EPOCH, 0)
             .create()
             .map_err(refused(format!(
                 "create the status of {process} (is a process of that name already running under this prefix?)"
@@ -47,8 +63,23 @@ impl OwnStatus {
             phase: entry(PHASE)?,
             asleep: entry(ASLEEP)?,
             tick: entry(TICK)?,
+            epoch: entry(EPOCH)?,
             _writer: writer,
         })
+    }
+
+    /// The status of a process that takes the place of one that died. iceoryx2 never gives the entries of a dead writer free,
+    /// so it is another service, the first that does not exist yet.
+    pub fn create_again(node: &Node<ipc::Service>, process: &str, agreement: u64) -> Result<Self, LinkError> {
+        let create = |start| Self::create_start(node, process, start, agreement);
+        let mut created = create(1);
+        for start in 2..=MOST_STARTS {
+            if created.is_ok() {
+                break;
+            }
+            created = create(start);
+        }
+        created
     }
 
     pub fn set_phase(&self, phase: u64) {
@@ -62,6 +93,10 @@ impl OwnStatus {
     pub fn set_tick(&self, tick: u64) {
         self.tick.update_with_copy(tick);
     }
+
+    pub fn set_epoch(&self, epoch_ns: u64) {
+        self.epoch.update_with_copy(epoch_ns);
+    }
 }
 
 /// The reading end: another process's status.
@@ -71,15 +106,26 @@ pub struct PeerStatus {
     phase: EntryHandle<ipc::Service, u64, u64>,
     asleep: EntryHandle<ipc::Service, u64, u64>,
     tick: EntryHandle<ipc::Service, u64, u64>,
+    epoch: EntryHandle<ipc::Service, u64, u64>,
     _reader: Reader<ipc::Service, u64>,
 }
 
 impl PeerStatus {
     /// `Ok(None)` while the process has not created its status.
     pub fn open(node: &Node<ipc::Service>, process: &str) -> Result<Option<Self>, LinkError> {
+        Self::open_start(node, process, 0)
+    }
+
+    /// The phase of the newest process of this name, as far as it is further than the one that is known.
+    pub fn phase_of_later_starts(node: &Node<ipc::Service>, process: &str) -> u64 {
+        let later = (1..=MOST_STARTS).map_while(|start| Self::open_start(node, process, start).ok().flatten());
+        later.map(|status| status.phase()).max().unwrap_or_default()
+    }
+
+    fn open_start(node: &Node<ipc::Service>, process: &str, start: u64) -> Result<Option<Self>, LinkError> {
         // Any refusal may be a half-made service of a process that is just starting: the caller's time limit decides.
         let Ok(service) = node
-            .service_builder(&service_name(process)?)
+            .service_builder(&service_name(process, start)?)
             .blackboard_opener::<u64>()
             .open()
         else {
@@ -96,6 +142,7 @@ impl PeerStatus {
             phase: entry(PHASE)?,
             asleep: entry(ASLEEP)?,
             tick: entry(TICK)?,
+            epoch: entry(EPOCH)?,
             _reader: reader,
         }))
     }
@@ -110,5 +157,9 @@ impl PeerStatus {
 
     pub fn tick(&self) -> u64 {
         *self.tick.get()
+    }
+
+    pub fn epoch_ns(&self) -> u64 {
+        *self.epoch.get()
     }
 }
