@@ -62,6 +62,8 @@ pub struct Inverse {
     field_limit_a_per_m: f64,
     lead: Lead,
     last: Command,
+    /// What the estimator said last that could be used; the material's own at first.
+    shape_a_per_m: f64,
 }
 
 impl Inverse {
@@ -92,6 +94,7 @@ impl Inverse {
             field_limit_a_per_m,
             lead: Lead::new(lag_s, field_limit_a_per_m),
             last: Command::default(),
+            shape_a_per_m: hysteresis.shape_a_per_m,
         })
     }
 
@@ -100,18 +103,15 @@ impl Inverse {
     pub fn step(&mut self, wanted: Wanted, known: Known) -> Command {
         let numbers = wanted.magnetization_a_per_m.is_finite() && wanted.magnetization_rate_a_per_m_s.is_finite();
         if numbers && (self.structure == Structure::Gain || self.credible(&known)) {
+            if self.structure != Structure::Gain {
+                self.shape_a_per_m = known.shape_a_per_m;
+            }
             let command = match self.structure {
                 Structure::FromEstimate => {
                     let model = self.hysteresis.with_shape(known.shape_a_per_m);
                     self.invert(&model, model.advance(known.state, known.next_field_a_per_m), wanted)
                 }
-                Structure::OwnMemory => {
-                    let start = MagneticState {
-                        field_a_per_m: self.last.coil_field_a_per_m,
-                        magnetization_a_per_m: self.last.reached_magnetization_a_per_m,
-                    };
-                    self.invert(&self.hysteresis.with_shape(known.shape_a_per_m), start, wanted)
-                }
+                Structure::OwnMemory => self.invert_from_memory(wanted),
                 Structure::Gain => self.divide(wanted),
             };
             if command.reached_magnetization_a_per_m.is_finite() && command.field_a_per_m.is_finite() {
@@ -119,6 +119,29 @@ impl Inverse {
             }
         }
         self.last
+    }
+
+    /// The command for t_k+2 where the estimator is silent: from where the last command leads, with the last shape that the
+    /// estimator said, the material's own if it never said any.
+    pub fn step_uninformed(&mut self, wanted: Wanted) -> Command {
+        if wanted.magnetization_a_per_m.is_finite() && wanted.magnetization_rate_a_per_m_s.is_finite() {
+            let command = match self.structure {
+                Structure::FromEstimate | Structure::OwnMemory => self.invert_from_memory(wanted),
+                Structure::Gain => self.divide(wanted),
+            };
+            if command.reached_magnetization_a_per_m.is_finite() && command.field_a_per_m.is_finite() {
+                self.last = command;
+            }
+        }
+        self.last
+    }
+
+    fn invert_from_memory(&self, wanted: Wanted) -> Command {
+        let start = MagneticState {
+            field_a_per_m: self.last.coil_field_a_per_m,
+            magnetization_a_per_m: self.last.reached_magnetization_a_per_m,
+        };
+        self.invert(&self.hysteresis.with_shape(self.shape_a_per_m), start, wanted)
     }
 
     fn credible(&self, known: &Known) -> bool {

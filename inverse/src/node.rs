@@ -5,17 +5,22 @@ use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, NodeId, Now};
 use anhyst_model::MagneticState;
 
 const LIMITED: u64 = 1;
+/// An estimate that is older says nothing about the magnetic state any more. In lockstep it is never older than this tick.
+const OLDEST_ESTIMATE_TICKS: u64 = 2;
 
 impl Block for Inverse {
     const NODE: NodeId = NodeId::Inverse;
     type Inputs = (Now<Demand>, Now<Estimate>);
     type Outputs = (FieldCommand,);
 
-    fn step(&mut self, _tick: u64, (Now(demand), Now(estimate)): Self::Inputs) -> Self::Outputs {
+    fn step(&mut self, tick: u64, (Now(demand), Now(estimate)): Self::Inputs) -> Self::Outputs {
         let wanted = Wanted {
             magnetization_a_per_m: demand.magnetization_a_per_m,
             magnetization_rate_a_per_m_s: demand.magnetization_rate_a_per_m_s,
         };
+        if tick.saturating_sub(estimate.tick) > OLDEST_ESTIMATE_TICKS {
+            return (field_command(self.step_uninformed(wanted)),);
+        }
         let known = Known {
             shape_a_per_m: estimate.shape_a_per_m,
             state: MagneticState {
