@@ -1,6 +1,9 @@
 //! Starts the processes of a run, watches them, ends what it started, and leaves no shared memory behind.
 
+mod restart;
+
 use crate::folder::RunFolder;
+use crate::realtime::Restart;
 use crate::report::ProcessReport;
 use crate::resources::Resources;
 use crate::scenario::Scenario;
@@ -77,6 +80,8 @@ struct Running {
     name: String,
     child: Child,
     ended: Option<ExitStatus>,
+    /// How earlier processes of this name ended.
+    restarts: Vec<Restart>,
 }
 
 impl Running {
@@ -103,7 +108,7 @@ pub fn launch(
     let resources = Resources::unique();
     let mut children = Vec::new();
     let outcome = start(scenario, folder, options, &resources, &mut children)
-        .and_then(|()| watch(scenario, folder, &resources, &mut children, progress));
+        .and_then(|()| watch(scenario, folder, options, &resources, &mut children, progress));
     end(&mut children);
     resources.remove().map_err(|error| LaunchError::Cleanup {
         cause: error.to_string(),
@@ -111,7 +116,13 @@ pub fn launch(
     outcome?;
     children
         .iter()
-        .map(|running| read_report(folder, &running.name))
+        .map(|running| {
+            let report = read_report(folder, &running.name)?;
+            Ok(ProcessReport {
+                restarts: running.restarts.clone(),
+                ..report
+            })
+        })
         .collect()
 }
 
@@ -127,44 +138,65 @@ fn start(
         processes.reverse();
     }
     for (name, nodes) in processes {
-        let refused = |cause: std::io::Error| LaunchError::Spawn {
-            process: name.clone(),
-            cause: cause.to_string(),
-        };
-        let program = std::env::current_exe().map_err(refused)?;
-        let log = std::fs::File::create(folder.log(&name)).map_err(refused)?;
         let first = nodes.first().map_or("", |node| node.name());
-        let child = Command::new(program)
-            .arg(first)
-            .arg(folder.scenario())
-            .arg("--out")
-            .arg(folder.path())
-            .args([
-                "--service-prefix",
-                &resources.prefix,
-                "--yields",
-                &options.yields.to_string(),
-                "--end-with-launcher",
-            ])
-            .arg("--root")
-            .arg(&resources.root)
-            .stdin(Stdio::null())
-            .stdout(Stdio::null())
-            .stderr(log)
-            .spawn()
-            .map_err(refused)?;
+        let child = spawn(&name, first, folder, options, resources, false)?;
         children.push(Running {
             name,
             child,
             ended: None,
+            restarts: Vec::new(),
         });
     }
     Ok(())
 }
 
+/// Starts the process `name`, by the name of its `first` node; `again` if it takes the place of one that died.
+fn spawn(
+    name: &str,
+    first: &str,
+    folder: &RunFolder,
+    options: Options,
+    resources: &Resources,
+    again: bool,
+) -> Result<Child, LaunchError> {
+    let refused = |cause: std::io::Error| LaunchError::Spawn {
+        process: name.into(),
+        cause: cause.to_string(),
+    };
+    let program = std::env::current_exe().map_err(refused)?;
+    let log = std::fs::OpenOptions::new()
+        .create(true)
+        .write(true)
+        .truncate(!again)
+        .append(again)
+        .open(folder.log(name))
+        .map_err(refused)?;
+    Command::new(program)
+        .arg(first)
+        .arg(folder.scenario())
+        .arg("--out")
+        .arg(folder.path())
+        .args([
+            "--service-prefix",
+            &resources.prefix,
+            "--yields",
+            &options.yields.to_string(),
+            "--end-with-launcher",
+        ])
+        .arg("--root")
+        .arg(&resources.root)
+        .args(again.then_some("--rejoin"))
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(log)
+        .spawn()
+        .map_err(refused)
+}
+
 fn watch(
     scenario: &Scenario,
     folder: &RunFolder,
+    options: Options,
     resources: &Resources,
     children: &mut [Running],
     progress: &mut dyn FnMut(u64),
@@ -186,6 +218,7 @@ fn watch(
             return Err(LaunchError::Interrupted { tick, ticks });
         }
         look(children);
+        restart::restart(scenario, folder, options, resources, children, tick)?;
         if children.iter().any(Running::failed) {
             if !children.iter().any(Running::killed) {
                 // Whoever waits for the same culprit gives up within moments: then the chain of complaints is whole.

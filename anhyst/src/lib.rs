@@ -31,6 +31,7 @@ pub mod launcher;
 pub mod paper;
 pub mod parallel;
 pub mod process;
+pub mod realtime;
 #[cfg(feature = "recorder")]
 mod recording;
 pub mod report;

@@ -1,7 +1,9 @@
 //! The recorder's node: judges every tick and, if the scenario wants it, hands every token to the recording.
 
 use crate::judge::{Judge, Verdict};
-use anhyst_ipc::{Block, CoilField, Demand, Estimate, FieldCommand, Measurement, NodeId, Now, SafeField, Truth};
+use anhyst_ipc::{
+    Block, CoilField, Demand, Estimate, FieldCommand, Latency, Measurement, NodeId, Now, SafeField, Truth,
+};
 
 #[cfg(feature = "recorder")]
 use anhyst_recorder::Recorder;
@@ -9,6 +11,8 @@ use anhyst_recorder::Recorder;
 /// Judge and recorder as one block, so that both hear the same tokens.
 pub struct Scribe {
     judge: Judge,
+    /// From sending the measurement to sending the coil's field of the same tick.
+    round: Latency,
     #[cfg(feature = "recorder")]
     recorder: Option<Recorder>,
 }
@@ -29,6 +33,7 @@ impl Scribe {
     pub fn new(judge: Judge) -> Self {
         Self {
             judge,
+            round: Latency::new(),
             #[cfg(feature = "recorder")]
             recorder: None,
         }
@@ -41,6 +46,11 @@ impl Scribe {
             recorder: Some(recorder),
             ..self
         }
+    }
+
+    /// Rounds of the loop between processes; empty within one.
+    pub fn round(&self) -> &Latency {
+        &self.round
     }
 
     /// The verdict so far.
@@ -61,7 +71,10 @@ impl Block for Scribe {
     type Outputs = ();
 
     fn step(&mut self, tick: u64, inputs: Everything) {
-        let (_, Now(truth), Now(estimate), Now(demand), _, Now(field), _) = &inputs;
+        let (Now(measured), Now(truth), Now(estimate), Now(demand), _, Now(field), Now(coil)) = &inputs;
+        if coil.tick == tick && measured.tick == tick && coil.sent_ns > measured.sent_ns && measured.sent_ns > 0 {
+            self.round.record(coil.sent_ns - measured.sent_ns);
+        }
         self.judge.observe(tick, truth, estimate, demand, field);
         #[cfg(feature = "recorder")]
         if let Some(recorder) = &mut self.recorder {

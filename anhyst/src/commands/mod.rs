@@ -4,16 +4,19 @@ pub mod check;
 pub mod compare;
 pub mod diagnose;
 pub mod doctor;
+pub mod doctor_realtime;
 pub mod estimate;
 pub mod fit;
 pub mod graph;
 pub mod laws;
 pub mod node;
 pub mod paper;
-#[cfg(feature = "recorder")]
 pub mod replay;
+#[cfg(feature = "recorder")]
+pub mod replay_recording;
 pub mod run;
 pub mod summary;
+mod summary_realtime;
 #[cfg(feature = "recorder")]
 pub mod view;
 

@@ -12,7 +12,7 @@ use crate::{launcher, resources, signals};
 use anhyst_ipc::NodeId;
 
 /// Polls before a waiting process sleeps, on a machine with fewer cores than processes.
-const YIELDS_SHARED: u32 = 20;
+pub const YIELDS_SHARED: u32 = 20;
 /// The same with a core for each.
 const YIELDS_DEDICATED: u32 = 1000;
 
