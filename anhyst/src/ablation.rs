@@ -149,5 +149,8 @@ fn plant_settings(case: &Case) -> PlantSettings {
         expansion: None,
         cut: anhyst_plant_sim::Cut::default(),
         contact: anhyst_plant_sim::Contact::default(),
+        effects: None,
+        material: None,
+        two_pole: None,
     }
 }

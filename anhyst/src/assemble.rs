@@ -3,14 +3,15 @@
 use crate::error::RunError;
 use crate::folder::RunFolder;
 use crate::judge::Judge;
+use crate::overheard::Overheard;
 use crate::report::ProcessReport;
 use crate::scenario::Scenario;
 use crate::scribe::Scribe;
 use anhyst_controller::Controller;
 use anhyst_estimator::Estimator;
 use anhyst_guard::Guard;
-use anhyst_inverse::Inverse;
-use anhyst_ipc::{Connections, Node, NodeId, Stage, Wire, wiring};
+use anhyst_inverse::{Drive, Inverse};
+use anhyst_ipc::{Block, Channel, Connections, Node, NodeId, Stage, Wire, wiring};
 use anhyst_plant_sim::{AmplifierNode, PlantNode};
 
 fn setup(error: impl std::fmt::Display) -> RunError {
@@ -40,49 +41,73 @@ pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -
         return crate::realtime::empty_stage(node, scenario.ticks(), connections);
     }
     let material = scenario.material()?;
-    let ticks = scenario.ticks();
-    let fault = scenario.fault;
+    let (believed, rod_per_strain) = scenario.believed()?;
     let tick_s = scenario.tick_s;
     Ok(match node {
         NodeId::Plant => {
             let rod = &scenario.rod.constants;
             let block = PlantNode::new(&scenario.plant, material, rod, tick_s, scenario.seed).map_err(setup)?;
-            Box::new(Node::open(block, connections, ticks, fault)?)
+            boxed(block, scenario, connections)?
         }
         NodeId::Amplifier => {
-            let block = AmplifierNode::new(&scenario.amplifier, tick_s).map_err(setup)?;
-            Box::new(Node::open(block, connections, ticks, fault)?)
+            let block = AmplifierNode::new(&scenario.amplifier, tick_s)
+                .and_then(|node| node.with_watchdog(&scenario.watchdog))
+                .map_err(setup)?;
+            boxed(block, scenario, connections)?
         }
         NodeId::Estimator => {
-            let block = Estimator::new(
+            let block = Estimator::with_effects(
                 &scenario.estimator,
-                material,
-                scenario.two_pole()?,
+                &believed,
+                rod_per_strain,
                 scenario.amplifier,
                 tick_s,
+                &scenario.effects,
             )
             .map_err(setup)?;
-            Box::new(Node::open(block, connections, ticks, fault)?)
+            boxed(block, scenario, connections)?
         }
-        NodeId::Controller => Box::new(Node::open(scenario.controller()?, connections, ticks, fault)?),
+        NodeId::Controller => boxed(scenario.controller()?, scenario, connections)?,
         NodeId::Inverse => {
-            let block = Inverse::new(
+            if let Some(signal) = scenario.inverse.drive {
+                let block = Drive::new(signal, tick_s, scenario.guard.acting_field_limit_a_per_m())?;
+                return boxed(block, scenario, connections);
+            }
+            let block = Inverse::with_effects(
                 &scenario.inverse,
-                material.hysteresis,
+                believed.hysteresis,
                 &scenario.amplifier,
-                scenario.guard.field_limit_a_per_m,
+                scenario.guard.acting_field_limit_a_per_m(),
+                &scenario.effects,
+                tick_s,
             )
+            .and_then(|inverse| inverse.with_fall_back(&scenario.amplifier, tick_s))
             .map_err(setup)?;
-            Box::new(Node::open(block, connections, ticks, fault)?)
+            boxed(block, scenario, connections)?
         }
-        NodeId::Guard => Box::new(Node::open(
-            Guard::new(&scenario.guard, tick_s)?,
-            connections,
-            ticks,
-            fault,
-        )?),
+        NodeId::Guard => boxed(Guard::new(&scenario.guard, tick_s)?, scenario, connections)?,
         NodeId::Recorder => return Err(RunError::Setup("the recorder is no stage of the loop".into())),
     })
+}
+
+/// Opens a block's links, with the faults that the scenario injects into what it sends.
+fn boxed<B: Block + 'static>(
+    block: B,
+    scenario: &Scenario,
+    connections: &mut Connections,
+) -> Result<Box<dyn Stage>, RunError> {
+    let node = Node::open(block, connections, scenario.ticks(), scenario.fault)?;
+    Ok(Box::new(node.with_faults(&scenario.token_faults()?, scenario.seed)))
+}
+
+/// Channels whose tokens an injected fault makes late: their readers take them for what they are.
+///
+/// # Errors
+/// A fault that makes no sense.
+pub fn late_channels(scenario: &Scenario) -> Result<Vec<Channel>, RunError> {
+    let faults = scenario.token_faults()?;
+    let late = faults.iter().filter(|fault| fault.shifts_ticks());
+    Ok(late.map(|fault| fault.channel).collect())
 }
 
 /// Builds the recorder's block: judge, and recording if the scenario wants one.
@@ -90,7 +115,9 @@ pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -
 /// # Errors
 /// If the recording cannot be created.
 pub fn scribe(scenario: &Scenario, folder: &RunFolder) -> Result<Scribe, RunError> {
-    let scribe = Scribe::new(Judge::new(scenario.expect, scenario.tick_s));
+    let foreign = scenario.external_nodes().into_iter();
+    let overheard = foreign.map(|node| Overheard::new(node, scenario.ticks())).collect();
+    let scribe = Scribe::new(Judge::new(scenario.expect, scenario.tick_s)).with_overheard(overheard);
     if !scenario.recording.on {
         return Ok(scribe);
     }

@@ -1,5 +1,6 @@
 //! The command line.
 
+use crate::external::{ExternalCommand, Nodes};
 use crate::scenario::Setting;
 use anhyst_ipc::NodeId;
 use clap::{Args, Parser, Subcommand};
@@ -29,6 +30,9 @@ pub enum Command {
     Replay(ReplayArguments),
     /// Open a run's recording in the Rerun viewer.
     View(ViewArguments),
+    /// Write a recorded run as a measured table and an actuator model, for `diagnose` and `estimate`.
+    #[cfg(feature = "recorder")]
+    Export(crate::commands::export::ExportArguments),
     /// Fit a material to measured loops.
     Fit(Box<crate::commands::fit::FitArguments>),
     /// Estimate parameters of a model from a measured run.
@@ -37,8 +41,14 @@ pub enum Command {
     Paper(crate::commands::paper::PaperArguments),
     /// Find what a model lacks on measured runs, name it, add it.
     Diagnose(Box<crate::commands::diagnose::DiagnoseArguments>),
+    /// Hide effects in made runs, diagnose them, and count what is named rightly.
+    Study(Box<crate::commands::study::StudyArguments>),
     /// Compare the estimation laws under motions, noise and drift.
     Laws(crate::commands::laws::LawsArguments),
+    /// Print what a driver in any language must know: services, layouts, rules.
+    Interface(crate::commands::interface::InterfaceArguments),
+    /// Verify whatever process is plugged in as amplifier.
+    VerifyAmplifier(Box<crate::commands::verify_amplifier::VerifyAmplifierArguments>),
     /// Look at shared memory, leftovers of crashed runs, rights and cores.
     Doctor(DoctorArguments),
     /// Print shell completions.
@@ -94,12 +104,38 @@ pub struct RunArguments {
     /// Every process has a core of its own: wait by polling, not by sleeping.
     #[arg(long)]
     pub dedicated_cores: bool,
+    /// Do not start this process (a node, or `plant-sim+amplifier`): another program takes its place (repeatable).
+    #[arg(long, value_name = "PROCESS")]
+    pub external: Vec<Nodes>,
+    /// Start this process by a command of yours, told where to meet by ANHYST_… variables: `amplifier='python3 driver.py'`
+    /// (repeatable).
+    #[arg(long = "external-command", value_name = "PROCESS=COMMAND")]
+    pub external_commands: Vec<ExternalCommand>,
+    /// Prefix of the run's iceoryx2 resources (default: one that no other run has).
+    #[arg(long)]
+    pub service_prefix: Option<String>,
+    /// Directory of iceoryx2's files (default: one that no other run has).
+    #[arg(long)]
+    pub root: Option<PathBuf>,
+    /// How long the processes may take to find each other, in seconds.
+    #[arg(long, default_value_t = 60.0, value_parser = limit_s)]
+    pub start_limit_s: f64,
     /// Start the processes in the reverse order (the result must not depend on it).
     #[arg(long, hide = true)]
     pub reverse_start: bool,
     /// Print the summary as JSON instead of a table.
     #[arg(long)]
     pub json: bool,
+}
+
+/// A limit in seconds.
+fn limit_s(text: &str) -> Result<f64, String> {
+    let limit_s: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
+    if (0.1..=86_400.0).contains(&limit_s) {
+        Ok(limit_s)
+    } else {
+        Err(format!("{limit_s} s is outside [0.1, 86400] s"))
+    }
 }
 
 /// `check`

@@ -2,12 +2,14 @@
 
 mod restart;
 
+use crate::external::{self, ExternalCommand};
 use crate::folder::RunFolder;
 use crate::realtime::Restart;
 use crate::report::ProcessReport;
 use crate::resources::Resources;
-use crate::scenario::Scenario;
-use anhyst_ipc::{Observer, stop_requested};
+use crate::scenario::{ProcessKind, Scenario};
+use anhyst_ipc::{NodeId, Observer, stop_requested};
+use std::collections::VecDeque;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
@@ -43,6 +45,20 @@ pub enum LaunchError {
         /// What the process said last, with a colon before it, or nothing.
         detail: String,
     },
+    /// Nobody started an external process.
+    #[error(
+        "{process} is external, and nobody came within {limit_s} s: start its driver with ANHYST_SERVICE_PREFIX={prefix} ANHYST_ROOT={root}, or give --external-command or a longer --start-limit-s"
+    )]
+    NobodyCame {
+        /// Which.
+        process: String,
+        /// How long it was waited for.
+        limit_s: f64,
+        /// Where it was waited for.
+        prefix: String,
+        /// The same.
+        root: String,
+    },
     /// The user asked to stop.
     #[error("stopped on request at tick {tick} of {ticks}")]
     Interrupted {
@@ -68,25 +84,68 @@ pub enum LaunchError {
 }
 
 /// How processes are started.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Options {
     /// Polls before a waiting process sleeps.
     pub yields: u32,
     /// Last process first: the result must not depend on it.
     pub reverse_start: bool,
+    /// Where the processes meet.
+    pub resources: Resources,
+    /// How long external processes may take to come.
+    pub start_limit: Duration,
+    /// Commands that start external processes; those without one are started by somebody else.
+    pub commands: Vec<ExternalCommand>,
 }
 
 struct Running {
     name: String,
+    /// A user's command: in a process group of its own, and it leaves no report.
+    foreign: bool,
     child: Child,
     ended: Option<ExitStatus>,
     /// How earlier processes of this name ended.
     restarts: Vec<Restart>,
+    /// Of the scenario's faults that stop it: for how long each, and when to wake it.
+    stops: VecDeque<Duration>,
+    wake_at: Option<Instant>,
 }
 
 impl Running {
     fn failed(&self) -> bool {
         self.ended.is_some_and(|status| !status.success())
+    }
+
+    /// Signals a child, and what a user's command has started.
+    fn signal(&self, signal: rustix::process::Signal) {
+        let Some(pid) = rustix::process::Pid::from_raw(self.child.id() as i32) else {
+            return;
+        };
+        // A child that has just ended by itself cannot be signalled; that is what was wanted.
+        let _ = if self.foreign {
+            rustix::process::kill_process_group(pid, signal)
+        } else {
+            rustix::process::kill_process(pid, signal)
+        };
+    }
+
+    /// Wakes it when the time is over for which the scenario stops it. Others who stop it must wake it themselves.
+    fn wake(&mut self) {
+        let Some(pid) = rustix::process::Pid::from_raw(self.child.id() as i32).filter(|_| self.ended.is_none()) else {
+            return;
+        };
+        if let Some(first) = self.stops.front() {
+            let options = rustix::process::WaitIdOptions::STOPPED | rustix::process::WaitIdOptions::NOHANG;
+            let stopped = rustix::process::waitid(rustix::process::WaitId::Pid(pid), options);
+            if stopped.is_ok_and(|status| status.is_some()) {
+                self.wake_at = Some(Instant::now() + *first);
+                self.stops.pop_front();
+            }
+        }
+        if self.wake_at.take_if(|at| *at <= Instant::now()).is_some() {
+            // A process that has died meanwhile needs no waking.
+            let _ = rustix::process::kill_process(pid, rustix::process::Signal::CONT);
+        }
     }
 
     /// A signal ended it.
@@ -102,20 +161,20 @@ impl Running {
 pub fn launch(
     scenario: &Scenario,
     folder: &RunFolder,
-    options: Options,
+    options: &Options,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<ProcessReport>, LaunchError> {
-    let resources = Resources::unique();
     let mut children = Vec::new();
-    let outcome = start(scenario, folder, options, &resources, &mut children)
-        .and_then(|()| watch(scenario, folder, options, &resources, &mut children, progress));
+    let outcome = start(scenario, folder, options, &mut children)
+        .and_then(|()| watch(scenario, folder, options, &mut children, progress));
     end(&mut children);
-    resources.remove().map_err(|error| LaunchError::Cleanup {
+    options.resources.remove().map_err(|error| LaunchError::Cleanup {
         cause: error.to_string(),
     })?;
     outcome?;
     children
         .iter()
+        .filter(|running| !running.foreign)
         .map(|running| {
             let report = read_report(folder, &running.name)?;
             Ok(ProcessReport {
@@ -129,96 +188,144 @@ pub fn launch(
 fn start(
     scenario: &Scenario,
     folder: &RunFolder,
-    options: Options,
-    resources: &Resources,
+    options: &Options,
     children: &mut Vec<Running>,
 ) -> Result<(), LaunchError> {
     let mut processes = scenario.placement.processes();
+    let external = scenario.external_processes();
     if options.reverse_start {
         processes.reverse();
     }
     for (name, nodes) in processes {
-        let first = nodes.first().map_or("", |node| node.name());
-        let child = spawn(&name, first, folder, options, resources, false)?;
-        children.push(Running {
+        let refused = |cause: std::io::Error| LaunchError::Spawn {
+            process: name.clone(),
+            cause: cause.to_string(),
+        };
+        let foreign = external.contains(&name);
+        let stops = scenario.process_faults(&nodes).unwrap_or_default().into_iter();
+        let stops = stops.filter_map(|(_, kind)| match kind {
+            ProcessKind::Stop(stop_s) => Some(Duration::from_secs_f64(stop_s)),
+            ProcessKind::Kill => None,
+        });
+        let child = if foreign {
+            start_external(&name, &nodes, scenario, folder, options).map_err(refused)?
+        } else {
+            Some(start_own(&name, &nodes, folder, options, false).map_err(refused)?)
+        };
+        children.extend(child.map(|child| Running {
             name,
+            foreign,
             child,
             ended: None,
             restarts: Vec::new(),
-        });
+            stops: stops.collect(),
+            wake_at: None,
+        }));
     }
     Ok(())
 }
 
-/// Starts the process `name`, by the name of its `first` node; `again` if it takes the place of one that died.
-fn spawn(
+/// Starts a process of ours; `again` if it takes the place of one that died.
+fn start_own(
     name: &str,
-    first: &str,
+    nodes: &[NodeId],
     folder: &RunFolder,
-    options: Options,
-    resources: &Resources,
+    options: &Options,
     again: bool,
-) -> Result<Child, LaunchError> {
-    let refused = |cause: std::io::Error| LaunchError::Spawn {
-        process: name.into(),
-        cause: cause.to_string(),
-    };
-    let program = std::env::current_exe().map_err(refused)?;
+) -> std::io::Result<Child> {
     let log = std::fs::OpenOptions::new()
         .create(true)
         .write(true)
         .truncate(!again)
         .append(again)
-        .open(folder.log(name))
-        .map_err(refused)?;
-    Command::new(program)
-        .arg(first)
+        .open(folder.log(name))?;
+    // Of two who wait for the same absentee the launcher gives up first: it knows what to advise.
+    let start_limit = options.start_limit + GRACE;
+    Command::new(std::env::current_exe()?)
+        .arg(nodes.first().map_or("", |node| node.name()))
         .arg(folder.scenario())
         .arg("--out")
         .arg(folder.path())
-        .args([
-            "--service-prefix",
-            &resources.prefix,
-            "--yields",
-            &options.yields.to_string(),
-            "--end-with-launcher",
-        ])
+        .args(["--service-prefix", &options.resources.prefix])
+        .args(["--yields", &options.yields.to_string()])
+        .args(["--start-limit-s", &start_limit.as_secs_f64().to_string()])
+        .arg("--end-with-launcher")
         .arg("--root")
-        .arg(&resources.root)
+        .arg(&options.resources.root)
         .args(again.then_some("--rejoin"))
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(log)
         .spawn()
-        .map_err(refused)
+}
+
+/// Starts a process by the user's command, or tells the user what to start.
+fn start_external(
+    name: &str,
+    nodes: &[NodeId],
+    scenario: &Scenario,
+    folder: &RunFolder,
+    options: &Options,
+) -> std::io::Result<Option<Child>> {
+    let environment = external::environment(
+        name,
+        scenario,
+        &options.resources,
+        scenario.clock.receive_limit_s(),
+        options.start_limit,
+        options.yields,
+    );
+    let command = options
+        .commands
+        .iter()
+        .find(|command| command.nodes.iter().any(|node| nodes.contains(node)));
+    let Some(command) = command else {
+        external::announce(name, &environment, folder.path(), options.start_limit);
+        return Ok(None);
+    };
+    let log = std::fs::File::create(folder.log(name))?;
+    external::spawn(&command.command, &environment, log).map(Some)
 }
 
 fn watch(
     scenario: &Scenario,
     folder: &RunFolder,
-    options: Options,
-    resources: &Resources,
+    options: &Options,
     children: &mut [Running],
     progress: &mut dyn FnMut(u64),
 ) -> Result<(), LaunchError> {
     let ticks = scenario.ticks();
-    let plant = children
-        .iter()
-        .map(|running| running.name.clone())
-        .find(|name| name.contains("plant-sim"));
+    let processes = scenario.placement.processes();
+    let plant = processes.iter().find(|(_, nodes)| nodes.contains(&NodeId::Plant));
     // Without an observer there is only no progress; the run itself does not need it.
+    let resources = &options.resources;
     let mut observer = Observer::open(&resources.prefix, &resources.root).ok();
+    let mut awaited = scenario.external_processes();
+    let begin = Instant::now();
+    let mut own_ended = None;
     let mut tick = 0;
     loop {
-        if let (Some(observer), Some(plant)) = (&mut observer, &plant) {
-            tick = observer.tick_of(plant).unwrap_or(tick);
-            progress(tick);
+        if let Some(observer) = &mut observer {
+            if let Some((plant, _)) = plant {
+                tick = observer.tick_of(plant).unwrap_or(tick);
+                progress(tick);
+            }
+            awaited.retain(|process| observer.tick_of(process).is_none());
+            if let Some(process) = awaited.first().filter(|_| begin.elapsed() > options.start_limit) {
+                return Err(LaunchError::NobodyCame {
+                    process: process.clone(),
+                    limit_s: options.start_limit.as_secs_f64(),
+                    prefix: resources.prefix.clone(),
+                    root: resources.root.display().to_string(),
+                });
+            }
         }
         if stop_requested() {
             return Err(LaunchError::Interrupted { tick, ticks });
         }
         look(children);
-        restart::restart(scenario, folder, options, resources, children, tick)?;
+        children.iter_mut().for_each(Running::wake);
+        restart::restart(scenario, folder, options, children, tick)?;
         if children.iter().any(Running::failed) {
             if !children.iter().any(Running::killed) {
                 // Whoever waits for the same culprit gives up within moments: then the chain of complaints is whole.
@@ -227,8 +334,15 @@ fn watch(
             }
             return Err(verdict(children, folder, tick, ticks));
         }
-        if children.iter().all(|running| running.ended.is_some()) {
-            return Ok(());
+        if children
+            .iter()
+            .all(|running| running.foreign || running.ended.is_some())
+        {
+            // A foreign program may need a moment after the last token; then it is ended like all that still runs.
+            let since: &mut Instant = own_ended.get_or_insert_with(Instant::now);
+            if children.iter().all(|running| running.ended.is_some()) || since.elapsed() > GRACE {
+                return Ok(());
+            }
         }
         std::thread::sleep(WATCH_PERIOD);
     }
@@ -254,27 +368,39 @@ fn verdict(children: &[Running], folder: &RunFolder, tick: u64, ticks: u64) -> L
 }
 
 /// Of the processes that failed, the one to blame: one that a signal ended comes before those that complain about it; else the
-/// complaints "… but X is silent" are followed to the process that has none, be it dead or hung.
+/// complaints "… but X is silent" are followed to the process that has none, be it dead or hung. Other complaints may only be
+/// consequences: a last token on the way to the safe field does not reach a reader that has given up.
 fn culprit<'a>(children: &'a [Running], folder: &RunFolder) -> Option<&'a Running> {
     if let Some(killed) = children.iter().find(|running| running.killed()) {
         return Some(killed);
     }
-    let mut blamed = children.iter().find(|running| running.failed())?;
-    for _ in children {
-        let words = last_words(folder, &blamed.name);
-        let silent = words
-            .strip_suffix(" is silent")
-            .and_then(|rest| rest.rsplit(' ').next());
-        let Some(next) = silent.and_then(|node| {
-            children
-                .iter()
-                .find(|running| running.name.split('+').any(|name| name == node))
-        }) else {
-            break;
+    let accused_by = |running: &Running| {
+        let words = last_words(folder, &running.name);
+        let node = match words.strip_suffix(" is silent") {
+            Some(rest) => rest.rsplit(' ').next()?.to_owned(),
+            None => words
+                .strip_prefix(": ")?
+                .split_once(" did not come within")?
+                .0
+                .to_owned(),
         };
-        blamed = next;
+        let mut all = children.iter();
+        all.find(|running| running.name == node || running.name.split('+').any(|name| name == node))
+    };
+    let mut blamed = None;
+    for complainer in children.iter().filter(|running| running.failed()) {
+        let Some(mut last) = accused_by(complainer) else {
+            continue;
+        };
+        for _ in children {
+            last = accused_by(last).unwrap_or(last);
+        }
+        if last_words(folder, &last.name).is_empty() {
+            return Some(last);
+        }
+        blamed = blamed.or(Some(last));
     }
-    Some(blamed)
+    blamed.or_else(|| children.iter().find(|running| running.failed()))
 }
 
 fn describe(status: Option<ExitStatus>) -> String {
@@ -299,10 +425,7 @@ fn last_words(folder: &RunFolder, process: &str) -> String {
 /// Asks every child that still runs to end, then kills what has not.
 fn end(children: &mut [Running]) {
     for running in children.iter_mut().filter(|running| running.ended.is_none()) {
-        if let Some(pid) = rustix::process::Pid::from_raw(running.child.id() as i32) {
-            // A child that has just ended by itself cannot be signalled; that is what was wanted.
-            let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
-        }
+        running.signal(rustix::process::Signal::TERM);
     }
     let start = Instant::now();
     for running in children.iter_mut() {
@@ -311,7 +434,7 @@ fn end(children: &mut [Running]) {
             std::thread::sleep(Duration::from_millis(2));
         }
         if running.ended.is_none() {
-            let _ = running.child.kill();
+            running.signal(rustix::process::Signal::KILL);
             running.ended = running.child.wait().ok();
         }
     }

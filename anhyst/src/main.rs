@@ -33,9 +33,14 @@ fn run(command: &Command) -> miette::Result<Ending> {
         Command::Estimate(arguments) => commands::estimate::run(arguments),
         Command::Paper(arguments) => commands::paper::run(arguments),
         Command::Diagnose(arguments) => commands::diagnose::run(arguments),
+        Command::Study(arguments) => commands::study::run(arguments),
         Command::Laws(arguments) => commands::laws::run(arguments),
+        Command::Interface(arguments) => commands::interface::run(arguments),
+        Command::VerifyAmplifier(arguments) => commands::verify_amplifier::run(arguments),
         Command::Doctor(arguments) => commands::doctor::run(arguments),
         Command::Replay(arguments) => commands::replay::run(arguments),
+        #[cfg(feature = "recorder")]
+        Command::Export(arguments) => commands::export::run(arguments),
         #[cfg(feature = "recorder")]
         Command::View(arguments) => commands::view::run(arguments),
         #[cfg(not(feature = "recorder"))]

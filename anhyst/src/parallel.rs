@@ -1,28 +1,11 @@
 //! Independent work on all cores, results in the order of the work.
 
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use anhyst_diagnosis::parallel;
 
-/// `work` of every item, on as many threads as the machine has cores. What an item gives must not depend on the others.
+/// `work` of every item and its place, on as many threads as the machine has cores. What an item gives must not depend on the others.
 pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(usize, &T) -> R + Sync) -> Vec<R> {
-    let next = AtomicUsize::new(0);
-    let done: Mutex<Vec<Option<R>>> = Mutex::new(items.iter().map(|_| None).collect());
-    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    std::thread::scope(|scope| {
-        for _ in 0..cores.min(items.len()) {
-            scope.spawn(|| {
-                loop {
-                    let i = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(item) = items.get(i) else { break };
-                    let result = work(i, item);
-                    if let Ok(mut done) = done.lock() {
-                        done[i] = Some(result);
-                    }
-                }
-            });
-        }
-    });
-    done.into_inner().unwrap_or_default().into_iter().flatten().collect()
+    let numbered: Vec<(usize, &T)> = items.iter().enumerate().collect();
+    parallel::map(parallel::available(), &numbered, |(place, item)| work(*place, item))
 }
 
 #[cfg(test)]

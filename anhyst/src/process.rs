@@ -4,7 +4,9 @@ use crate::assemble;
 use crate::error::RunError;
 use crate::folder::RunFolder;
 use crate::realtime::{self, Timed};
-use crate::report::ProcessReport;
+use crate::report::{Ending, ProcessReport};
+use crate::sabotage::Sabotage;
+use crate::safe_ending;
 use crate::scenario::Scenario;
 use crate::scribe::Scribe;
 use anhyst_ipc::{
@@ -45,6 +47,10 @@ struct Loop {
     recorder_process: Option<String>,
     receive_limit: Duration,
     timed: Option<Timed>,
+    sabotage: Sabotage,
+    /// The tick that is being worked on.
+    reached: u64,
+    ending: Option<Ending>,
 }
 
 /// Runs the `nodes` of `scenario` in this process; `meeting` is none if all nodes are here. `progress` hears finished ticks.
@@ -66,6 +72,17 @@ pub fn run(
         Some(timed) => looping.run_timed(timed, scenario.ticks(), progress),
     };
     let loop_s = start.elapsed().as_secs_f64();
+    if let Err(error) = &outcome {
+        if meeting.is_some() {
+            // Said at once: bringing the field to safety takes time in which nobody must wonder who is silent.
+            crate::complain!("{error}");
+        }
+        looping.ending = Some(safe_ending::bring_to_safety(
+            &mut looping.stages,
+            looping.shared.as_deref(),
+            looping.reached,
+        ));
+    }
     let outcome = outcome.and_then(|()| looping.connections.part());
     looping.report(process, folder, loop_s, outcome.err())
 }
@@ -122,6 +139,7 @@ fn open(
     let discipline = pace.clone().map_or(Discipline::Lockstep, Discipline::Newest);
     let mut connections =
         Connections::new(nodes.iter().copied(), assemble::wires(), shared.clone()).with_discipline(discipline);
+    connections.accept_any_tick(assemble::late_channels(scenario)?);
     let mut stages = Vec::new();
     let mut scribe = None;
     for node in nodes {
@@ -153,6 +171,9 @@ fn open(
         recorder_process: recorder_process.filter(elsewhere),
         receive_limit,
         timed,
+        sabotage: Sabotage::new(scenario, nodes, meeting.is_some())?,
+        reached: 0,
+        ending: None,
     })
 }
 
@@ -181,6 +202,8 @@ impl Loop {
     fn run(&mut self, ticks: u64, progress: &mut dyn FnMut(u64)) -> Result<(), LinkError> {
         let leads = self.stages.first().is_some_and(|stage| stage.node() == NodeId::Plant);
         for tick in 0..ticks {
+            self.reached = tick;
+            self.sabotage.happen(tick);
             for stage in &mut self.stages {
                 stage.tick(tick)?;
             }
@@ -204,6 +227,11 @@ impl Loop {
             let tick = timed.turn_to(next);
             if tick >= ticks {
                 break Ok(());
+            }
+            self.reached = tick;
+            // What comes back has already suffered what the scenario has for it.
+            if !timed.rejoined() {
+                self.sabotage.happen(tick);
             }
             let stages = self.stages.iter_mut().try_for_each(|stage| stage.tick(tick));
             let all = stages.and_then(|()| self.scribe.as_mut().map_or(Ok(()), |scribe| scribe.tick(tick)));
@@ -273,6 +301,7 @@ impl Loop {
             loop_s,
             stopped: matches!(error, Some(LinkError::Stopped { .. })),
             error: error.map(|error| error.to_string()),
+            ending: self.ending,
             ..ProcessReport::default()
         };
         for stage in &self.stages {
@@ -284,6 +313,13 @@ impl Loop {
         if let Some(scribe) = self.scribe {
             report.nodes.push(scribe.report());
             let mut scribe = scribe.into_block();
+            for overheard in scribe.overheard() {
+                report.nodes.push(overheard.report());
+                let path = || folder.trail(overheard.report().node.name());
+                overheard
+                    .write(folder)
+                    .map_err(|cause| RunError::Write { path: path(), cause })?;
+            }
             report.verdict = Some(scribe.verdict());
             assemble::finish_recording(&mut scribe, &mut report)?;
         }

@@ -47,7 +47,7 @@ fn run_info(scenario: &Scenario, folder: &RunFolder) -> Result<RunInfo, RunError
             .map(|event| EventName {
                 number: event.number(),
                 text: event.name().replace('_', " "),
-                level: if event == Event::Rearmed {
+                level: if !event.is_fault() {
                     Level::Warning
                 } else {
                     Level::Error

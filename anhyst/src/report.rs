@@ -30,4 +30,18 @@ pub struct ProcessReport {
     pub error: Option<String>,
     /// True if it ended because it was asked to.
     pub stopped: bool,
+    /// How the field was brought to safety, if it ended early.
+    #[serde(default)]
+    pub ending: Option<Ending>,
+}
+
+/// What a process did after its links had failed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Ending {
+    /// The tick that it could not finish.
+    pub failed_at_tick: u64,
+    /// Ticks that were still heard, then ticks that its nodes answered alone.
+    pub heard_ticks: u64,
+    /// See there.
+    pub alone_ticks: u64,
 }

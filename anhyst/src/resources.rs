@@ -23,7 +23,52 @@ pub fn user_root() -> PathBuf {
     PathBuf::from("/tmp").join(format!("anhyst-{}", rustix::process::getuid().as_raw()))
 }
 
+/// A socket's path has 108 bytes, of which iceoryx2 needs about 40 for its own names.
+const LONGEST_ROOT_AND_PREFIX: usize = 68;
+/// The shortest prefix that a user may choose: all files that begin with it are removed after the run.
+const SHORTEST_PREFIX: usize = 8;
+
+/// Checks that a socket's path has room for both.
+///
+/// # Errors
+/// A sentence with the length and the limit.
+pub fn check_length(root: &Path, prefix: &str) -> Result<(), String> {
+    let length = root.as_os_str().len() + prefix.len();
+    if length > LONGEST_ROOT_AND_PREFIX {
+        return Err(format!(
+            "--root and --service-prefix have {length} characters together; a socket's path leaves room for {LONGEST_ROOT_AND_PREFIX}"
+        ));
+    }
+    Ok(())
+}
+
 impl Resources {
+    /// Resources under names that the user chose (each may be left to us), so that a driver can know them beforehand.
+    ///
+    /// # Errors
+    /// A sentence, if a name is too long, or so short that cleaning up could meet somebody else's files.
+    pub fn chosen(prefix: Option<&str>, root: Option<&Path>) -> Result<Self, String> {
+        let unique = Self::unique();
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        if let Some(prefix) = prefix
+            && !(prefix.len() >= SHORTEST_PREFIX
+                && prefix.chars().all(plain)
+                && prefix.ends_with('_')
+                && prefix != PREFIX)
+        {
+            return Err(format!(
+                "--service-prefix {prefix} must have at least {SHORTEST_PREFIX} letters, digits and '_', end with '_', and not be {PREFIX}: files that begin with it are removed after the run"
+            ));
+        }
+        let root = root.map_or_else(|| Ok(unique.root), std::path::absolute);
+        let chosen = Self {
+            prefix: prefix.map_or(unique.prefix, str::to_owned),
+            root: root.map_err(|error| format!("--root cannot be used: {error}"))?,
+        };
+        check_length(&chosen.root, &chosen.prefix)?;
+        Ok(chosen)
+    }
+
     /// New resources, named after this process and the moment.
     pub fn unique() -> Self {
         let id = format!("{}_{:x}", std::process::id(), anhyst_ipc::monotonic_ns());
@@ -44,7 +89,35 @@ impl Resources {
                 ignore_missing(std::fs::remove_file(entry.path()))?;
             }
         }
-        ignore_missing(std::fs::remove_dir_all(&self.root))
+        remove_within(&self.root, &self.prefix)
+    }
+}
+
+/// `nodes`, `services`, and a folder of digits for each node.
+fn is_made_by_iceoryx2(folder: &str) -> bool {
+    folder == "nodes" || folder == "services" || folder.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+/// Removes from a run's directory what bears its prefix, and the directories that are empty then: a root that the user chose
+/// may hold other things.
+fn remove_within(folder: &Path, prefix: &str) -> std::io::Result<()> {
+    let entries = match std::fs::read_dir(folder) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        entries => entries?,
+    };
+    for entry in entries {
+        let entry = entry?;
+        let (path, is_folder) = (entry.path(), entry.file_type()?.is_dir());
+        match (is_folder, entry.file_name().to_string_lossy().starts_with(prefix)) {
+            (true, true) => ignore_missing(std::fs::remove_dir_all(path))?,
+            (true, false) if is_made_by_iceoryx2(&entry.file_name().to_string_lossy()) => remove_within(&path, prefix)?,
+            (false, true) => ignore_missing(std::fs::remove_file(path))?,
+            _ => {}
+        }
+    }
+    match std::fs::remove_dir(folder) {
+        Err(error) if error.kind() == std::io::ErrorKind::DirectoryNotEmpty => Ok(()),
+        other => ignore_missing(other),
     }
 }
 

@@ -1,6 +1,7 @@
 //! The recorder's node: judges every tick and, if the scenario wants it, hands every token to the recording.
 
 use crate::judge::{Judge, Verdict};
+use crate::overheard::Overheard;
 use anhyst_ipc::{
     Block, CoilField, Demand, Estimate, FieldCommand, Latency, Measurement, NodeId, Now, SafeField, Truth,
 };
@@ -13,6 +14,7 @@ pub struct Scribe {
     judge: Judge,
     /// From sending the measurement to sending the coil's field of the same tick.
     round: Latency,
+    overheard: Vec<Overheard>,
     #[cfg(feature = "recorder")]
     recorder: Option<Recorder>,
 }
@@ -34,9 +36,20 @@ impl Scribe {
         Self {
             judge,
             round: Latency::new(),
+            overheard: Vec::new(),
             #[cfg(feature = "recorder")]
             recorder: None,
         }
+    }
+
+    /// A scribe that also notes what foreign nodes send.
+    pub fn with_overheard(self, overheard: Vec<Overheard>) -> Self {
+        Self { overheard, ..self }
+    }
+
+    /// What it noted of foreign nodes.
+    pub fn overheard(&self) -> &[Overheard] {
+        &self.overheard
     }
 
     /// A scribe that also records.
@@ -76,6 +89,9 @@ impl Block for Scribe {
             self.round.record(coil.sent_ns - measured.sent_ns);
         }
         self.judge.observe(tick, truth, estimate, demand, field);
+        for overheard in &mut self.overheard {
+            overheard.hear(tick, &inputs);
+        }
         #[cfg(feature = "recorder")]
         if let Some(recorder) = &mut self.recorder {
             recorder.step(tick, inputs);

@@ -5,10 +5,11 @@
 //! with its parts, its rate (A/(m s)), the error (m) and the state of the integrator (m).
 
 use crate::anti_windup::Applied;
+use crate::effects::{KnownEffects, delay_and_lag_s};
 use crate::pid::is_measured;
 use crate::{Cancellation, ControllerSettings, Feedforward, LoopShape, Pid, StrainLaw, Trajectory};
 use anhyst_ipc::Invalid;
-use anhyst_model::{Material, TwoPole};
+use anhyst_model::{Effect, Material, TwoPole};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -16,10 +17,12 @@ use std::path::Path;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Heard {
     pub displacement_m: f64,
-    /// The guard is on its way to, or at, the safe field.
+    /// The guard is on its way to, or at, the safe field, or holds the field.
     pub open: bool,
     /// Field asked for minus field permitted, where the guard limited it.
     pub field_cut_a_per_m: Option<f64>,
+    /// Field that the guard permitted in the tick before.
+    pub field_a_per_m: f64,
     /// Magnetization that the inverse expected to reach, where the demand needed more field than its limit.
     pub reached_a_per_m: Option<f64>,
 }
@@ -61,6 +64,7 @@ pub struct Controller {
     law: StrainLaw,
     pid: Option<Pid>,
     cancellation: Option<Cancellation>,
+    effects: Option<KnownEffects>,
     tick_s: f64,
     /// The demand before: p asked for and p after the strain law's ends.
     wanted_m: f64,
@@ -81,6 +85,22 @@ impl Controller {
         tick_s: f64,
         base_dir: &Path,
     ) -> Result<Self, Invalid> {
+        Self::with_effects(settings, rod, material, tick_s, base_dir, &[])
+    }
+
+    /// The same for an actuator that has these effects. Those that change nothing but numbers of material and rod must be in
+    /// them already ([`anhyst_model::with_known_effects`]).
+    ///
+    /// # Errors
+    /// As [`Controller::new`], and an effect that cannot be used.
+    pub fn with_effects(
+        settings: &ControllerSettings,
+        rod: TwoPole,
+        material: &Material,
+        tick_s: f64,
+        base_dir: &Path,
+        effects: &[Effect],
+    ) -> Result<Self, Invalid> {
         settings.validate_parts(tick_s)?;
         rod.validate()
             .map_err(|error| Invalid::new("", error.to_string()).within("rod"))?;
@@ -89,7 +109,10 @@ impl Controller {
             .map_err(|error| Invalid::new("", error.to_string()).within("material"))?;
         let trajectory = Trajectory::load(&settings.trajectory, settings.start_s, tick_s, base_dir)
             .map_err(|refusal| refusal.within("trajectory"))?;
-        let shape = LoopShape::new(&rod, settings.feedback.as_ref(), tick_s);
+        let known = KnownEffects::new(effects, tick_s)
+            .map_err(|error| Invalid::new("", error.to_string()).within("effects"))?;
+        let (delay_s, lag_s) = delay_and_lag_s(effects);
+        let shape = LoopShape::new(&rod, settings.feedback.as_ref(), tick_s).with_delay_and_lag(delay_s, lag_s);
         shape.validate()?;
         let law = StrainLaw::new(&rod, material);
         Ok(Self {
@@ -103,6 +126,7 @@ impl Controller {
                 .cancellation
                 .as_ref()
                 .map(|known| Cancellation::new(known, &shape, tick_s)),
+            effects: known,
             tick_s,
             wanted_m: 0.0,
             clipped_m: 0.0,
@@ -172,8 +196,14 @@ impl Controller {
     /// p of the trajectory: with feedforward the rod's inverse, without it what the feedback has to reach at least.
     fn needed_m(&self, time_s: f64) -> f64 {
         let motion = self.trajectory.at(time_s);
-        self.feedforward
-            .map_or(motion.position_m, |forward| forward.displacement_m(&motion))
+        let Some(forward) = self.feedforward else {
+            return motion.position_m;
+        };
+        let own_m = self
+            .effects
+            .as_ref()
+            .map_or(0.0, |effects| effects.own_forces_m(&motion));
+        forward.displacement_m(&motion) + own_m
     }
 
     /// Times of the ticks: all of the first fifty thousand, and about as many spread over the rest of a longer run, so that
@@ -189,19 +219,29 @@ impl Controller {
 
     /// Advances to tick `tick`.
     pub(crate) fn decide(&mut self, tick: u64, heard: &Heard) -> Decision {
-        let (now_s, then_s) = (tick as f64 * self.tick_s, (tick as f64 + 2.0) * self.tick_s);
+        let now_s = tick as f64 * self.tick_s;
+        let ahead_s = self.effects.as_ref().map_or(0.0, KnownEffects::ahead_s);
+        let then_s = (tick as f64 + 2.0) * self.tick_s + ahead_s;
         let (now, then) = (self.trajectory.at(now_s), self.trajectory.at(then_s));
         let applied = self.applied(heard);
-        let (forward_m, rate_m_per_s) = self.feedforward.map_or((0.0, 0.0), |forward| {
+        let (mut forward_m, rate_m_per_s) = self.feedforward.map_or((0.0, 0.0), |forward| {
             (forward.displacement_m(&then), forward.rate_m_per_s(&then))
         });
+        let mut expected_m = now.position_m;
+        if let Some(effects) = &mut self.effects {
+            expected_m = effects.expected_m(now.position_m);
+            let warm_m = self.law.metres_per_strain() * effects.warm_strain(heard.field_a_per_m);
+            if self.feedforward.is_some() {
+                forward_m += effects.own_forces_m(&then) - warm_m;
+            }
+        }
         let feedback = self
             .pid
             .as_mut()
-            .map(|pid| pid.step(now.position_m, heard.displacement_m, applied));
+            .map(|pid| pid.step(expected_m, heard.displacement_m, applied));
         let measured = is_measured(heard.displacement_m);
         if measured {
-            self.error_m = now.position_m - heard.displacement_m;
+            self.error_m = expected_m - heard.displacement_m;
         }
         let error_m = self.error_m;
         let adapt = measured && !applied.limited();

@@ -6,6 +6,7 @@
 mod anti_windup;
 mod cancellation;
 mod controller;
+mod effects;
 mod feedforward;
 mod loop_shape;
 mod node;

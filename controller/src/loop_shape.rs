@@ -1,7 +1,7 @@
-//! L(z) = K(z)·P(z)·z⁻²: the loop that the PID closes, hysteresis taken as inverted.
+//! L(z) = K(z)·P(z)·z⁻²⁻ᵈ: the loop that the PID closes, hysteresis taken as inverted.
 //!
 //! K the PID's transfer function (see `pid.rs`), P = ĉ/(ĉ − ω² + jk̂ω)·(sin(ωT/2)/(ωT/2))² the rod behind the first-order hold, two
-//! ticks of delay; z = e^{jωT}. Assumption: above half the sampling rate the rod passes nothing that folds back.
+//! ticks of delay and the amplifier's d; z = e^{jωT}; further delay t and lag τ of known effects multiply it by e^{−jωt}/(1 + jωτ). Assumption: above half the sampling rate the rod passes nothing that folds back.
 //!
 //! Stability (Nyquist): F(z) = (1 − z⁻¹)(1 + L), without the factor if there is no integrator, has no pole outside the unit
 //! circle, so the loop is stable exactly if F does not turn around 0 on the half circle 0 < ωT < π, F being real at both ends.
@@ -11,6 +11,9 @@ use anhyst_ipc::Invalid;
 use anhyst_model::TwoPole;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
+
+/// One tick of computing, one of the hold.
+const LEAST_DELAY_TICKS: u32 = 2;
 
 /// Points on the half circle.
 const POINTS: u32 = 8192;
@@ -73,6 +76,10 @@ pub struct LoopShape {
     stiffness_per_s2: f64,
     pid: Option<PidSettings>,
     tick_s: f64,
+    further_delay_s: f64,
+    further_lag_s: f64,
+    /// Of the loop: computing and hold, and what the amplifier adds.
+    delay_ticks: u32,
 }
 
 impl LoopShape {
@@ -83,6 +90,27 @@ impl LoopShape {
             stiffness_per_s2: rod.stiffness_per_s2,
             pid: pid.cloned(),
             tick_s,
+            delay_ticks: LEAST_DELAY_TICKS,
+            further_delay_s: 0.0,
+            further_lag_s: 0.0,
+        }
+    }
+
+    /// The same with more delay and a first-order lag in it.
+    pub fn with_delay_and_lag(self, further_delay_s: f64, further_lag_s: f64) -> Self {
+        Self {
+            further_delay_s,
+            further_lag_s,
+            ..self
+        }
+    }
+
+    /// The same loop behind an amplifier that is late by so many ticks.
+    #[must_use]
+    pub fn with_amplifier_delay(self, ticks: u32) -> Self {
+        Self {
+            delay_ticks: LEAST_DELAY_TICKS.saturating_add(ticks),
+            ..self
         }
     }
 
@@ -121,8 +149,16 @@ impl LoopShape {
     }
 
     fn open(&self, omega: f64) -> Complex {
-        let delay = Complex::unit(-2.0 * omega * self.tick_s);
-        self.controller(omega).times(self.rod(omega)).times(delay)
+        let ticks = f64::from(self.delay_ticks);
+        let delay = Complex::unit(-ticks * omega * self.tick_s - omega * self.further_delay_s);
+        let open = self.controller(omega).times(self.rod(omega)).times(delay);
+        if self.further_lag_s == 0.0 {
+            return open;
+        }
+        open.over(Complex {
+            re: 1.0,
+            im: omega * self.further_lag_s,
+        })
     }
 
     /// 1 + L on the half circle, without its ends.
@@ -167,17 +203,31 @@ impl LoopShape {
             return Ok(());
         }
         let Some(pid) = &self.pid else { return Ok(()) };
+        let delay = match self.delay_ticks {
+            LEAST_DELAY_TICKS => "two".to_owned(),
+            ticks => ticks.to_string(),
+        };
         Err(Invalid::new(
             "feedback",
             format!(
-                "kp = {} m/m, ki_per_s = {} 1/s and kd_s = {} s together are unstable with this rod ({:.0} Hz) and two ticks of {} s of delay, \
+                "kp = {} m/m, ki_per_s = {} 1/s and kd_s = {} s together are unstable with this rod ({:.0} Hz) and {delay} ticks of {} s of delay{}, \
                  even with the hysteresis inverted exactly: lower them",
                 pid.kp,
                 pid.ki_per_s,
                 pid.kd_s,
                 libm::sqrt(self.stiffness_per_s2) / TAU,
-                self.tick_s
+                self.tick_s,
+                self.further()
             ),
         ))
+    }
+
+    /// In words, for refusals.
+    fn further(&self) -> String {
+        let (delay_s, lag_s) = (self.further_delay_s, self.further_lag_s);
+        if delay_s == 0.0 && lag_s == 0.0 {
+            return String::new();
+        }
+        format!(" and, of the known effects, {delay_s} s of delay and {lag_s} s of lag")
     }
 }

@@ -6,7 +6,7 @@ use anhyst_ipc::{Block, Demand, FieldCommand, Measurement, NodeId, Now, Previous
 
 /// Bits of `SafeField::status`.
 const GUARD_LIMITS: u64 = 1 | 2;
-const GUARD_ACTS: u64 = 4 | 8;
+const GUARD_ACTS: u64 = 4 | 8 | 16;
 /// Bit of `FieldCommand::status`.
 const INVERSE_LIMITS: u64 = 1;
 /// Bits of `Demand::status`.
@@ -28,6 +28,7 @@ impl Block for Controller {
             tick,
             &Heard {
                 displacement_m: measurement.displacement_m,
+                field_a_per_m: safe.field_a_per_m,
                 open: set(safe.status, GUARD_ACTS),
                 field_cut_a_per_m: set(safe.status, GUARD_LIMITS).then_some(command.field_a_per_m - safe.field_a_per_m),
                 reached_a_per_m: set(command.status, INVERSE_LIMITS).then_some(command.reached_magnetization_a_per_m),

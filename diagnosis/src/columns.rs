@@ -186,7 +186,12 @@ fn named(file: &Path, headers: &[String], mapping: &ColumnMapping) -> Result<Col
     let quantity = mapping.quantity;
     let same = |header: &&String| **header == mapping.header;
     let index = headers.iter().position(|header| same(&header));
-    let index = index.ok_or_else(|| missing(file, headers, quantity))?;
+    let index = index.ok_or_else(|| DiagnosisError::NoSuchHeader {
+        file: file.to_owned(),
+        header: mapping.header.clone(),
+        quantity: quantity.name(),
+        present: quoted(headers),
+    })?;
     let times = headers.iter().filter(same).count();
     if times > 1 {
         let (file, column) = (file.to_owned(), mapping.header.clone());

@@ -74,6 +74,13 @@ pub enum DiagnosisError {
         expected: usize,
         remedy: String,
     },
+    #[error("{file}: there is no column \"{header}\", which was named for the {quantity}. It has {present}")]
+    NoSuchHeader {
+        file: PathBuf,
+        header: String,
+        quantity: &'static str,
+        present: String,
+    },
     #[error(
         "{file}: has no column for the {quantity}; it has {present}. Name one with {quantity_key}=HEADER or {quantity_key}=HEADER*SCALE"
     )]

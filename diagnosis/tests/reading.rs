@@ -110,7 +110,7 @@ fn columns_that_are_missing_or_double_are_listed() {
     assert_says(
         &good(),
         &mapped(&["field=H"]),
-        &["no column for the field", "\"H_A_per_m\""],
+        &["no column \"H\"", "named for the field", "\"H_A_per_m\""],
     );
 }
 

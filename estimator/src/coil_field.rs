@@ -26,6 +26,19 @@ pub struct CoilFieldModel {
     play: Option<Play>,
 }
 
+/// Beyond this no coil of an actuator goes: whoever says so is broken. Believing it would also cost: a model needs steps in
+/// proportion to the way.
+const MOST_A_PER_M: f64 = 1e7;
+
+/// The field, or no number.
+fn believable(field_a_per_m: f64) -> f64 {
+    if field_a_per_m.abs() <= MOST_A_PER_M {
+        field_a_per_m
+    } else {
+        f64::NAN
+    }
+}
+
 impl CoilFieldModel {
     /// An amplifier at rest.
     ///
@@ -46,8 +59,10 @@ impl CoilFieldModel {
     /// Knowledge at t_k. A command that is not a number is taken as the last one; an unusable measurement leaves the play
     /// where it is.
     pub fn follow(&mut self, tick: u64, last_safe_field_a_per_m: f64, measured_a_per_m: f64) -> FieldKnowledge {
+        let measured_a_per_m = believable(measured_a_per_m);
         if tick > 0 {
-            self.commanded_a_per_m = self.amplifier.step(last_safe_field_a_per_m).field_a_per_m;
+            let command_a_per_m = believable(last_safe_field_a_per_m);
+            self.commanded_a_per_m = self.amplifier.step(command_a_per_m).field_a_per_m;
         }
         let commanded = self.commanded_a_per_m;
         let coming = self.amplifier.next_field_a_per_m();

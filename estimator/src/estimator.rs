@@ -6,18 +6,19 @@
 //! Source: the paper's section 3, made exact for any input by the bank (docs/paper-notes.md).
 
 use crate::coil_field::{CoilFieldModel, FieldKnowledge};
+use crate::effects::KnownEffects;
 use crate::excitation::{Excitation, ExcitationMonitor};
 use crate::law::{AnyLaw, Correction, Law, Prediction, is_credible};
 use crate::rods::Rods;
 use crate::washout::Washout;
 use crate::{EstimatorError, EstimatorSettings, FoldedSettings, Grid, LawSettings};
-use anhyst_model::{AmplifierConstants, Bank, Magnetostriction, Material, TwoPole};
+use anhyst_model::{AmplifierConstants, Bank, Effect, Magnetostriction, Material, Spring, TwoPole};
 use serde::{Deserialize, Serialize};
 
 /// What the estimator knows at t_k.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Estimation {
-    /// Field in the coil at t_k and t_k+1.
+    /// Field in the material at t_k and t_k+1; without known effects it is the coil's.
     pub field: FieldKnowledge,
     /// Magnetization at t_k at the estimate, A/m.
     pub magnetization_a_per_m: f64,
@@ -43,6 +44,7 @@ pub struct Estimator {
     strain_washout: Option<Washout>,
     monitor: Option<ExcitationMonitor>,
     law: AnyLaw,
+    effects: Option<Box<KnownEffects>>,
 }
 
 impl Estimator {
@@ -58,6 +60,22 @@ impl Estimator {
         two_pole_per_strain: TwoPole,
         amplifier: AmplifierConstants,
         tick_s: f64,
+    ) -> Result<Self, EstimatorError> {
+        Self::with_effects(settings, material, two_pole_per_strain, amplifier, tick_s, &[])
+    }
+
+    /// The same for an actuator that has these effects. Those that change nothing but numbers of material and rod must be in
+    /// them already ([`anhyst_model::with_known_effects`]); inside the hysteresis none is reckoned with, and in the rod only a spring that stiffens.
+    ///
+    /// # Errors
+    /// A setting, a constant or an effect that cannot be used.
+    pub fn with_effects(
+        settings: &EstimatorSettings,
+        material: &Material,
+        two_pole_per_strain: TwoPole,
+        amplifier: AmplifierConstants,
+        tick_s: f64,
+        effects: &[Effect],
     ) -> Result<Self, EstimatorError> {
         settings.validate()?;
         material.validate()?;
@@ -89,11 +107,12 @@ impl Estimator {
             saturation_a_per_m: material.hysteresis.saturation_magnetization_a_per_m,
             magnetostriction: material.magnetostriction,
             strains: vec![0.0; members],
-            rods: Rods::new(two_pole_per_strain, tick_s, members)?,
+            rods: Rods::new(two_pole_per_strain, tick_s, members)?.with_spring(Spring::new(effects)),
             washout: washout(),
             strain_washout: washout().filter(|_| matches!(settings.law, LawSettings::Matrix(_))),
             monitor,
             law,
+            effects: KnownEffects::new(effects, settings, members, tick_s)?,
         })
     }
 
@@ -105,20 +124,35 @@ impl Estimator {
         measured_field_a_per_m: f64,
         measured_displacement_m: f64,
     ) -> Estimation {
-        let field = self.field.follow(tick, last_safe_field_a_per_m, measured_field_a_per_m);
+        let coil = self.field.follow(tick, last_safe_field_a_per_m, measured_field_a_per_m);
+        let field = match &mut self.effects {
+            None => coil,
+            Some(effects) => effects.within(tick, coil),
+        };
         self.bank.advance(field.now_a_per_m);
-        for (strain, &magnetization) in self.strains.iter_mut().zip(self.bank.magnetizations()) {
+        let magnetizations = match &mut self.effects {
+            None => self.bank.magnetizations(),
+            Some(effects) => effects.crept(self.bank.magnetizations()),
+        };
+        for (strain, &magnetization) in self.strains.iter_mut().zip(magnetizations) {
             *strain = self.magnetostriction.strain(magnetization, self.saturation_a_per_m);
+        }
+        if let Some(effects) = &mut self.effects {
+            effects.expand(coil.now_a_per_m, &mut self.strains);
         }
         // At tick 0 the rod is at rest where it stands; there is no interval before it.
         if tick > 0 {
             self.rods.advance(&self.strains);
         }
+        let sensed_m = match &mut self.effects {
+            None => self.rods.displacements_m(),
+            Some(effects) => effects.sensed(self.rods.displacements_m()),
+        };
         let (displacements_m, measured_m) = match &mut self.washout {
-            None => (self.rods.displacements_m(), measured_displacement_m),
+            None => (sensed_m, measured_displacement_m),
             Some(washout) => {
                 let measured_m = washout.measured(measured_displacement_m);
-                (washout.predicted(self.rods.displacements_m()), measured_m)
+                (washout.predicted(sensed_m), measured_m)
             }
         };
         let strains = match &mut self.strain_washout {

@@ -9,6 +9,7 @@
 
 mod coil_field;
 mod covers;
+mod effects;
 mod error;
 mod estimator;
 mod excitation;

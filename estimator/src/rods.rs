@@ -2,9 +2,10 @@
 //!
 //! y_j displacement of member j (m), λ_j its free strain (no unit), g acceleration per unit of free strain (m/s²),
 //! k̂ 1/s, ĉ 1/s². Propagated exactly for strains that are linear between ticks.
+//! A known load that stiffens adds −ĉβy³ to the right, at the tick's end taken at y + T·ẏ: off by ½T²ÿ, nothing is solved for.
 //! Source: the paper's (13), with the gain taken per strain so that any magnetostriction law can drive it.
 
-use anhyst_model::{ModelError, RodState, TwoPole, TwoPolePropagator};
+use anhyst_model::{ModelError, RodState, Spring, TwoPole, TwoPolePropagator};
 use serde::{Deserialize, Serialize};
 
 /// The rods and their outputs.
@@ -14,6 +15,7 @@ pub struct Rods {
     two_pole_per_strain: TwoPole,
     tick_s: f64,
     propagator: TwoPolePropagator,
+    spring: Option<Spring>,
     accelerations: Vec<f64>,
     states: Vec<RodState>,
     displacements_m: Vec<f64>,
@@ -25,6 +27,8 @@ pub struct Rods {
 struct RodsSnapshot {
     two_pole_per_strain: TwoPole,
     tick_s: f64,
+    #[serde(default)]
+    spring: Option<Spring>,
     accelerations: Vec<f64>,
     states: Vec<RodState>,
 }
@@ -40,10 +44,16 @@ impl Rods {
             two_pole_per_strain,
             tick_s,
             propagator: TwoPolePropagator::new(two_pole_per_strain, tick_s)?,
+            spring: None,
             accelerations: vec![0.0; members],
             states: vec![RodState::default(); members],
             displacements_m: vec![0.0; members],
         })
+    }
+
+    /// The same under a load that stiffens.
+    pub fn with_spring(self, spring: Option<Spring>) -> Self {
+        Self { spring, ..self }
     }
 
     /// Moves every rod one tick on; `strains` are those at its end, one per member.
@@ -55,7 +65,11 @@ impl Rods {
             .zip(&mut self.accelerations)
             .zip(&mut self.displacements_m);
         for (((state, acceleration), displacement), strain) in rods.zip(strains) {
-            let reached = gain * strain;
+            let mut reached = gain * strain;
+            if let Some(spring) = &self.spring {
+                let coming_m = state.displacement_m + self.tick_s * state.velocity_m_per_s;
+                reached -= self.two_pole_per_strain.stiffness_per_s2 * spring.excess_m(coming_m);
+            }
             *state = self.propagator.advance(*state, *acceleration, reached);
             *acceleration = reached;
             *displacement = state.displacement_m;
@@ -73,6 +87,7 @@ impl From<Rods> for RodsSnapshot {
         Self {
             two_pole_per_strain: rods.two_pole_per_strain,
             tick_s: rods.tick_s,
+            spring: rods.spring,
             accelerations: rods.accelerations,
             states: rods.states,
         }
@@ -95,6 +110,7 @@ impl TryFrom<RodsSnapshot> for Rods {
         for (displacement, state) in rods.displacements_m.iter_mut().zip(&snapshot.states) {
             *displacement = state.displacement_m;
         }
+        rods.spring = snapshot.spring;
         rods.accelerations = snapshot.accelerations;
         rods.states = snapshot.states;
         Ok(rods)

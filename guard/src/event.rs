@@ -3,17 +3,17 @@
 use serde::{Deserialize, Serialize};
 
 /// Something noticed in one tick; the number is the token's, 0 means nothing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[repr(u64)]
 pub enum Event {
-    /// A field of the command is NaN or infinite.
+    /// A number of the command is NaN or infinite.
     CommandNotFinite = 1,
-    /// A field of the measurement is NaN or infinite.
+    /// A number of the measurement is NaN or infinite.
     MeasurementNotFinite = 2,
-    /// The command belongs to another tick, further away than `max_age_ticks`.
+    /// The command's tick is further away than `max_age_ticks`: whoever computes it is silent, or its clock jumped.
     CommandStale = 3,
-    /// The measurement belongs to another tick, further away than `max_age_ticks`.
+    /// The measurement's tick is further away than `max_age_ticks`.
     MeasurementStale = 4,
     /// The displacement moved by more than `jump_limit_m` in one tick.
     DisplacementJump = 5,
@@ -21,11 +21,35 @@ pub enum Event {
     DisplacementStuck = 6,
     /// Somebody asked the guard to follow commands again, and it does.
     Rearmed = 7,
+    /// All has been well for the stated time, and the guard follows commands again by itself.
+    Resumed = 8,
+    /// The field was held for `hold_at_most_s` and no way back came: it goes on to the safe field.
+    HoldTooLong = 9,
+    /// A number of the demand is NaN or infinite.
+    DemandNotFinite = 10,
+    /// The demand's tick is further away than `max_age_ticks`: the controller is silent.
+    DemandStale = 11,
+    /// A number of the estimate is NaN or infinite.
+    EstimateNotFinite = 12,
+    /// The estimate's tick is further away than `max_age_ticks`: the estimator is silent.
+    EstimateStale = 13,
+    /// The estimate has left the range that `monitors.estimate` gives.
+    EstimateOutside = 14,
+    /// The estimate has said for `uninformed_ticks` in a row that it is not informed.
+    EstimateUninformed = 15,
+    /// The rod is warmer than `monitors.temperature_limit_k`.
+    TemperatureExceeded = 16,
+    /// The measured field means a current above `trip_a`, whatever was commanded.
+    CurrentExceeded = 17,
+    /// The tracking error was beyond its bound for `after_ticks` in a row.
+    TrackingLost = 18,
+    /// Command or measurement of the tick was not there in time, `deadline_misses` times in a row.
+    DeadlineMissed = 19,
 }
 
 impl Event {
     /// Every event, in the order of the numbers.
-    pub const ALL: [Event; 7] = [
+    pub const ALL: [Event; 19] = [
         Event::CommandNotFinite,
         Event::MeasurementNotFinite,
         Event::CommandStale,
@@ -33,6 +57,18 @@ impl Event {
         Event::DisplacementJump,
         Event::DisplacementStuck,
         Event::Rearmed,
+        Event::Resumed,
+        Event::HoldTooLong,
+        Event::DemandNotFinite,
+        Event::DemandStale,
+        Event::EstimateNotFinite,
+        Event::EstimateStale,
+        Event::EstimateOutside,
+        Event::EstimateUninformed,
+        Event::TemperatureExceeded,
+        Event::CurrentExceeded,
+        Event::TrackingLost,
+        Event::DeadlineMissed,
     ];
 
     /// The number in `SafeField::event`.
@@ -45,7 +81,12 @@ impl Event {
         Self::ALL.into_iter().find(|event| event.number() == number)
     }
 
-    /// Its name in reports and recordings.
+    /// True for what the guard reacts to; the others tell of its way back.
+    pub const fn is_fault(self) -> bool {
+        !matches!(self, Event::Rearmed | Event::Resumed)
+    }
+
+    /// Its name in reports, recordings and scenario files.
     pub const fn name(self) -> &'static str {
         match self {
             Event::CommandNotFinite => "command_not_finite",
@@ -55,6 +96,18 @@ impl Event {
             Event::DisplacementJump => "displacement_jump",
             Event::DisplacementStuck => "displacement_stuck",
             Event::Rearmed => "rearmed",
+            Event::Resumed => "resumed",
+            Event::HoldTooLong => "hold_too_long",
+            Event::DemandNotFinite => "demand_not_finite",
+            Event::DemandStale => "demand_stale",
+            Event::EstimateNotFinite => "estimate_not_finite",
+            Event::EstimateStale => "estimate_stale",
+            Event::EstimateOutside => "estimate_outside",
+            Event::EstimateUninformed => "estimate_uninformed",
+            Event::TemperatureExceeded => "temperature_exceeded",
+            Event::CurrentExceeded => "current_exceeded",
+            Event::TrackingLost => "tracking_lost",
+            Event::DeadlineMissed => "deadline_missed",
         }
     }
 }
@@ -83,6 +136,18 @@ mod tests {
                 (5, "displacement_jump"),
                 (6, "displacement_stuck"),
                 (7, "rearmed"),
+                (8, "resumed"),
+                (9, "hold_too_long"),
+                (10, "demand_not_finite"),
+                (11, "demand_stale"),
+                (12, "estimate_not_finite"),
+                (13, "estimate_stale"),
+                (14, "estimate_outside"),
+                (15, "estimate_uninformed"),
+                (16, "temperature_exceeded"),
+                (17, "current_exceeded"),
+                (18, "tracking_lost"),
+                (19, "deadline_missed"),
             ]
         );
         for event in Event::ALL {
@@ -90,6 +155,6 @@ mod tests {
             assert_eq!(serde_json::to_string(&event).unwrap(), format!("\"{}\"", event.name()));
         }
         assert_eq!(Event::from_number(0), None);
-        assert_eq!(Event::from_number(8), None);
+        assert_eq!(Event::from_number(20), None);
     }
 }

@@ -1,22 +1,30 @@
 //! v_k = v_{k−1} + clip(clip(target, ±limit) − v_{k−1}, ±slew·T), where the state chooses target and slew.
 //!
 //! Transfer function: 1 from command to field in `Normal` while no limit acts; constant otherwise.
-//! Ports: in command (A/m, the field for t_{k+2}) and measurement of t_k; out field (A/m) for t_{k+2}, status bits, event.
+//! Ports: in command (A/m, the field for t_{k+2}), measurement, demand and estimate of t_k; out field (A/m) for t_{k+2},
+//! status bits, event.
 //!
 //! | state     | target     | slew                | leaves when                     | to        | event         |
 //! |-----------|------------|---------------------|---------------------------------|-----------|---------------|
-//! | Normal    | command    | the limit, if any   | a fault is noticed              | Ramping   | the fault     |
+//! | Normal    | command    | the limit, if any   | a fault asks for a hold or ramp | that one  | the fault     |
+//! | Holding   | last field | 0                   | a fault asks for a ramp         | Ramping   | the fault     |
+//! | Holding   | last field | 0                   | held for `hold_at_most_s`       | Ramping   | `hold_too_long` |
+//! | Holding   | last field | 0                   | its way back                    | Returning | `rearmed` or `resumed` |
 //! | Ramping   | safe field | the ramp's          | the safe field is reached       | Safe      |               |
-//! | Safe      | safe field | the ramp's          | [`Guard::rearm`] and no fault   | Returning | `rearmed`     |
+//! | Safe      | safe field | the ramp's          | its way back                    | Returning | `rearmed` or `resumed` |
 //! | Returning | command    | the ramp's          | the command is reached          | Normal    |               |
-//! | Returning | command    | the ramp's          | a fault is noticed              | Ramping   | the fault     |
+//! | Returning | command    | the ramp's          | a fault asks for a hold or ramp | that one  | the fault     |
 //!
-//! A fault is latched: in Ramping and Safe nothing that is heard changes the field, and no further event is raised.
-//! Coming back is bumpless because Returning walks from the safe field to the command at the ramp's slew.
+//! The way back is a request ([`Guard::rearm`]: `rearmed`) while no fault is noticed, or so much time without a fault as the
+//! response says (`resumed`). A fault is latched: in Ramping and Safe nothing that is heard changes the field, and no
+//! further event of a hold or a ramp is raised. Coming back is bumpless because Returning walks to the command at the ramp's
+//! slew. Falling back goes beside these states: the field of the tick is the last one once more, and from the next tick on
+//! the inverse hears it and walks to its nominal answer, until the estimate has been well for the stated time.
 
 use crate::limits::{Limited, Limits};
-use crate::watch::{Heard, Watch};
-use crate::{Event, GuardSettings};
+use crate::settings::whole_ticks;
+use crate::watch::{Faults, Heard, Watch};
+use crate::{Event, GuardSettings, Reaction, WayBack};
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
 
@@ -28,17 +36,19 @@ pub enum State {
     Normal,
     /// On the way to the safe field.
     Ramping,
-    /// At the safe field, until [`Guard::rearm`].
+    /// At the safe field, until its way back.
     Safe,
-    /// On the way from the safe field to the command.
+    /// On the way from where it stood to the command.
     Returning,
+    /// Keeps the field where it is.
+    Holding,
 }
 
 /// Why the guard does not come back.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum Rearm {
-    /// Only a guard that stands at the safe field can be sent back.
-    #[error("the guard is {0:?}, but only from Safe is there a way back")]
+    /// Only a guard that stands still can be sent back.
+    #[error("the guard is {0:?}, but only from Safe and Holding is there a way back")]
     NotSafe(State),
     /// What was heard last is still faulty.
     #[error("the guard still notices {0}: remove the cause first")]
@@ -51,7 +61,37 @@ pub(crate) struct Given {
     pub field_a_per_m: f64,
     pub amplitude_limited: bool,
     pub slew_limited: bool,
+    /// The command was not followed: the field is the last one.
+    pub held: bool,
     pub event: Option<Event>,
+}
+
+/// Health that a latched reaction waits for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+enum Latch {
+    AfterTicks(u64),
+    UntilReset,
+}
+
+impl Latch {
+    fn new(way_back: WayBack, tick_s: f64) -> Self {
+        match way_back {
+            WayBack::Reset => Latch::UntilReset,
+            WayBack::AfterHealth { for_s } => Latch::AfterTicks(whole_ticks(for_s, tick_s)),
+        }
+    }
+
+    /// Of two faults the one that is harder to come back from rules.
+    fn harder(self, other: Self) -> Self {
+        match (self, other) {
+            (Latch::AfterTicks(one), Latch::AfterTicks(two)) => Latch::AfterTicks(one.max(two)),
+            _ => Latch::UntilReset,
+        }
+    }
+
+    fn opens_after(self, healthy_ticks: u64) -> bool {
+        matches!(self, Latch::AfterTicks(ticks) if healthy_ticks >= ticks)
+    }
 }
 
 /// The guard: its settings and where it stands.
@@ -59,13 +99,27 @@ pub(crate) struct Given {
 pub struct Guard {
     settings: GuardSettings,
     limits: Limits,
+    tick_s: f64,
     ramp_step_a_per_m: f64,
+    reset_ticks: Vec<u64>,
     watch: Watch,
     state: State,
     field_a_per_m: f64,
-    /// What was wrong in the tick before, latched or not.
+    /// What asked for a hold or a ramp in the tick before, latched or not.
     fault: Option<Event>,
+    /// What asked to fall back in the tick before.
+    estimate_fault: Option<Event>,
     just_rearmed: bool,
+    /// Of Holding, Ramping and Safe.
+    latch: Latch,
+    /// The inverse is told to leave the estimate alone.
+    fallen_back: Option<Latch>,
+    /// Ticks in a row without a fault that asks for a hold or a ramp, and without one that asks to fall back.
+    healthy_ticks: u64,
+    estimate_healthy_ticks: u64,
+    held_ticks: u64,
+    /// Ticks in a row in Normal.
+    following_ticks: u64,
 }
 
 impl Guard {
@@ -76,18 +130,28 @@ impl Guard {
     pub fn new(settings: &GuardSettings, tick_s: f64) -> Result<Self, Invalid> {
         Invalid::unless_positive("tick_s", tick_s, "s")?;
         settings.validate(tick_s)?;
+        let reset_ticks = settings.monitors.reset_at_s.iter();
         Ok(Self {
             limits: Limits {
-                field_limit_a_per_m: settings.field_limit_a_per_m,
+                field_limit_a_per_m: settings.acting_field_limit_a_per_m(),
                 step_limit_a_per_m: settings.slew_limit_a_per_m_s.map(|slew| slew * tick_s),
             },
             ramp_step_a_per_m: settings.ramp_slew_a_per_m_s() * tick_s,
+            reset_ticks: reset_ticks.map(|at_s| (at_s / tick_s).round() as u64).collect(),
             settings: settings.clone(),
+            tick_s,
             watch: Watch::default(),
             state: State::Normal,
             field_a_per_m: 0.0,
             fault: None,
+            estimate_fault: None,
             just_rearmed: false,
+            latch: Latch::UntilReset,
+            fallen_back: None,
+            healthy_ticks: 0,
+            estimate_healthy_ticks: 0,
+            held_ticks: 0,
+            following_ticks: 0,
         })
     }
 
@@ -96,59 +160,182 @@ impl Guard {
         self.state
     }
 
+    /// True while the inverse is told to leave the estimate alone.
+    pub fn fallen_back(&self) -> bool {
+        self.fallen_back.is_some()
+    }
+
     /// The field given last, in A/m.
     pub fn field_a_per_m(&self) -> f64 {
         self.field_a_per_m
     }
 
-    /// Sends the guard back from the safe field to the commands. The next tick says so with [`Event::Rearmed`].
+    /// Sends the guard back from where it stands still to the commands, and the inverse back to the estimate. The next tick says so with [`Event::Rearmed`].
     ///
     /// # Errors
-    /// If it does not stand at the safe field, or if what it heard last is faulty.
+    /// If it does not stand still, or if what it heard last is faulty.
     pub fn rearm(&mut self) -> Result<(), Rearm> {
-        if self.state != State::Safe {
+        let stands_still = matches!(self.state, State::Safe | State::Holding);
+        if !stands_still && self.fallen_back.is_none() {
             return Err(Rearm::NotSafe(self.state));
         }
-        if let Some(event) = self.fault {
+        let cause = if stands_still { self.fault } else { self.estimate_fault };
+        if let Some(event) = cause {
             return Err(Rearm::StillFaulty(event));
         }
-        self.state = State::Returning;
+        if stands_still {
+            self.state = State::Returning;
+        }
+        if self.estimate_fault.is_none() {
+            self.fallen_back = None;
+        }
         self.just_rearmed = true;
         Ok(())
     }
 
     /// Advances by one tick.
     pub(crate) fn give(&mut self, heard: &Heard) -> Given {
-        self.fault = self.watch.look(&self.settings, heard, self.field_a_per_m);
-        let rearmed = std::mem::take(&mut self.just_rearmed).then_some(Event::Rearmed);
-        let latched = matches!(self.state, State::Ramping | State::Safe);
-        let event = if latched { None } else { self.fault.or(rearmed) };
-        if !latched && self.fault.is_some() {
-            self.state = State::Ramping;
+        let following_s = (self.state == State::Normal).then_some(self.following_ticks as f64 * self.tick_s);
+        let faults = self.watch.look(&self.settings, heard, self.field_a_per_m, following_s);
+        self.take_health(faults);
+        let mut back = std::mem::take(&mut self.just_rearmed).then_some(Event::Rearmed);
+        if self.reset_ticks.contains(&heard.tick) && self.rearm().is_ok() {
+            self.just_rearmed = false;
+            back = Some(Event::Rearmed);
         }
-        let limited = match self.state {
-            State::Normal => self.towards(heard.command_a_per_m, self.limits.step_limit_a_per_m),
-            State::Returning => self.towards(heard.command_a_per_m, Some(self.ramp_step_a_per_m)),
-            State::Ramping | State::Safe => {
-                self.towards(self.settings.safe_field_a_per_m, Some(self.ramp_step_a_per_m))
-            }
-        };
+        let relied_on_estimate = self.fallen_back.is_none();
+        let raised = self.react(faults);
+        let event = raised.or(back).or_else(|| self.come_back());
+        // The inverse hears it a tick later: this tick's command still relies on the estimate.
+        let falls_back = relied_on_estimate && self.fallen_back.is_some();
+        let held = self.state == State::Holding
+            || matches!(self.state, State::Normal | State::Returning)
+                && (falls_back || !heard.command_a_per_m.is_finite());
+        let limited = self.limited(heard.command_a_per_m, held);
         self.field_a_per_m = limited.field_a_per_m;
-        match self.state {
-            State::Ramping if self.field_a_per_m == self.settings.safe_field_a_per_m => self.state = State::Safe,
-            State::Returning if !limited.slew => self.state = State::Normal,
-            _ => {}
-        }
+        self.advance_state(&limited, held);
         Given {
             field_a_per_m: limited.field_a_per_m,
             amplitude_limited: limited.amplitude,
             slew_limited: limited.slew,
+            held,
             event,
         }
     }
 
-    fn towards(&self, wanted_a_per_m: f64, step_limit_a_per_m: Option<f64>) -> Limited {
-        self.limits
-            .towards(self.field_a_per_m, wanted_a_per_m, step_limit_a_per_m)
+    /// A tick in which nobody is heard any more: the links are gone. `None` once the safe field has been given.
+    pub(crate) fn give_alone(&mut self) -> Option<Given> {
+        if self.state == State::Safe {
+            return None;
+        }
+        let event = (self.state != State::Ramping).then_some(Event::CommandStale);
+        (self.state, self.latch) = (State::Ramping, Latch::UntilReset);
+        let limited = self.limited(self.field_a_per_m, false);
+        self.field_a_per_m = limited.field_a_per_m;
+        self.advance_state(&limited, false);
+        Some(Given {
+            field_a_per_m: limited.field_a_per_m,
+            amplitude_limited: false,
+            slew_limited: limited.slew,
+            held: false,
+            event,
+        })
+    }
+
+    fn take_health(&mut self, faults: Faults) {
+        let mut worst = None;
+        self.estimate_fault = None;
+        for event in faults.iter() {
+            match self.settings.reactions.to(event).reaction {
+                Reaction::FallBack => self.estimate_fault = self.estimate_fault.or(Some(event)),
+                reaction => worst = worst.max(Some((reaction, std::cmp::Reverse(event)))),
+            }
+        }
+        self.fault = worst.map(|(_, std::cmp::Reverse(event))| event);
+        let count = |ticks: u64, well: bool| if well { ticks.saturating_add(1) } else { 0 };
+        self.healthy_ticks = count(self.healthy_ticks, self.fault.is_none());
+        self.estimate_healthy_ticks = count(self.estimate_healthy_ticks, self.estimate_fault.is_none());
+    }
+
+    /// Takes up the reactions to the faults of this tick; the event of the strongest new one.
+    fn react(&mut self, faults: Faults) -> Option<Event> {
+        let mut raised: Option<(Reaction, Event)> = None;
+        for event in faults.iter() {
+            let response = self.settings.reactions.to(event);
+            let latch = Latch::new(response.way_back, self.tick_s);
+            if self.take_up(response.reaction, latch)
+                && raised.is_none_or(|(strongest, _)| response.reaction > strongest)
+            {
+                raised = Some((response.reaction, event));
+            }
+        }
+        if raised.is_none() && self.state == State::Holding {
+            self.held_ticks = self.held_ticks.saturating_add(1);
+            if self.held_ticks >= whole_ticks(self.settings.monitors.hold_at_most_s, self.tick_s) {
+                let way_back = self.settings.reactions.to(Event::HoldTooLong).way_back;
+                (self.state, self.latch) = (State::Ramping, Latch::new(way_back, self.tick_s));
+                return Some(Event::HoldTooLong);
+            }
+        }
+        raised.map(|(_, event)| event)
+    }
+
+    /// True if the reaction is new.
+    fn take_up(&mut self, reaction: Reaction, latch: Latch) -> bool {
+        let (state, already) = match reaction {
+            Reaction::FallBack => {
+                let before = self.fallen_back;
+                self.fallen_back = Some(before.map_or(latch, |before| before.harder(latch)));
+                return before.is_none();
+            }
+            Reaction::Hold => (State::Holding, matches!(self.state, State::Holding)),
+            Reaction::RampToSafe => (State::Ramping, matches!(self.state, State::Ramping | State::Safe)),
+        };
+        if already {
+            self.latch = self.latch.harder(latch);
+            return false;
+        }
+        if reaction == Reaction::Hold && matches!(self.state, State::Ramping | State::Safe) {
+            return false;
+        }
+        (self.state, self.latch, self.held_ticks) = (state, latch, 0);
+        true
+    }
+
+    /// The ways back that nobody has to ask for.
+    fn come_back(&mut self) -> Option<Event> {
+        if matches!(self.state, State::Safe | State::Holding) && self.latch.opens_after(self.healthy_ticks) {
+            self.state = State::Returning;
+            return Some(Event::Resumed);
+        }
+        let trusted = self
+            .fallen_back
+            .is_some_and(|latch| latch.opens_after(self.estimate_healthy_ticks));
+        trusted.then(|| {
+            self.fallen_back = None;
+            Event::Resumed
+        })
+    }
+
+    fn limited(&self, command_a_per_m: f64, held: bool) -> Limited {
+        let (target, step) = match self.state {
+            _ if held => (self.field_a_per_m, None),
+            State::Normal | State::Holding => (command_a_per_m, self.limits.step_limit_a_per_m),
+            State::Returning => (command_a_per_m, Some(self.ramp_step_a_per_m)),
+            State::Ramping | State::Safe => (self.settings.safe_field_a_per_m, Some(self.ramp_step_a_per_m)),
+        };
+        self.limits.towards(self.field_a_per_m, target, step)
+    }
+
+    fn advance_state(&mut self, limited: &Limited, held: bool) {
+        self.following_ticks = match self.state {
+            State::Normal => self.following_ticks.saturating_add(1),
+            _ => 0,
+        };
+        match self.state {
+            State::Ramping if self.field_a_per_m == self.settings.safe_field_a_per_m => self.state = State::Safe,
+            State::Returning if !limited.slew && !held => self.state = State::Normal,
+            _ => {}
+        }
     }
 }

@@ -3,10 +3,14 @@
 mod event;
 mod guard;
 mod limits;
+mod monitors;
 mod node;
+mod response;
 mod settings;
 mod watch;
 
 pub use event::Event;
 pub use guard::{Guard, Rearm, State};
+pub use monitors::{CurrentMonitor, EstimateMonitor, Monitors, TrackingMonitor};
+pub use response::{Reaction, Response, Responses, WayBack};
 pub use settings::{GuardSettings, StuckSettings};

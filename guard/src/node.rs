@@ -1,35 +1,64 @@
 //! The guard in the loop: the only file here that knows messages.
 
-use crate::watch::Heard;
+use crate::guard::Given;
+use crate::watch::{Heard, Quality};
 use crate::{Event, Guard, State};
-use anhyst_ipc::{Block, FieldCommand, FieldKind, Measurement, Message, NodeId, Now, SafeField};
+use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, FieldKind, Measurement, Message, NodeId, Now, SafeField};
 
 const AMPLITUDE: u64 = 1;
 const SLEW: u64 = 2;
 const RAMPING: u64 = 4;
 const SAFE: u64 = 8;
+const HOLDING: u64 = 16;
+const FALLEN_BACK: u64 = 32;
+
+/// Bit of `Estimate::status`: held, because not informed.
+const UNINFORMED: u64 = 4;
 
 impl Block for Guard {
     const NODE: NodeId = NodeId::Guard;
-    type Inputs = (Now<FieldCommand>, Now<Measurement>);
+    type Inputs = (Now<FieldCommand>, Now<Measurement>, Now<Demand>, Now<Estimate>);
     type Outputs = (SafeField,);
 
-    fn step(&mut self, tick: u64, (Now(command), Now(measurement)): Self::Inputs) -> Self::Outputs {
+    fn step(
+        &mut self,
+        tick: u64,
+        (Now(command), Now(measurement), Now(demand), Now(estimate)): Self::Inputs,
+    ) -> Self::Outputs {
         let given = self.give(&Heard {
+            tick,
+            command: quality(tick, &command),
+            measurement: quality(tick, &measurement),
+            demand: quality(tick, &demand),
+            estimate: quality(tick, &estimate),
             command_a_per_m: command.field_a_per_m,
-            command_finite: finite(&command),
-            command_age_ticks: tick.abs_diff(command.tick),
             displacement_m: measurement.displacement_m,
-            measurement_finite: finite(&measurement),
-            measurement_age_ticks: tick.abs_diff(measurement.tick),
+            coil_field_a_per_m: measurement.coil_field_a_per_m,
+            temperature_k: measurement.temperature_k,
+            error_m: demand.error_m,
+            shape_a_per_m: estimate.shape_a_per_m,
+            uninformed: estimate.status & UNINFORMED != 0,
         });
+        (self.token(&given),)
+    }
+
+    fn alone(&mut self, _tick: u64) -> Option<Self::Outputs> {
+        let given = self.give_alone()?;
+        Some((self.token(&given),))
+    }
+}
+
+impl Guard {
+    fn token(&self, given: &Given) -> SafeField {
         let bits = [
             (given.amplitude_limited, AMPLITUDE),
             (given.slew_limited, SLEW),
             (self.state() == State::Ramping, RAMPING),
             (self.state() == State::Safe, SAFE),
+            (given.held, HOLDING),
+            (self.fallen_back(), FALLEN_BACK),
         ];
-        (SafeField {
+        SafeField {
             field_a_per_m: given.field_a_per_m,
             status: bits
                 .into_iter()
@@ -37,16 +66,19 @@ impl Block for Guard {
                 .fold(0, |status, (_, bit)| status | bit),
             event: given.event.map_or(0, Event::number),
             ..SafeField::default()
-        },)
+        }
     }
 }
 
 /// Every number of the token is finite: a sender that computes nonsense in one field is not trusted in another.
-fn finite<M: Message>(token: &M) -> bool {
-    let mut words = [0; 24];
+fn quality<M: Message>(tick: u64, token: &M) -> Quality {
+    let mut words = [0; anhyst_ipc::MOST_FIELDS];
     token.write_words(&mut words);
-    M::FIELDS
-        .iter()
-        .zip(words)
-        .all(|(field, word)| field.kind != FieldKind::F64 || f64::from_bits(word).is_finite())
+    Quality {
+        finite: M::FIELDS
+            .iter()
+            .zip(words)
+            .all(|(field, word)| field.kind != FieldKind::F64 || f64::from_bits(word).is_finite()),
+        age_ticks: tick.abs_diff(token.tick()),
+    }
 }

@@ -1,5 +1,6 @@
 //! What the guard is told: limits, the safe field, and what counts as a fault.
 
+use crate::{Event, Monitors, Reaction, Responses, WayBack};
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +28,12 @@ pub struct GuardSettings {
     /// When a displacement that does not change counts as stuck, or no such check.
     #[serde(default)]
     pub stuck: Option<StuckSettings>,
+    /// Further monitors: temperature, current, tracking error, estimate, deadlines.
+    #[serde(default)]
+    pub monitors: Monitors,
+    /// What is done about an event where it is not the usual, by the event's name.
+    #[serde(default)]
+    pub reactions: Responses,
 }
 
 /// A displacement is stuck if it repeats itself bit for bit while the field moves; at rest repeating is no fault.
@@ -57,6 +64,48 @@ impl GuardSettings {
     pub fn most_ramp_ticks(&self, tick_s: f64) -> u64 {
         // One more than the quotient, because the steps' rounding may leave a last step of a few ulp.
         (self.ramp_time_s / tick_s).ceil() as u64 + 1
+    }
+
+    /// The limit that acts: the field's, or that of the coil's current if it is smaller.
+    pub fn acting_field_limit_a_per_m(&self) -> f64 {
+        let of_current = self
+            .monitors
+            .current
+            .map(|current| current.limit_a * current.coil_constant_per_m);
+        of_current.map_or(self.field_limit_a_per_m, |limit| limit.min(self.field_limit_a_per_m))
+    }
+
+    /// Ticks from the first faulty token until the event is raised, its tick included; `None` if nobody watches for it.
+    pub fn detection_ticks(&self, event: Event, tick_s: f64) -> Option<u64> {
+        match event {
+            Event::CommandNotFinite
+            | Event::MeasurementNotFinite
+            | Event::DemandNotFinite
+            | Event::EstimateNotFinite => Some(1),
+            // A token that is d ticks old has been missing for d ticks.
+            Event::CommandStale | Event::MeasurementStale | Event::DemandStale | Event::EstimateStale => {
+                Some(self.max_age_ticks.saturating_add(1))
+            }
+            Event::DisplacementJump => self.jump_limit_m.map(|_| 1),
+            // From then on the field must also have moved far enough.
+            Event::DisplacementStuck => self.stuck.map(|stuck| stuck.ticks),
+            Event::TemperatureExceeded => self.monitors.temperature_limit_k.map(|_| 1),
+            Event::CurrentExceeded => self.monitors.current.map(|_| 1),
+            Event::TrackingLost => self.monitors.tracking.map(|tracking| tracking.after_ticks),
+            Event::EstimateOutside => self.monitors.estimate.map(|_| 1),
+            Event::EstimateUninformed => self.monitors.estimate.and_then(|estimate| estimate.uninformed_ticks),
+            Event::DeadlineMissed => self.monitors.deadline_misses,
+            Event::HoldTooLong => Some(whole_ticks(self.monitors.hold_at_most_s, tick_s)),
+            Event::Rearmed | Event::Resumed => None,
+        }
+    }
+
+    /// Ticks from the event until its reaction is complete, the event's tick included: the stated bound.
+    pub fn reaction_ticks(&self, event: Event, tick_s: f64) -> u64 {
+        match self.reactions.to(event).reaction {
+            Reaction::Hold | Reaction::FallBack => 1,
+            Reaction::RampToSafe => self.most_ramp_ticks(tick_s),
+        }
     }
 
     /// Refuses settings that contradict themselves, each other or the tick.
@@ -106,6 +155,50 @@ impl GuardSettings {
             }
             Invalid::unless_positive("stuck.field_change_a_per_m", stuck.field_change_a_per_m, "A/m")?;
         }
+        self.monitors.validate().map_err(|invalid| invalid.within("monitors"))?;
+        let acting = self.acting_field_limit_a_per_m();
+        Invalid::unless_between("safe_field_a_per_m", self.safe_field_a_per_m, -acting, acting, "A/m")?;
+        self.validate_reactions()
+    }
+
+    fn validate_reactions(&self) -> Result<(), Invalid> {
+        let refuse = |event: Event, sentence: String| Err(Invalid::new(format!("reactions.{event}"), sentence));
+        for (event, response) in &self.reactions.0 {
+            if !event.is_fault() {
+                return refuse(*event, "tells of the way back: there is nothing to react to".into());
+            }
+            if *event == Event::HoldTooLong && response.reaction != Reaction::RampToSafe {
+                return refuse(*event, "must ramp to the safe field: it ends a hold".into());
+            }
+            let about_command = matches!(
+                event,
+                Event::CommandNotFinite | Event::CommandStale | Event::DemandStale
+            );
+            if about_command && response.reaction == Reaction::FallBack {
+                return refuse(
+                    *event,
+                    "is not the estimate's fault: falling back to the nominal inverse does not help".into(),
+                );
+            }
+            let WayBack::AfterHealth { for_s } = response.way_back else {
+                continue;
+            };
+            let hold_s = self.monitors.hold_at_most_s;
+            if response.reaction == Reaction::Hold && for_s >= hold_s {
+                return refuse(
+                    *event,
+                    format!(
+                        "a way back after {for_s} s never comes: a hold lasts {hold_s} s (monitors.hold_at_most_s)"
+                    ),
+                );
+            }
+            Invalid::unless_between(&format!("reactions.{event}"), for_s, 0.0, 1e9, "s")?;
+        }
         Ok(())
     }
+}
+
+/// A time in ticks, rounded up but for the quotient's own rounding, at least one.
+pub(crate) fn whole_ticks(time_s: f64, tick_s: f64) -> u64 {
+    ((time_s / tick_s - 1e-6).ceil() as u64).max(1)
 }

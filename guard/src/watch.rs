@@ -1,69 +1,176 @@
-//! The checks of what the guard hears. No feedback, no model: finite, fresh, not jumping, not stuck.
+//! The checks of what the guard hears. No feedback, no model: finite, fresh, not jumping, not stuck, within bounds.
 
+use crate::monitors::{EstimateMonitor, TrackingMonitor};
 use crate::{Event, GuardSettings};
 use serde::{Deserialize, Serialize};
+
+/// Of one token: is every number finite, and how far is its tick from this one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Quality {
+    pub finite: bool,
+    pub age_ticks: u64,
+}
 
 /// What the guard heard in one tick, freed from its messages.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Heard {
+    pub tick: u64,
+    pub command: Quality,
+    pub measurement: Quality,
+    pub demand: Quality,
+    pub estimate: Quality,
     /// The field asked for.
     pub command_a_per_m: f64,
-    /// Every number of the command is finite.
-    pub command_finite: bool,
-    /// Distance in ticks between the command's tick and this one.
-    pub command_age_ticks: u64,
     /// Measured displacement of the tip.
     pub displacement_m: f64,
-    /// Every number of the measurement is finite.
-    pub measurement_finite: bool,
-    /// Distance in ticks between the measurement's tick and this one.
-    pub measurement_age_ticks: u64,
+    /// Measured field of the coil.
+    pub coil_field_a_per_m: f64,
+    /// Measured temperature of the rod; 0 where no sensor is fitted.
+    pub temperature_k: f64,
+    /// Tracking error.
+    pub error_m: f64,
+    /// Estimated shape parameter.
+    pub shape_a_per_m: f64,
+    /// The estimator says that the recent motion tells it nothing.
+    pub uninformed: bool,
 }
 
-/// The displacement last heard, and since when it has been the same.
+/// Faults of one tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Faults(u64);
+
+impl Faults {
+    fn note(&mut self, fault: bool, event: Event) {
+        self.0 |= u64::from(fault) << event.number();
+    }
+
+    /// All of them, in the order of their numbers.
+    pub fn iter(self) -> impl Iterator<Item = Event> {
+        Event::ALL
+            .into_iter()
+            .filter(move |event| self.0 >> event.number() & 1 == 1)
+    }
+}
+
+/// What the checks remember: the displacement last heard and since when it has been the same, and what has gone on how long.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct Watch {
     displacement_m: Option<f64>,
     repetitions: u64,
     field_when_changed_a_per_m: f64,
+    misses: u64,
+    beyond_bound_ticks: u64,
+    uninformed_ticks: u64,
+}
+
+/// Counts ticks in a row.
+fn count(counter: &mut u64, goes_on: bool) -> u64 {
+    *counter = if goes_on { counter.saturating_add(1) } else { 0 };
+    *counter
 }
 
 impl Watch {
-    /// Looks at what was heard while `field_a_per_m` is the field last given; the first fault that is found.
-    pub fn look(&mut self, settings: &GuardSettings, heard: &Heard, field_a_per_m: f64) -> Option<Event> {
-        if !heard.command_finite {
-            return Some(Event::CommandNotFinite);
+    /// Looks at what was heard while `field_a_per_m` is the field last given and commands have been followed for
+    /// `following_s`; while they are not followed there is no tracking to judge.
+    pub fn look(
+        &mut self,
+        settings: &GuardSettings,
+        heard: &Heard,
+        field_a_per_m: f64,
+        following_s: Option<f64>,
+    ) -> Faults {
+        let mut faults = Faults::default();
+        let most = settings.max_age_ticks;
+        for (quality, not_finite, stale) in [
+            (heard.command, Event::CommandNotFinite, Event::CommandStale),
+            (heard.measurement, Event::MeasurementNotFinite, Event::MeasurementStale),
+            (heard.demand, Event::DemandNotFinite, Event::DemandStale),
+            (heard.estimate, Event::EstimateNotFinite, Event::EstimateStale),
+        ] {
+            faults.note(!quality.finite, not_finite);
+            faults.note(quality.age_ticks > most, stale);
         }
-        if !heard.measurement_finite {
-            return Some(Event::MeasurementNotFinite);
+        self.look_at_deadlines(settings, heard, &mut faults);
+        if heard.measurement.finite && heard.measurement.age_ticks <= most {
+            self.look_at_displacement(settings, heard, field_a_per_m, &mut faults);
+            look_at_coil(settings, heard, &mut faults);
+        } else {
+            // The next usable value is no neighbour of the last one.
+            self.displacement_m = None;
         }
-        if heard.command_age_ticks > settings.max_age_ticks {
-            return Some(Event::CommandStale);
+        if let Some(tracking) = &settings.monitors.tracking {
+            self.look_at_error(tracking, heard, following_s, &mut faults);
         }
-        if heard.measurement_age_ticks > settings.max_age_ticks {
-            return Some(Event::MeasurementStale);
+        if let Some(estimate) = &settings.monitors.estimate {
+            self.look_at_estimate(estimate, heard, &mut faults);
         }
-        self.look_at_displacement(settings, heard, field_a_per_m)
+        faults
     }
 
-    fn look_at_displacement(&mut self, settings: &GuardSettings, heard: &Heard, field_a_per_m: f64) -> Option<Event> {
+    fn look_at_deadlines(&mut self, settings: &GuardSettings, heard: &Heard, faults: &mut Faults) {
+        let missed = heard.command.age_ticks > 0 || heard.measurement.age_ticks > 0;
+        let misses = count(&mut self.misses, missed);
+        let most = settings.monitors.deadline_misses;
+        faults.note(most.is_some_and(|most| misses >= most), Event::DeadlineMissed);
+    }
+
+    fn look_at_displacement(
+        &mut self,
+        settings: &GuardSettings,
+        heard: &Heard,
+        field_a_per_m: f64,
+        faults: &mut Faults,
+    ) {
         let before = self.displacement_m.replace(heard.displacement_m);
         // A token that is read twice says nothing about the sensor.
         let repeated = before.is_some_and(|value| value.to_bits() == heard.displacement_m.to_bits());
         if !repeated {
             self.repetitions = 0;
             self.field_when_changed_a_per_m = field_a_per_m;
-        } else if heard.measurement_age_ticks == 0 {
+        } else if heard.measurement.age_ticks == 0 {
             self.repetitions = self.repetitions.saturating_add(1);
         }
         let change_m = before.map_or(0.0, |value| (heard.displacement_m - value).abs());
-        if settings.jump_limit_m.is_some_and(|limit| change_m > limit) {
-            return Some(Event::DisplacementJump);
-        }
+        let jumped = settings.jump_limit_m.is_some_and(|limit| change_m > limit);
+        faults.note(jumped, Event::DisplacementJump);
         let field_change = (field_a_per_m - self.field_when_changed_a_per_m).abs();
         let stuck = settings
             .stuck
             .is_some_and(|stuck| self.repetitions >= stuck.ticks && field_change >= stuck.field_change_a_per_m);
-        stuck.then_some(Event::DisplacementStuck)
+        faults.note(stuck, Event::DisplacementStuck);
     }
+
+    fn look_at_error(
+        &mut self,
+        tracking: &TrackingMonitor,
+        heard: &Heard,
+        following_s: Option<f64>,
+        faults: &mut Faults,
+    ) {
+        let counts = following_s.is_some_and(|time_s| time_s >= tracking.settling_s);
+        // What is not finite has its own event.
+        let beyond = counts && heard.demand.finite && heard.error_m.abs() > tracking.error_limit_m;
+        let ticks = count(&mut self.beyond_bound_ticks, beyond);
+        faults.note(ticks >= tracking.after_ticks, Event::TrackingLost);
+    }
+
+    fn look_at_estimate(&mut self, monitor: &EstimateMonitor, heard: &Heard, faults: &mut Faults) {
+        let (least, most) = monitor.range_a_per_m;
+        let outside = heard.estimate.finite && !(least..=most).contains(&heard.shape_a_per_m);
+        faults.note(outside, Event::EstimateOutside);
+        let ticks = count(&mut self.uninformed_ticks, heard.uninformed);
+        let uninformed = monitor.uninformed_ticks.is_some_and(|limit| ticks >= limit);
+        faults.note(uninformed, Event::EstimateUninformed);
+    }
+}
+
+fn look_at_coil(settings: &GuardSettings, heard: &Heard, faults: &mut Faults) {
+    let limit_k = settings.monitors.temperature_limit_k;
+    let hot = limit_k.is_some_and(|limit| heard.temperature_k > limit);
+    faults.note(hot, Event::TemperatureExceeded);
+    let over = settings
+        .monitors
+        .current
+        .is_some_and(|current| heard.coil_field_a_per_m.abs() > current.trip_a * current.coil_constant_per_m);
+    faults.note(over, Event::CurrentExceeded);
 }

@@ -1,7 +1,7 @@
 //! Guards what the guard does: the table at the head of `guard.rs`, row by row, through its messages.
 
-use anhyst_guard::{Event, Guard, GuardSettings, Rearm, State, StuckSettings};
-use anhyst_ipc::{Block, FieldCommand, Measurement, Now, SafeField};
+use anhyst_guard::{Event, Guard, GuardSettings, Monitors, Rearm, Responses, State, StuckSettings};
+use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, Measurement, Now, SafeField};
 
 const TICK_S: f64 = 5e-5;
 const AMPLITUDE: u64 = 1;
@@ -21,7 +21,22 @@ fn settings() -> GuardSettings {
             ticks: 20,
             field_change_a_per_m: 500.0,
         }),
+        monitors: Monitors::default(),
+        reactions: Responses::default(),
     }
+}
+
+/// Tokens of a healthy controller and estimator.
+fn others(tick: u64) -> (Now<Demand>, Now<Estimate>) {
+    let demand = Demand {
+        tick,
+        ..Demand::default()
+    };
+    let estimate = Estimate {
+        tick,
+        ..Estimate::default()
+    };
+    (Now(demand), Now(estimate))
 }
 
 struct Bench {
@@ -54,7 +69,10 @@ impl Bench {
     }
 
     fn step_as_is(&mut self) -> SafeField {
-        let (safe,) = self.guard.step(self.tick, (Now(self.command), Now(self.measurement)));
+        let (demand, estimate) = others(self.tick);
+        let (safe,) = self
+            .guard
+            .step(self.tick, (Now(self.command), Now(self.measurement), demand, estimate));
         self.tick += 1;
         safe
     }
@@ -284,7 +302,11 @@ fn snapshots_continue_alike() {
     let mut copy = serde_json::from_str::<Guard>(&text).unwrap();
     for _ in 0..200 {
         let safe = bench.step(1.0);
-        let (again,) = copy.step(bench.tick - 1, (Now(bench.command), Now(bench.measurement)));
+        let (demand, estimate) = others(bench.tick - 1);
+        let (again,) = copy.step(
+            bench.tick - 1,
+            (Now(bench.command), Now(bench.measurement), demand, estimate),
+        );
         assert_eq!(safe, again);
     }
 }

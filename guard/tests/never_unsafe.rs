@@ -1,8 +1,8 @@
 //! Guards the one promise that holds whatever happens: the field is finite, inside the limit, and its step inside the slew.
 //! Every field of every token is made of random bits, so NaN, infinities, subnormals and huge numbers all occur.
 
-use anhyst_guard::{Guard, GuardSettings, State, StuckSettings};
-use anhyst_ipc::{Block, FieldCommand, Measurement, Message, Now};
+use anhyst_guard::{Guard, GuardSettings, Monitors, Responses, State, StuckSettings};
+use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, Measurement, Message, Now};
 use proptest::prelude::*;
 
 const TICK_S: f64 = 5e-5;
@@ -28,6 +28,19 @@ fn tokens() -> impl Strategy<Value = (Vec<u64>, Vec<u64>, u64, u64, bool)> {
     (words.clone(), words, age.clone(), age, any::<bool>())
 }
 
+/// Tokens of a healthy controller and estimator.
+fn others(tick: u64) -> (Now<Demand>, Now<Estimate>) {
+    let demand = Demand {
+        tick,
+        ..Demand::default()
+    };
+    let estimate = Estimate {
+        tick,
+        ..Estimate::default()
+    };
+    (Now(demand), Now(estimate))
+}
+
 fn settings() -> impl Strategy<Value = GuardSettings> {
     (1.0..1e5f64, 0.0..1.0f64, 1e-4..0.05f64, any::<bool>(), any::<bool>()).prop_map(
         |(limit, safe_part, ramp_time_s, slews, watches)| GuardSettings {
@@ -41,6 +54,8 @@ fn settings() -> impl Strategy<Value = GuardSettings> {
                 ticks: 2,
                 field_change_a_per_m: limit / 10.0,
             }),
+            monitors: Monitors::default(),
+            reactions: Responses::default(),
         },
     )
 }
@@ -63,7 +78,8 @@ proptest! {
             }
             let command = FieldCommand::from_words(tick.wrapping_sub(*command_age), &command[..FieldCommand::FIELDS.len()]);
             let measurement = Measurement::from_words(tick.wrapping_sub(*measurement_age), &measurement[..Measurement::FIELDS.len()]);
-            let (safe,) = guard.step(tick, (Now(command), Now(measurement)));
+            let (demand, estimate) = others(tick);
+            let (safe,) = guard.step(tick, (Now(command), Now(measurement), demand, estimate));
             let field = safe.field_a_per_m;
             prop_assert!(field.is_finite(), "{field} A/m");
             prop_assert!(field.abs() <= limit, "{field} A/m is beyond {limit} A/m");
@@ -95,11 +111,15 @@ proptest! {
         let mut guard = Guard::new(&settings, TICK_S).unwrap();
         let limit = settings.field_limit_a_per_m;
         let healthy = FieldCommand { field_a_per_m: part * limit, ..FieldCommand::default() };
-        let (first,) = guard.step(0, (Now(healthy), Now(Measurement::default())));
+        let mut step = |tick: u64, command: FieldCommand, measurement: Measurement| {
+            let (demand, estimate) = others(tick);
+            guard.step(tick, (Now(command), Now(measurement), demand, estimate)).0
+        };
+        let first = step(0, healthy, Measurement::default());
         let wild = FieldCommand::from_words(ticks[0] % 8, &command);
         let wild_measurement = Measurement::from_words(ticks[1] % 8, &measurement);
-        let (second,) = guard.step(1, (Now(wild), Now(wild_measurement)));
-        let (third,) = guard.step(2, (Now(FieldCommand { tick: 2, ..healthy }), Now(Measurement { tick: 2, ..Measurement::default() })));
+        let second = step(1, wild, wild_measurement);
+        let third = step(2, FieldCommand { tick: 2, ..healthy }, Measurement { tick: 2, ..Measurement::default() });
         let slew = settings.slew_limit_a_per_m_s.unwrap_or(f64::INFINITY).max(settings.ramp_slew_a_per_m_s());
         let mut before = 0.0;
         for safe in [first, second, third] {

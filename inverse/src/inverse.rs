@@ -4,11 +4,14 @@
 //! What the estimator knows holds at t_k; the field at t_k+1 is on its way already, so the state is first carried there with
 //! the model, and the field decided now takes it from t_k+1 to t_k+2, which is what the demand is about.
 //! Assumptions: parameters other than `a` are known; the amplifier adds no further ticks of delay.
+//! Known effects of the actuator are turned round one by one: creep by solving its affine step for M, a constant field by
+//! taking it off, lags behind the command by leads, a warm coil by asking for more. Then all fields but the command are those in the material.
 //! Source: the paper's inverse compensator (section 1), started from the present state.
 
 use crate::lead::Lead;
+use crate::nominal::Nominal;
 use crate::{InverseError, InverseSettings, Structure};
-use anhyst_model::{AmplifierConstants, Hysteresis, MagneticState};
+use anhyst_model::{AmplifierConstants, CoilGain, Creep, Effect, EffectKind, Hysteresis, MagneticState};
 use serde::{Deserialize, Serialize};
 
 /// Fields beyond this multiple of the limit, and shapes this many times larger or smaller than the material's, are no
@@ -61,9 +64,16 @@ pub struct Inverse {
     susceptibility: f64,
     field_limit_a_per_m: f64,
     lead: Lead,
+    /// Field in the material without one in the coil, A/m.
+    bias_a_per_m: f64,
+    creep: Option<Creep>,
+    coil: Option<CoilGain>,
+    /// Command over field in the coil, no unit.
+    coil_gain: f64,
     last: Command,
-    /// What the estimator said last that could be used; the material's own at first.
-    shape_a_per_m: f64,
+    /// None: nothing to fall back to.
+    #[serde(default)]
+    nominal: Option<Nominal>,
 }
 
 impl Inverse {
@@ -77,25 +87,107 @@ impl Inverse {
         amplifier: &AmplifierConstants,
         guard_limit_a_per_m: f64,
     ) -> Result<Self, InverseError> {
+        Self::with_effects(settings, hysteresis, amplifier, guard_limit_a_per_m, &[], 1.0)
+    }
+
+    /// The same for an actuator that has these effects, at ticks of `tick_s`. Turned round are creep, a constant field, a warm coil,
+    /// and the lags of eddy currents and amplifier; other effects are others' business or nobody's.
+    ///
+    /// # Errors
+    /// A setting, a constant or an effect that cannot be used.
+    pub fn with_effects(
+        settings: &InverseSettings,
+        hysteresis: Hysteresis,
+        amplifier: &AmplifierConstants,
+        guard_limit_a_per_m: f64,
+        effects: &[Effect],
+        tick_s: f64,
+    ) -> Result<Self, InverseError> {
         let field_limit_a_per_m = settings.field_limit_a_per_m.unwrap_or(guard_limit_a_per_m);
         settings.validate()?;
         hysteresis.validate()?;
         amplifier.validate()?;
         let initial = hysteresis.initial_susceptibility();
-        let lag_s = if settings.compensate_amplifier {
-            amplifier.lag_s()
+        let size = |kind: EffectKind| {
+            let known = effects.iter().find(|effect| effect.kind() == kind);
+            known.and_then(|effect| effect.values().first().copied()).unwrap_or(0.0)
+        };
+        // Two lags of the amplifier, its nominal one and its effect, are led as one of their sum.
+        let amplifier_lag_s = if settings.compensate_amplifier {
+            amplifier.lag_s() + size(EffectKind::AmplifierBandwidth)
         } else {
             0.0
         };
+        let lags_s = [amplifier_lag_s, size(EffectKind::EddyCurrent)];
         Ok(Self {
             structure: settings.structure,
             hysteresis,
             susceptibility: initial / (1.0 - hysteresis.coupling * initial),
             field_limit_a_per_m,
-            lead: Lead::new(lag_s, field_limit_a_per_m),
+            lead: Lead::series(lags_s, field_limit_a_per_m, tick_s),
+            bias_a_per_m: size(EffectKind::BiasShift),
+            creep: Creep::new(effects, tick_s)?,
+            coil: CoilGain::new(effects, tick_s),
+            coil_gain: 1.0,
             last: Command::default(),
-            shape_a_per_m: hysteresis.shape_a_per_m,
+            nominal: None,
         })
+    }
+
+    /// Gives it something to fall back to: the nominal material behind this amplifier, for ticks of `tick_s`.
+    ///
+    /// # Errors
+    /// If the amplifier's constants or the tick cannot be used.
+    pub fn with_fall_back(mut self, amplifier: &AmplifierConstants, tick_s: f64) -> Result<Self, InverseError> {
+        self.nominal = Some(Nominal::new(amplifier, tick_s)?);
+        Ok(self)
+    }
+
+    /// As [`Inverse::step`], but `fall_back` leaves the estimate alone; `given_a_per_m` is the safe field of the tick before.
+    pub(crate) fn step_guarded(
+        &mut self,
+        tick: u64,
+        wanted: Wanted,
+        known: Known,
+        fall_back: bool,
+        given_a_per_m: f64,
+    ) -> Command {
+        let Some(mut nominal) = self.nominal else {
+            return self.step(wanted, known);
+        };
+        let credible = given_a_per_m.abs() <= CREDIBLE * self.field_limit_a_per_m;
+        let given_a_per_m = if credible {
+            given_a_per_m
+        } else {
+            self.last.field_a_per_m
+        };
+        nominal.follow(tick, given_a_per_m, &self.hysteresis);
+        let without_estimate = fall_back && self.structure != Structure::Gain;
+        let mut command = if without_estimate {
+            self.step_nominal(wanted, nominal.state)
+        } else {
+            self.step(wanted, known)
+        };
+        let distance = nominal.distance_a_per_m(fall_back, command.field_a_per_m, given_a_per_m);
+        // Not added when it is 0: that would turn -0 into 0.
+        if distance != 0.0 {
+            let limit = self.field_limit_a_per_m;
+            command.field_a_per_m = (command.field_a_per_m + distance).clamp(-limit, limit);
+            command.coil_field_a_per_m = (command.coil_field_a_per_m + distance).clamp(-limit, limit);
+        }
+        self.nominal = Some(nominal);
+        command
+    }
+
+    fn step_nominal(&mut self, wanted: Wanted, start: MagneticState) -> Command {
+        if wanted.magnetization_a_per_m.is_finite() && wanted.magnetization_rate_a_per_m_s.is_finite() {
+            let model = self.hysteresis;
+            let command = self.invert(&model, start, wanted);
+            if command.reached_magnetization_a_per_m.is_finite() && command.field_a_per_m.is_finite() {
+                self.last = command;
+            }
+        }
+        self.last
     }
 
     /// The command for t_k+2. Where the estimate or the demand cannot be used, or the answer is not finite, the last command
@@ -103,15 +195,21 @@ impl Inverse {
     pub fn step(&mut self, wanted: Wanted, known: Known) -> Command {
         let numbers = wanted.magnetization_a_per_m.is_finite() && wanted.magnetization_rate_a_per_m_s.is_finite();
         if numbers && (self.structure == Structure::Gain || self.credible(&known)) {
-            if self.structure != Structure::Gain {
-                self.shape_a_per_m = known.shape_a_per_m;
+            if let Some(coil) = self.coil.as_mut().filter(|_| known.next_field_a_per_m.is_finite()) {
+                self.coil_gain = coil.step(known.next_field_a_per_m);
             }
             let command = match self.structure {
                 Structure::FromEstimate => {
                     let model = self.hysteresis.with_shape(known.shape_a_per_m);
                     self.invert(&model, model.advance(known.state, known.next_field_a_per_m), wanted)
                 }
-                Structure::OwnMemory => self.invert_from_memory(wanted),
+                Structure::OwnMemory => {
+                    let start = MagneticState {
+                        field_a_per_m: self.last.coil_field_a_per_m,
+                        magnetization_a_per_m: self.last.reached_magnetization_a_per_m,
+                    };
+                    self.invert(&self.hysteresis.with_shape(known.shape_a_per_m), start, wanted)
+                }
                 Structure::Gain => self.divide(wanted),
             };
             if command.reached_magnetization_a_per_m.is_finite() && command.field_a_per_m.is_finite() {
@@ -119,29 +217,6 @@ impl Inverse {
             }
         }
         self.last
-    }
-
-    /// The command for t_k+2 where the estimator is silent: from where the last command leads, with the last shape that the
-    /// estimator said, the material's own if it never said any.
-    pub fn step_uninformed(&mut self, wanted: Wanted) -> Command {
-        if wanted.magnetization_a_per_m.is_finite() && wanted.magnetization_rate_a_per_m_s.is_finite() {
-            let command = match self.structure {
-                Structure::FromEstimate | Structure::OwnMemory => self.invert_from_memory(wanted),
-                Structure::Gain => self.divide(wanted),
-            };
-            if command.reached_magnetization_a_per_m.is_finite() && command.field_a_per_m.is_finite() {
-                self.last = command;
-            }
-        }
-        self.last
-    }
-
-    fn invert_from_memory(&self, wanted: Wanted) -> Command {
-        let start = MagneticState {
-            field_a_per_m: self.last.coil_field_a_per_m,
-            magnetization_a_per_m: self.last.reached_magnetization_a_per_m,
-        };
-        self.invert(&self.hysteresis.with_shape(self.shape_a_per_m), start, wanted)
     }
 
     fn credible(&self, known: &Known) -> bool {
@@ -153,17 +228,18 @@ impl Inverse {
             && (nominal / CREDIBLE..=nominal * CREDIBLE).contains(&known.shape_a_per_m)
     }
 
-    fn invert(&self, model: &Hysteresis, start: MagneticState, wanted: Wanted) -> Command {
+    fn invert(&mut self, model: &Hysteresis, start: MagneticState, wanted: Wanted) -> Command {
         let limit = self.field_limit_a_per_m;
-        let end = model.advance_to_magnetization(start, wanted.magnetization_a_per_m, limit);
+        let bare = self.without_creep(start.magnetization_a_per_m, wanted.magnetization_a_per_m);
+        let end = model.advance_to_magnetization(start, bare, limit);
         let coil_field = end.state.field_a_per_m;
         let lead = if end.limited {
             0.0
         } else {
-            self.lead.field_a_per_m(wanted.magnetization_rate_a_per_m_s, end.slope)
+            self.lead.step(wanted.magnetization_rate_a_per_m_s, end.slope)
         };
         Command {
-            field_a_per_m: (coil_field + lead).clamp(-limit, limit),
+            field_a_per_m: (self.coil_gain * (coil_field + lead - self.bias_a_per_m)).clamp(-limit, limit),
             coil_field_a_per_m: coil_field,
             start_magnetization_a_per_m: start.magnetization_a_per_m,
             reached_magnetization_a_per_m: end.state.magnetization_a_per_m,
@@ -171,15 +247,23 @@ impl Inverse {
         }
     }
 
-    fn divide(&self, wanted: Wanted) -> Command {
+    /// M at t_k+2 that makes the wanted one with its creep; `start` is M at t_k+1.
+    fn without_creep(&mut self, start_a_per_m: f64, wanted_a_per_m: f64) -> f64 {
+        let Some(creep) = &mut self.creep else {
+            return wanted_a_per_m;
+        };
+        creep.step(start_a_per_m);
+        creep.inverse(wanted_a_per_m)
+    }
+
+    fn divide(&mut self, wanted: Wanted) -> Command {
         let limit = self.field_limit_a_per_m;
-        let asked = wanted.magnetization_a_per_m / self.susceptibility;
+        let bare = self.without_creep(self.last.reached_magnetization_a_per_m, wanted.magnetization_a_per_m);
+        let asked = bare / self.susceptibility;
         let coil_field = asked.clamp(-limit, limit);
-        let lead = self
-            .lead
-            .field_a_per_m(wanted.magnetization_rate_a_per_m_s, self.susceptibility);
+        let lead = self.lead.step(wanted.magnetization_rate_a_per_m_s, self.susceptibility);
         Command {
-            field_a_per_m: (coil_field + lead).clamp(-limit, limit),
+            field_a_per_m: (self.coil_gain * (coil_field + lead - self.bias_a_per_m)).clamp(-limit, limit),
             coil_field_a_per_m: coil_field,
             start_magnetization_a_per_m: self.last.reached_magnetization_a_per_m,
             reached_magnetization_a_per_m: self.susceptibility * coil_field,

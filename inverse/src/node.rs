@@ -1,26 +1,24 @@
 //! The inverse in the loop: which tokens it reads and what it says.
 
 use crate::{Command, Inverse, Known, Wanted};
-use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, NodeId, Now};
+use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, NodeId, Now, Previous, SafeField};
 use anhyst_model::MagneticState;
 
 const LIMITED: u64 = 1;
-/// An estimate that is older says nothing about the magnetic state any more. In lockstep it is never older than this tick.
-const OLDEST_ESTIMATE_TICKS: u64 = 2;
+const FALLEN_BACK: u64 = 2;
+/// Bit of `SafeField::status`: leave the estimate alone.
+const FALL_BACK: u64 = 32;
 
 impl Block for Inverse {
     const NODE: NodeId = NodeId::Inverse;
-    type Inputs = (Now<Demand>, Now<Estimate>);
+    type Inputs = (Now<Demand>, Now<Estimate>, Previous<SafeField>);
     type Outputs = (FieldCommand,);
 
-    fn step(&mut self, tick: u64, (Now(demand), Now(estimate)): Self::Inputs) -> Self::Outputs {
+    fn step(&mut self, tick: u64, (Now(demand), Now(estimate), Previous(safe)): Self::Inputs) -> Self::Outputs {
         let wanted = Wanted {
             magnetization_a_per_m: demand.magnetization_a_per_m,
             magnetization_rate_a_per_m_s: demand.magnetization_rate_a_per_m_s,
         };
-        if tick.saturating_sub(estimate.tick) > OLDEST_ESTIMATE_TICKS {
-            return (field_command(self.step_uninformed(wanted)),);
-        }
         let known = Known {
             shape_a_per_m: estimate.shape_a_per_m,
             state: MagneticState {
@@ -29,17 +27,19 @@ impl Block for Inverse {
             },
             next_field_a_per_m: estimate.next_field_a_per_m,
         };
-        (field_command(Inverse::step(self, wanted, known)),)
+        let fall_back = safe.status & FALL_BACK != 0;
+        let command = self.step_guarded(tick, wanted, known, fall_back, safe.field_a_per_m);
+        (field_command(command, fall_back),)
     }
 }
 
-fn field_command(command: Command) -> FieldCommand {
+fn field_command(command: Command, fallen_back: bool) -> FieldCommand {
     FieldCommand {
         field_a_per_m: command.field_a_per_m,
         coil_field_a_per_m: command.coil_field_a_per_m,
         start_magnetization_a_per_m: command.start_magnetization_a_per_m,
         reached_magnetization_a_per_m: command.reached_magnetization_a_per_m,
-        status: if command.limited { LIMITED } else { 0 },
+        status: u64::from(command.limited) * LIMITED + u64::from(fallen_back) * FALLEN_BACK,
         ..FieldCommand::default()
     }
 }

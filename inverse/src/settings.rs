@@ -1,6 +1,7 @@
 //! What a scenario says about the inverse: its structure, its limit, and whether it leads the amplifier's lag.
 
 use anhyst_ipc::Invalid;
+use anhyst_model::DriveSignal;
 use serde::{Deserialize, Serialize};
 
 /// Settings of the inverse.
@@ -13,6 +14,8 @@ pub struct InverseSettings {
     pub field_limit_a_per_m: Option<f64>,
     /// Command u = H + τ dH/dt, so that the amplifier's first-order lag τ is made up for.
     pub compensate_amplifier: bool,
+    /// Send this instead of inverting anything: an open-loop experiment.
+    pub drive: Option<DriveSignal>,
 }
 
 /// Where the inversion starts from.
@@ -36,6 +39,7 @@ impl Default for InverseSettings {
             structure: Structure::default(),
             field_limit_a_per_m: None,
             compensate_amplifier: true,
+            drive: None,
         }
     }
 }
@@ -46,6 +50,7 @@ impl InverseSettings {
     /// # Errors
     /// The first setting that cannot be used.
     pub fn validate(&self) -> Result<(), Invalid> {
+        self.drive.as_ref().map_or(Ok(()), crate::drive::validate)?;
         self.field_limit_a_per_m.map_or(Ok(()), |limit| {
             Invalid::unless_positive("field_limit_a_per_m", limit, "A/m")
         })

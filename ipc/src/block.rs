@@ -15,6 +15,12 @@ pub trait Block {
     type Outputs: Outputs;
     /// Advances to tick `tick`. Ticks of outputs are stamped by the node.
     fn step(&mut self, tick: u64, inputs: Self::Inputs) -> Self::Outputs;
+    /// A tick in which nobody is heard any more, because the links have failed: what leads to the safe state. `None` once
+    /// that is reached, and from blocks that cannot harm anything.
+    fn alone(&mut self, tick: u64) -> Option<Self::Outputs> {
+        let _ = tick;
+        None
+    }
 }
 
 /// The token of this tick.
@@ -81,10 +87,10 @@ pub trait Outputs {
     fn channels() -> Vec<Channel>;
 }
 
-/// Sees every token before it is sent: the digest, and faults that tests inject.
+/// Sees every token before it is sent: the digest, and injected faults.
 pub trait Seen {
-    /// May change the bits of the token's fields.
-    fn see(&mut self, tick: u64, words: &mut [u64]);
+    /// May change the bits of the token's fields; returns the tick that the token is stamped with.
+    fn see(&mut self, channel: Channel, tick: u64, words: &mut [u64]) -> u64;
 }
 
 /// The arrows into a block.
@@ -117,6 +123,7 @@ macro_rules! tuples {
 tuples!(A a);
 tuples!(A a, B b);
 tuples!(A a, B b, C c);
+tuples!(A a, B b, C c, D d);
 tuples!(A a, B b, C c, D d, E e, F f, G g);
 
 macro_rules! output_tuples {
@@ -130,13 +137,16 @@ macro_rules! output_tuples {
             #[allow(unused_variables, reason = "the empty tuple sends nothing")]
             fn send(self, ($($sender,)*): &mut Self::Senders, tick: u64, seen: &mut dyn Seen) -> Result<(), LinkError> {
                 let ($($token,)*) = self;
+                #[allow(unused_mut, reason = "the empty tuple sends nothing")]
+                let mut outcome = Ok(());
                 $(
                     let mut words = [0; crate::message::MOST_FIELDS];
                     $token.write_words(&mut words);
-                    seen.see(tick, &mut words[..$message::FIELDS.len()]);
-                    $sender.send($message::from_words(tick, &words))?;
+                    let stamp = seen.see($message::CHANNEL, tick, &mut words[..$message::FIELDS.len()]);
+                    // All are sent even if one fails: at the end of a run some readers may be gone before others.
+                    outcome = outcome.and($sender.send($message::from_words(stamp, &words)));
                 )*
-                Ok(())
+                outcome
             }
             fn connect(($($sender,)*): &mut Self::Senders) -> Result<(), LinkError> {
                 $($sender.connect()?;)*

@@ -79,6 +79,24 @@ pub enum LinkError {
         /// What the system says.
         cause: String,
     },
+    /// A process uses a channel that it has not opened.
+    #[error("{process} uses {channel} but has not opened it{how}", how = if *sending { " for sending" } else { " for reading" })]
+    NotOpened {
+        /// Who.
+        process: String,
+        /// What.
+        channel: Channel,
+        /// True if it wanted to send.
+        sending: bool,
+    },
+    /// A name is none of a process of the run.
+    #[error("\"{name}\" is no process of this run; its processes are {processes}")]
+    UnknownProcess {
+        /// The name.
+        name: String,
+        /// Those that there are.
+        processes: String,
+    },
     /// A node reads a channel of its own process that no node of this process sends.
     #[error("{reader} reads {channel}, but nobody in its process sends it and no transport to other processes is open")]
     Unconnected {

@@ -38,6 +38,11 @@ impl NodeId {
         NodeId::Recorder,
     ];
 
+    /// The node of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::LOOP_ORDER.into_iter().find(|node| node.name() == name)
+    }
+
     /// The node's name: its process, its subcommand, its name in reports.
     pub const fn name(self) -> &'static str {
         match self {
@@ -103,6 +108,27 @@ impl Channel {
         }
     }
 
+    /// The channel's number in interfaces that know no names: its place in [`Channel::ALL`].
+    pub fn number(self) -> usize {
+        Channel::ALL
+            .iter()
+            .position(|channel| *channel == self)
+            .unwrap_or_default()
+    }
+
+    /// The fields of its tokens.
+    pub const fn fields(self) -> &'static [Field] {
+        match self {
+            Channel::Measurement => crate::Measurement::FIELDS,
+            Channel::Truth => crate::Truth::FIELDS,
+            Channel::Estimate => crate::Estimate::FIELDS,
+            Channel::Demand => crate::Demand::FIELDS,
+            Channel::FieldCommand => crate::FieldCommand::FIELDS,
+            Channel::SafeField => crate::SafeField::FIELDS,
+            Channel::CoilField => crate::CoilField::FIELDS,
+        }
+    }
+
     /// The only node that sends on this channel.
     pub const fn producer(self) -> NodeId {
         match self {
@@ -151,6 +177,8 @@ pub const MOST_FIELDS: usize = 24;
 pub trait Message: Copy + Default + PartialEq + std::fmt::Debug + ZeroCopySend + 'static {
     /// The channel it travels on.
     const CHANNEL: Channel;
+    /// What it says, in a sentence.
+    const ABOUT: &'static str;
     /// Its fields after `tick` and `sent_ns`, in the order of the layout.
     const FIELDS: &'static [Field];
 
@@ -270,10 +298,10 @@ pub(crate) const fn type_name_bytes(name: &str, hash: u64) -> ([u8; 64], usize) 
 
 /// Declares a message: its struct (`#[repr(C)]`, eight bytes a field), its schema and its type name.
 macro_rules! message {
-    ($(#[$doc:meta])* $name:ident on $channel:ident {
+    ($(#[doc = $about:literal])+ $name:ident on $channel:ident {
         $( $(#[doc = $text:literal])+ $field:ident : $kind:ident in $unit:literal ),* $(,)?
     }) => {
-        $(#[$doc])*
+        $(#[doc = $about])+
         #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
         #[repr(C)]
         pub struct $name {
@@ -306,6 +334,7 @@ macro_rules! message {
 
             impl Message for $name {
                 const CHANNEL: Channel = Channel::$channel;
+                const ABOUT: &'static str = concat!($($about),+);
                 const FIELDS: &'static [Field] = FIELDS;
                 const TYPE_NAME: &'static str = TYPE_NAME;
                 fn tick(&self) -> u64 { self.tick }

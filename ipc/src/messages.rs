@@ -103,7 +103,7 @@ message! {
         start_magnetization_a_per_m: f64 in "A/m",
         /// Magnetization that the commanded field is predicted to reach.
         reached_magnetization_a_per_m: f64 in "A/m",
-        /// Bits: 1 the demand needs more field than the limit.
+        /// Bits: 1 the demand needs more field than the limit, 2 fallen back to the nominal inverse.
         status: u64 in "",
     }
 }
@@ -113,7 +113,8 @@ message! {
     SafeField on SafeField {
         /// Field for t_k+2.
         field_a_per_m: f64 in "A/m",
-        /// Bits: 1 limited in amplitude, 2 limited in slew, 4 ramping to the safe field, 8 at the safe field.
+        /// Bits: 1 limited in amplitude, 2 limited in slew, 4 ramping to the safe field, 8 at the safe field, 16 holding the last
+        /// field, 32 the inverse is to leave the estimate alone (fall back).
         status: u64 in "",
         /// Number of the event that was raised in this tick; 0: none.
         event: u64 in "",
@@ -125,7 +126,8 @@ message! {
     CoilField on CoilField {
         /// Field at t_k+1.
         field_a_per_m: f64 in "A/m",
-        /// Bits: 1 amplitude limit, 2 slew limit.
+        /// Bits: 1 amplitude limit, 2 slew limit, 4 ramping to the safe field because nobody commands, 8 at it for that reason,
+        /// 16 on the way back to the commands.
         status: u64 in "",
     }
 }

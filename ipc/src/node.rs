@@ -1,8 +1,9 @@
 //! A block with its links opened, its digest, and the faults that tests inject.
 
 use crate::block::{Inputs as _, Outputs as _, Seen};
+use crate::fault::{Injector, TokenFault};
 use crate::token_log::TokenLog;
-use crate::{Block, Connections, Digest, LinkError, LinkReport, NodeId, Trail};
+use crate::{Block, Channel, Connections, Digest, LinkError, LinkReport, NodeId, Trail};
 use serde::{Deserialize, Serialize};
 
 /// What one node reports when its run ends.
@@ -16,6 +17,9 @@ pub struct NodeReport {
     pub digest: u64,
     /// Its reading links.
     pub links: Vec<LinkReport>,
+    /// The field that it gave, or said to be in the coil, last; none from nodes that say nothing about it.
+    #[serde(default)]
+    pub field_a_per_m: Option<f64>,
 }
 
 /// A node seen without its types: what a process runs, in loop order.
@@ -34,6 +38,11 @@ pub trait Stage {
     fn tick(&mut self, tick: u64) -> Result<(), LinkError>;
     /// Writes what is consumed and sent into `log` from now on.
     fn log_tokens(&mut self, _log: TokenLog) {}
+    /// From here on a reader that is gone is no error: the run is ending, and whoever still listens is to hear.
+    fn end(&mut self);
+    /// Answers tick `tick` without hearing anybody, on the way to the safe state. False if there is nothing (more) to do.
+    /// Neither digest nor trail notes it.
+    fn alone(&mut self, tick: u64) -> bool;
     /// The digest after every tick.
     fn trail(&self) -> &Trail;
     /// What it measured.
@@ -54,19 +63,56 @@ struct Watcher {
     digest: Digest,
     one_ulp_at: Option<u64>,
     log: Option<TokenLog>,
+    injector: Injector,
+    /// Where the coil's field stands in what is sent, and its last value.
+    field: Option<(Channel, usize)>,
+    field_a_per_m: Option<f64>,
+    /// Nobody is heard any more: the digest is closed.
+    alone: bool,
+}
+
+impl Watcher {
+    fn new<B: Block>(one_ulp: Option<OneUlp>) -> Self {
+        let sent = B::Outputs::channels().into_iter().rev();
+        let of_field = |channel: Channel| {
+            let mut names = channel.fields().iter().map(|field| field.name);
+            names.position(|name| name == "field_a_per_m" || name == "coil_field_a_per_m")
+        };
+        Self {
+            digest: Digest::default(),
+            one_ulp_at: one_ulp.filter(|fault| fault.node == B::NODE).map(|fault| fault.tick),
+            log: None,
+            injector: Injector::default(),
+            field: sent
+                .filter(|channel| matches!(channel.producer(), NodeId::Plant | NodeId::Guard | NodeId::Amplifier))
+                .find_map(|channel| of_field(channel).map(|index| (channel, index))),
+            field_a_per_m: None,
+            alone: false,
+        }
+    }
 }
 
 impl Seen for Watcher {
-    fn see(&mut self, tick: u64, words: &mut [u64]) {
-        if self.one_ulp_at == Some(tick)
-            && let Some(first) = words.first_mut()
+    fn see(&mut self, channel: Channel, tick: u64, words: &mut [u64]) -> u64 {
+        let mut stamp = tick;
+        if !self.alone {
+            if self.one_ulp_at == Some(tick)
+                && let Some(first) = words.first_mut()
+            {
+                *first ^= 1;
+            }
+            stamp = self.injector.see(channel, tick, words);
+            self.digest.add(stamp, words);
+            if let Some(log) = &mut self.log {
+                log.add(words);
+            }
+        }
+        if let Some((of, index)) = self.field
+            && of == channel
         {
-            *first ^= 1;
+            self.field_a_per_m = words.get(index).map(|word| f64::from_bits(*word));
         }
-        self.digest.add(tick, words);
-        if let Some(log) = &mut self.log {
-            log.add(words);
-        }
+        stamp
     }
 }
 
@@ -78,6 +124,7 @@ pub struct Node<B: Block> {
     watcher: Watcher,
     trail: Trail,
     ticks: u64,
+    ending: bool,
 }
 
 impl<B: Block> Node<B> {
@@ -94,20 +141,25 @@ impl<B: Block> Node<B> {
         Ok(Self {
             receivers: B::Inputs::open(B::NODE, connections)?,
             senders: B::Outputs::open(connections)?,
-            watcher: Watcher {
-                digest: Digest::default(),
-                one_ulp_at: one_ulp.filter(|fault| fault.node == B::NODE).map(|fault| fault.tick),
-                log: None,
-            },
+            watcher: Watcher::new::<B>(one_ulp),
             trail: Trail::with_capacity(ticks as usize),
             block,
             ticks: 0,
+            ending: false,
         })
     }
 
     /// The block, with what it has gathered so far.
     pub fn block(&self) -> &B {
         &self.block
+    }
+
+    /// Lets these faults happen to what the node sends; those of other nodes' channels are left out. `seed` is of their noise.
+    #[must_use]
+    pub fn with_faults(mut self, faults: &[TokenFault], seed: u64) -> Self {
+        let sent = <B::Outputs as crate::Outputs>::channels();
+        self.watcher.injector = Injector::new(faults.iter().filter(|fault| sent.contains(&fault.channel)), seed);
+        self
     }
 
     /// Closes the links and gives the block back, with what it has gathered.
@@ -133,10 +185,25 @@ impl<B: Block> Stage for Node<B> {
         }
         let outputs = self.block.step(tick, inputs);
         self.trail.leave_out_until(tick);
-        outputs.send(&mut self.senders, tick, &mut self.watcher)?;
+        let sent = outputs.send(&mut self.senders, tick, &mut self.watcher);
         self.trail.push(self.watcher.digest);
         self.ticks = tick + 1;
-        Ok(())
+        if self.ending { Ok(()) } else { sent }
+    }
+
+    fn end(&mut self) {
+        self.ending = true;
+    }
+
+    fn alone(&mut self, tick: u64) -> bool {
+        let Some(outputs) = self.block.alone(tick) else {
+            return false;
+        };
+        self.watcher.alone = true;
+        // Whoever is gone cannot be reached; whoever still listens is.
+        let _ = outputs.send(&mut self.senders, tick, &mut self.watcher);
+        self.ticks = tick + 1;
+        true
     }
 
     fn log_tokens(&mut self, log: TokenLog) {
@@ -153,6 +220,7 @@ impl<B: Block> Stage for Node<B> {
             ticks: self.ticks,
             digest: self.watcher.digest.0,
             links: B::Inputs::reports(&self.receivers),
+            field_a_per_m: self.watcher.field_a_per_m,
         }
     }
 }

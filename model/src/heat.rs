@@ -10,6 +10,20 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{ModelError, require, require_not_negative, require_positive};
 
+/// Beyond these no rod and no coil is meant, and products of two such numbers may no longer be numbers.
+const MOST: f64 = 1e9;
+const HOTTEST_K: f64 = 1e4;
+
+fn believable(
+    value: f64,
+    most: f64,
+    quantity: &'static str,
+    unit: &'static str,
+    requirement: &'static str,
+) -> Result<(), ModelError> {
+    require(value <= most, quantity, value, unit, requirement)
+}
+
 /// One lumped temperature between a heater and the surroundings.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -34,7 +48,28 @@ impl ThermalCircuit {
     pub fn validate(&self) -> Result<(), ModelError> {
         require_positive(self.ambient_k, "ambient temperature", "K")?;
         require_positive(self.heat_capacity_j_per_k, "heat capacity", "J/K")?;
-        require_positive(self.resistance_k_per_w, "thermal resistance", "K/W")
+        require_positive(self.resistance_k_per_w, "thermal resistance", "K/W")?;
+        believable(
+            self.ambient_k,
+            HOTTEST_K,
+            "ambient temperature",
+            "K",
+            "at most 10 000 K",
+        )?;
+        believable(
+            self.heat_capacity_j_per_k,
+            MOST,
+            "heat capacity",
+            "J/K",
+            "at most 1e9 J/K",
+        )?;
+        believable(
+            self.resistance_k_per_w,
+            MOST,
+            "thermal resistance",
+            "K/W",
+            "at most 1e9 K/W",
+        )
     }
 }
 
@@ -67,7 +102,33 @@ impl CoilLoss {
             "temperature coefficient of the coil",
             "1/K",
         )?;
-        require_positive(self.reference_temperature_k, "coil reference temperature", "K")
+        require_positive(self.reference_temperature_k, "coil reference temperature", "K")?;
+        believable(self.resistance_ohm, MOST, "coil resistance", "ohm", "at most 1e9 ohm")?;
+        let field_per_ampere = self.field_per_ampere;
+        let range = "between 1e-3 and 1e9 A/m per A";
+        require(
+            (1e-3..=MOST).contains(&field_per_ampere),
+            "field per ampere",
+            field_per_ampere,
+            "A/m per A",
+            range,
+        )?;
+        let coefficient = self.copper_temperature_coefficient_per_k;
+        believable(
+            coefficient,
+            1.0,
+            "temperature coefficient of the coil",
+            "1/K",
+            "at most 1 1/K",
+        )?;
+        let reference_k = self.reference_temperature_k;
+        believable(
+            reference_k,
+            HOTTEST_K,
+            "coil reference temperature",
+            "K",
+            "at most 10 000 K",
+        )
     }
 }
 
@@ -93,7 +154,13 @@ impl ThermalExpansion {
 
     pub fn validate(&self) -> Result<(), ModelError> {
         let coefficient = self.coefficient_per_k;
-        require(true, "thermal expansion", coefficient, "1/K", "finite")?;
+        require(
+            coefficient.abs() <= 1.0,
+            "thermal expansion",
+            coefficient,
+            "1/K",
+            "between -1 and 1 1/K",
+        )?;
         require_positive(self.reference_temperature_k, "expansion reference temperature", "K")
     }
 }

@@ -1,7 +1,8 @@
 //! λ(M): free strain from magnetization.  With γ = 3λs/(2Ms²):
 //!
 //! `Quadratic` λ = γM² (the paper's (8)); `Biased` λ = γ[(M + bMs)² − (bMs)²] = γ(M² + 2b·Ms·M) about a bias b·Ms;
-//! `Linearised` λ = 2γ·b·Ms·M, its tangent at the bias; `Polynomial` λ = γ₁M² + γ₂M⁴ for fits of measured curves.
+//! `Linearised` λ = 2γ·b·Ms·M, its tangent at the bias; `Polynomial` λ = γ₁M² + γ₂M⁴ for fits of measured curves;
+//! `Parabolic` λ = λ′M + κM², a linear law with a quadratic part of any size.
 //! λs saturation magnetostriction (no unit), M and Ms in A/m, b bias as a fraction of Ms (0.5 unless told).
 //! Assumptions: uniform, constant stress, no hysteresis between M and λ.
 //! (9) prints M² + 2Ms·M for b = 1/2; expanding the square gives M² + Ms·M, and only that agrees with the paper's own gain w.
@@ -34,6 +35,8 @@ pub enum Magnetostriction {
         #[serde(default)]
         gamma2_m4_per_a4: f64,
     },
+    /// λ = λ′M + κM².
+    Parabolic { slope_m_per_a: f64, square_m2_per_a2: f64 },
 }
 
 fn half() -> f64 {
@@ -68,6 +71,46 @@ impl Magnetostriction {
                 gamma1_m2_per_a2,
                 gamma2_m4_per_a4,
             } => (0.0, gamma1_m2_per_a2, gamma2_m4_per_a4),
+            Magnetostriction::Parabolic {
+                slope_m_per_a,
+                square_m2_per_a2,
+            } => (slope_m_per_a, square_m2_per_a2, 0.0),
+        }
+    }
+
+    /// The same law with this much more of M² (m²/A²).
+    pub(crate) fn with_more_square(self, more_m2_per_a2: f64, saturation: f64) -> Self {
+        let (linear, square, fourth) = self.coefficients(saturation);
+        if linear != 0.0 {
+            return Magnetostriction::Parabolic {
+                slope_m_per_a: linear,
+                square_m2_per_a2: square + more_m2_per_a2,
+            };
+        }
+        Magnetostriction::Polynomial {
+            gamma1_m2_per_a2: square + more_m2_per_a2,
+            gamma2_m4_per_a4: fourth,
+        }
+    }
+
+    /// Ends of the rising branch within ±Ms (A/m): where the law turns round, or saturation.
+    pub fn branch_a_per_m(&self, saturation_magnetization_a_per_m: f64) -> (f64, f64) {
+        let saturation = saturation_magnetization_a_per_m;
+        match *self {
+            Magnetostriction::Linearised { .. } => (-saturation, saturation),
+            Magnetostriction::Biased { bias_fraction, .. } => (-bias_fraction * saturation, saturation),
+            Magnetostriction::Quadratic { .. } | Magnetostriction::Polynomial { .. } => (0.0, saturation),
+            Magnetostriction::Parabolic {
+                slope_m_per_a,
+                square_m2_per_a2,
+            } => {
+                let turn = -0.5 * slope_m_per_a / square_m2_per_a2;
+                if turn < 0.0 {
+                    (turn.max(-saturation), saturation)
+                } else {
+                    (-saturation, turn.min(saturation))
+                }
+            }
         }
     }
 
@@ -142,6 +185,25 @@ impl Magnetostriction {
                     "finite and not 0",
                 )?;
                 require(true, "strain coefficient gamma2", gamma2_m4_per_a4, "m^4/A^4", "finite")
+            }
+            Magnetostriction::Parabolic {
+                slope_m_per_a,
+                square_m2_per_a2,
+            } => {
+                require(
+                    slope_m_per_a != 0.0,
+                    "strain per magnetization",
+                    slope_m_per_a,
+                    "m/A",
+                    "finite and not 0",
+                )?;
+                require(
+                    true,
+                    "strain per square of the magnetization",
+                    square_m2_per_a2,
+                    "m^2/A^2",
+                    "finite",
+                )
             }
         }
     }

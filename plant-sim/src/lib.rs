@@ -4,6 +4,7 @@
 //! and cutting heat → rod's temperature → a and expansion. Sensors add noise and resolution. All of it in [`Plant`];
 //! [`PlantNode`] and [`AmplifierNode`] put it into the loop. The same seed gives the same bits.
 
+mod chain;
 mod cutting;
 mod error;
 mod milling;
@@ -12,6 +13,7 @@ mod plant;
 mod rod;
 mod settings;
 mod shape;
+mod watchdog;
 
 pub use cutting::CuttingProcess;
 pub use error::PlantError;
@@ -21,3 +23,4 @@ pub use plant::{Plant, PlantState, Readings};
 pub use rod::{PlantRod, TWO_POLE_ELEMENTS};
 pub use settings::{Heating, PlantSettings, Sensors, TemperatureSensor, validate_amplifier};
 pub use shape::ShapeCourse;
+pub use watchdog::WatchdogSettings;

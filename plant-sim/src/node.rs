@@ -4,12 +4,28 @@ use anhyst_ipc::{Block, CoilField, Measurement, NodeId, Now, Previous, SafeField
 use anhyst_model::{Amplifier, AmplifierConstants, Material, RodConstants};
 use serde::{Deserialize, Serialize};
 
-use crate::{Plant, PlantError, PlantSettings, validate_amplifier};
+use crate::watchdog::{Mode, Watchdog};
+use crate::{Plant, PlantError, PlantSettings, WatchdogSettings, validate_amplifier};
+
+const AMPLITUDE: u64 = 1;
+const SLEW: u64 = 2;
+const RAMPING: u64 = 4;
+const SAFE: u64 = 8;
+const RETURNING: u64 = 16;
+
+/// Behind a lag the coil never quite gets there: so close to the safe field counts as safe, A/m.
+const SAFE_WITHIN_A_PER_M: f64 = 1.0;
+/// No coil has more; a model would need steps in proportion to the way.
+const MOST_A_PER_M: f64 = 1e7;
+/// The field of a coil whose amplifier is dead dies in so many ticks, as the simulation has it.
+const DEAD_AMPLIFIER_TICKS: u32 = 20;
 
 /// The simulated amplifier: the safe field of tick k in, the coil's field at t_k+1 out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AmplifierNode {
     amplifier: Amplifier,
+    watchdog: Option<Watchdog>,
+    tick_s: f64,
 }
 
 impl AmplifierNode {
@@ -21,7 +37,35 @@ impl AmplifierNode {
         validate_amplifier(constants)?;
         Ok(AmplifierNode {
             amplifier: Amplifier::new(*constants, tick_s)?,
+            watchdog: None,
+            tick_s,
         })
+    }
+
+    /// Gives it a watchdog of its own; without one it takes every token for fresh.
+    ///
+    /// # Errors
+    /// Refused settings.
+    pub fn with_watchdog(mut self, settings: &WatchdogSettings) -> Result<Self, PlantError> {
+        self.watchdog = Some(Watchdog::new(settings, self.tick_s)?);
+        Ok(self)
+    }
+
+    fn act(&mut self, command_a_per_m: f64) -> CoilField {
+        let output = self.amplifier.step(command_a_per_m);
+        let mode = self.watchdog.map(|watchdog| watchdog.mode());
+        let bits = [
+            (output.amplitude_limited, AMPLITUDE),
+            (output.slew_limited, SLEW),
+            (mode == Some(Mode::Ramping), RAMPING),
+            (mode == Some(Mode::Safe), SAFE),
+            (mode == Some(Mode::Returning), RETURNING),
+        ];
+        CoilField {
+            field_a_per_m: output.field_a_per_m,
+            status: bits.into_iter().filter(|(set, _)| *set).map(|(_, bit)| bit).sum(),
+            ..CoilField::default()
+        }
     }
 }
 
@@ -30,14 +74,23 @@ impl Block for AmplifierNode {
     type Inputs = (Now<SafeField>,);
     type Outputs = (CoilField,);
 
-    fn step(&mut self, _tick: u64, (Now(safe),): Self::Inputs) -> Self::Outputs {
-        let output = self.amplifier.step(safe.field_a_per_m);
-        let status = u64::from(output.amplitude_limited) | u64::from(output.slew_limited) << 1;
-        (CoilField {
-            field_a_per_m: output.field_a_per_m,
-            status,
-            ..CoilField::default()
-        },)
+    fn step(&mut self, tick: u64, (Now(safe),): Self::Inputs) -> Self::Outputs {
+        let command = match &mut self.watchdog {
+            Some(watchdog) => watchdog.command(safe.field_a_per_m, tick.abs_diff(safe.tick)),
+            None => safe.field_a_per_m,
+        };
+        (self.act(command),)
+    }
+
+    fn alone(&mut self, _tick: u64) -> Option<Self::Outputs> {
+        let watchdog = self.watchdog.as_mut()?;
+        let distance = self.amplifier.field_a_per_m() - watchdog.safe_field_a_per_m();
+        let is_safe = watchdog.mode() == Mode::Safe && distance.abs() <= SAFE_WITHIN_A_PER_M;
+        if is_safe {
+            return None;
+        }
+        let command = watchdog.command_alone();
+        Some((self.act(command),))
     }
 }
 
@@ -45,6 +98,12 @@ impl Block for AmplifierNode {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlantNode {
     plant: Plant,
+    /// The coil's field at t_k, as heard last.
+    field_a_per_m: f64,
+    /// The amplifier has said last that it is at its own safe field, where it stays whoever lives.
+    amplifier_is_safe: bool,
+    /// What a tick takes away from the coil's field since the amplifier died.
+    dying_a_per_m: Option<f64>,
 }
 
 impl PlantNode {
@@ -61,6 +120,9 @@ impl PlantNode {
     ) -> Result<Self, PlantError> {
         Ok(PlantNode {
             plant: Plant::new(settings, material, rod, tick_s, seed)?,
+            field_a_per_m: 0.0,
+            amplifier_is_safe: false,
+            dying_a_per_m: None,
         })
     }
 
@@ -76,10 +138,35 @@ impl Block for PlantNode {
     type Outputs = (Measurement, Truth);
 
     fn step(&mut self, tick: u64, (Previous(coil),): Self::Inputs) -> Self::Outputs {
-        // Tick 0 is t_0 itself: there is no interval before it.
-        if tick > 0 {
-            self.plant.advance(coil.field_a_per_m);
+        // Tick 0 is t_0 itself: there is no interval before it. No coil has a field that is no number, or such a field.
+        if tick > 0 && coil.field_a_per_m.abs() <= MOST_A_PER_M {
+            self.field_a_per_m = coil.field_a_per_m;
         }
+        self.amplifier_is_safe = coil.status & SAFE != 0;
+        if tick > 0 {
+            self.plant.advance(self.field_a_per_m);
+        }
+        self.answer()
+    }
+
+    /// The amplifier is dead: the coil's current dies.
+    fn alone(&mut self, _tick: u64) -> Option<Self::Outputs> {
+        if self.amplifier_is_safe || self.field_a_per_m == 0.0 {
+            return None;
+        }
+        let part = self.field_a_per_m / f64::from(DEAD_AMPLIFIER_TICKS);
+        let step = *self.dying_a_per_m.get_or_insert(part);
+        let left = self.field_a_per_m - step;
+        // The last step lands on 0 and not beside it.
+        self.field_a_per_m = if left.abs() < 0.5 * step.abs() { 0.0 } else { left };
+        self.plant.advance(self.field_a_per_m);
+        Some(self.answer())
+    }
+}
+
+impl PlantNode {
+    /// What is measured and what is true now.
+    fn answer(&mut self) -> (Measurement, Truth) {
         let readings = self.plant.measure();
         let state = self.plant.state();
         let measurement = Measurement {

@@ -12,6 +12,7 @@ use anhyst_model::{
 };
 use serde::{Deserialize, Serialize};
 
+use crate::chain::{Chain, Reached};
 use crate::rod::Rod;
 use crate::{CuttingProcess, Heating, PlantError, PlantSettings, ShapeCourse};
 
@@ -20,7 +21,7 @@ use crate::{CuttingProcess, Heating, PlantError, PlantSettings, ShapeCourse};
 pub struct PlantState {
     /// Displacement of the tip, m.
     pub displacement_m: f64,
-    /// Field and magnetization.
+    /// Field in the coil, and magnetization.
     pub magnetic: MagneticState,
     /// a, A/m.
     pub shape_a_per_m: f64,
@@ -73,6 +74,10 @@ pub struct Plant {
     expansion: Option<ThermalExpansion>,
     cutting: Option<CuttingProcess>,
     rod: Rod,
+    /// With physical effects: in place of hysteresis, strain law and rod above.
+    chain: Option<Box<Chain>>,
+    /// What the displacement sensor sees where that is not the tip, m.
+    sensed_m: Option<f64>,
     /// The rod starts in equilibrium with its strain at t_0: it moves by the strain since then, from this displacement.
     rest_strain: f64,
     rest_displacement_m: f64,
@@ -96,6 +101,7 @@ impl Plant {
         seed: u64,
     ) -> Result<Self, PlantError> {
         settings.validate()?;
+        let material = settings.material.as_ref().unwrap_or(material);
         material.validate()?;
         let temperature_k = settings.start_temperature_k;
         for shape_a_per_m in settings.shape.known_shapes_a_per_m(temperature_k) {
@@ -120,6 +126,8 @@ impl Plant {
             expansion: settings.expansion,
             cutting,
             rod: rod_in_motion,
+            chain: None,
+            sensed_m: None,
             rest_strain: 0.0,
             rest_displacement_m: 0.0,
             strain: 0.0,
@@ -136,6 +144,10 @@ impl Plant {
         plant.strain = plant.rest_strain;
         plant.rest_displacement_m = plant.rest_strain * rod.force_per_strain_n() * rod.static_compliance_m_per_n();
         plant.state.displacement_m = plant.rest_displacement_m;
+        if let Some((chain, reached)) = Chain::new(settings, material, rod, tick_s)? {
+            plant.chain = Some(Box::new(chain));
+            plant.take(reached);
+        }
         Ok(plant)
     }
 
@@ -159,32 +171,62 @@ impl Plant {
 
         self.warm(field_from, field_to, time_from_s);
         self.state.shape_a_per_m = self.shape.shape_a_per_m(time_to_s, self.state.temperature_k);
+        let velocity_m_per_s = match &self.chain {
+            Some(chain) => chain.tip().velocity_m_per_s,
+            None => self.rod.tip().velocity_m_per_s,
+        };
+        let force_to_n = self.cutting.as_ref().map_or(0.0, |cutting| {
+            let coming_m = self.state.displacement_m + velocity_m_per_s * self.tick_s;
+            cutting.force_n(time_to_s, coming_m)
+        });
+        match &mut self.chain {
+            Some(chain) => {
+                let (shape, temperature_k) = (self.state.shape_a_per_m, self.state.temperature_k);
+                let reached = chain.advance(field_to, shape, temperature_k, -force_to_n);
+                self.take(reached);
+            }
+            None => self.advance_plain(field_to, force_to_n),
+        }
+        self.state.cutting_force_n = force_to_n;
+        if let Some(cutting) = &mut self.cutting {
+            cutting.leave_face(time_to_s, self.state.displacement_m);
+        }
+    }
+
+    /// Hysteresis, strain law and rod without effects.
+    fn advance_plain(&mut self, field_to: f64, force_to_n: f64) {
         let hysteresis = self.hysteresis.with_shape(self.state.shape_a_per_m);
         self.state.magnetic = hysteresis.advance(self.state.magnetic, field_to);
-
         let strain_from = self.strain - self.rest_strain;
         self.strain = self.free_strain();
         let force_from_n = self.state.cutting_force_n;
-        let force_to_n = self.cutting.as_ref().map_or(0.0, |cutting| {
-            let coming_m = self.state.displacement_m + self.rod.tip().velocity_m_per_s * self.tick_s;
-            cutting.force_n(time_to_s, coming_m)
-        });
         self.rod.advance(
             (strain_from, self.strain - self.rest_strain),
             (-force_from_n, -force_to_n),
         );
-        self.state.cutting_force_n = force_to_n;
         self.state.displacement_m = self.rest_displacement_m + self.rod.tip().displacement_m;
-        if let Some(cutting) = &mut self.cutting {
-            cutting.leave_face(time_to_s, self.state.displacement_m);
-        }
+    }
+
+    /// The chain's tick as the plant's state.
+    fn take(&mut self, reached: Reached) {
+        let tip = self.chain.as_ref().map(|chain| chain.tip()).unwrap_or_default();
+        self.sensed_m = Some(reached.sensed_m);
+        self.state.displacement_m = tip.displacement_m;
+        self.state.magnetic = MagneticState {
+            field_a_per_m: reached.coil_field_a_per_m,
+            magnetization_a_per_m: reached.magnetization_a_per_m,
+        };
+        self.state.shape_a_per_m = reached.shape_a_per_m;
+        self.state.temperature_k = reached.temperature_k;
     }
 
     /// Reads every sensor once; call it once a tick, because each reading draws noise.
     pub fn measure(&mut self) -> Readings {
         let temperature_k = self.state.temperature_k;
         Readings {
-            displacement_m: self.displacement.measure(self.state.displacement_m),
+            displacement_m: self
+                .displacement
+                .measure(self.sensed_m.unwrap_or(self.state.displacement_m)),
             field_a_per_m: self.field.measure(self.state.magnetic.field_a_per_m),
             temperature_k: self
                 .temperature

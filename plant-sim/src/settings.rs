@@ -1,7 +1,9 @@
 //! What a scenario says about the simulated rig.
 
 use anhyst_ipc::Invalid;
-use anhyst_model::{AmplifierConstants, CoilLoss, ModelError, Sensor, ThermalCircuit, ThermalExpansion};
+use anhyst_model::{
+    AmplifierConstants, CoilLoss, Effect, Material, ModelError, Sensor, ThermalCircuit, ThermalExpansion, TwoPole,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::{Contact, Cut, PlantRod, ShapeCourse};
@@ -37,6 +39,15 @@ pub struct PlantSettings {
     /// When it cuts.
     #[serde(default)]
     pub contact: Contact,
+    /// Physical effects that are really there; none: those that the others believe in.
+    #[serde(default)]
+    pub effects: Option<Vec<Effect>>,
+    /// The material that is really there; none: the one that the others believe in.
+    #[serde(default)]
+    pub material: Option<Material>,
+    /// The rod that is really there, its gain per magnetization; none: the one that the others believe in.
+    #[serde(default)]
+    pub two_pole: Option<TwoPole>,
 }
 
 fn room_temperature_k() -> f64 {

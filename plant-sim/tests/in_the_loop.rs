@@ -43,6 +43,9 @@ fn settings(cut: Cut) -> PlantSettings {
             from_s: 0.3,
             to_s: None,
         },
+        effects: None,
+        material: None,
+        two_pole: None,
     }
 }
 

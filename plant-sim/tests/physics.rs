@@ -18,6 +18,9 @@ fn quiet() -> PlantSettings {
         expansion: None,
         cut: Cut::Off,
         contact: Default::default(),
+        effects: None,
+        material: None,
+        two_pole: None,
     }
 }
 

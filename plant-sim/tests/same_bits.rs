@@ -47,6 +47,9 @@ fn busy(rod: PlantRod, cut: Cut) -> PlantSettings {
             from_s: 0.002,
             to_s: Some(0.02),
         },
+        effects: None,
+        material: None,
+        two_pole: None,
     }
 }
 

@@ -39,7 +39,7 @@ const fn flag(
 }
 
 /// Every status bit of the loop. Within a channel a later entry rules the state lane when several are set.
-pub(crate) const FLAGS: [Flag; 12] = [
+pub(crate) const FLAGS: [Flag; 17] = [
     flag(
         Channel::Estimate,
         1,
@@ -114,6 +114,22 @@ pub(crate) const FLAGS: [Flag; 12] = [
     ),
     flag(
         Channel::SafeField,
+        32,
+        Level::Warning,
+        "fallen back",
+        "tells the inverse to leave the estimate alone",
+        "trusts the estimate again",
+    ),
+    flag(
+        Channel::SafeField,
+        16,
+        Level::Error,
+        "holding",
+        "holds the field",
+        "holds the field no longer",
+    ),
+    flag(
+        Channel::SafeField,
         4,
         Level::Error,
         "to safe field",
@@ -127,6 +143,30 @@ pub(crate) const FLAGS: [Flag; 12] = [
         "safe field",
         "is at the safe field",
         "leaves the safe field",
+    ),
+    flag(
+        Channel::CoilField,
+        16,
+        Level::Warning,
+        "returning",
+        "amplifier walks back to the commands",
+        "amplifier follows the commands",
+    ),
+    flag(
+        Channel::CoilField,
+        4,
+        Level::Error,
+        "nobody commands",
+        "amplifier ramps to its safe field by itself",
+        "amplifier's ramp ended",
+    ),
+    flag(
+        Channel::CoilField,
+        8,
+        Level::Error,
+        "by itself",
+        "amplifier is at its safe field by itself",
+        "amplifier leaves its safe field",
     ),
     flag(
         Channel::CoilField,

@@ -24,7 +24,7 @@ fn rooms_know_only_what_they_may() {
             )
         })
         .collect();
-    let may: [(&str, &[&str]); 9] = [
+    let may: [(&str, &[&str]); 11] = [
         ("anhyst-model", &[]),
         ("anhyst-ipc", &[]),
         ("anhyst-plant-sim", &["anhyst-model", "anhyst-ipc"]),
@@ -34,6 +34,8 @@ fn rooms_know_only_what_they_may() {
         ("anhyst-guard", &["anhyst-ipc"]),
         ("anhyst-recorder", &["anhyst-ipc"]),
         ("anhyst-diagnosis", &["anhyst-model"]),
+        ("anhyst-driver", &["anhyst-ipc"]),
+        ("anhyst-amplifier-hardware", &["anhyst-ipc"]),
     ];
     for (room, allowed) in may {
         let allowed: BTreeSet<String> = allowed.iter().map(|name| (*name).to_owned()).collect();

@@ -51,6 +51,18 @@ fn heavy_milling_holds_2_um() {
     assert!(number(&summary, "temperature_peak_k") > 293.5, "{summary}");
 }
 
+/// The sensor jumps twice: the field is held, walks back, and at the end the cut is as good as before.
+#[test]
+fn a_faulty_sensor_does_not_spoil_the_cut() {
+    let summary = run("scenarios/faulty-sensor.ron");
+    assert_eq!(summary["first_event"], 5, "{summary}");
+    assert!(
+        number(&summary, "field_peak_a_per_m") <= number(&summary, "field_limit_a_per_m"),
+        "{summary}"
+    );
+    assert!(number(&summary, "guarded_ticks") > 0.0, "{summary}");
+}
+
 #[test]
 fn a_measured_material_is_cut() {
     let summary = run("scenarios/milling_measured_material.ron");

@@ -2,12 +2,15 @@
 
 use super::Ending;
 use super::summary::plain_table;
+use crate::control::{Control, Models, control, section, ticks};
 use crate::error::RunError;
-use anhyst_diagnosis::diagnose::{DiagnoseOptions, Diagnosed, Diagnosis, amended_text, diagnose, report};
+use crate::scenario;
+use anhyst_diagnosis::diagnose::{DiagnoseOptions, Diagnosed, Diagnosis, amended_text, diagnose, page};
 use anhyst_diagnosis::{ColumnMapping, DiagnosisError, MeasuredRun, RowRange, RunReadOptions};
 use anhyst_model::ActuatorModel;
 use clap::Args;
 use ron::extensions::Extensions;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// `diagnose`
@@ -19,7 +22,7 @@ pub struct DiagnoseArguments {
     /// Measured run (CSV or Parquet); several are explained together.
     #[arg(long, required = true)]
     pub data: Vec<PathBuf>,
-    /// Folder of the results: diagnosis.json, amended.ron, report.html.
+    /// Folder of the results: diagnosis.json, amended.ron, report.html, diagnosis.rrd.
     #[arg(long)]
     pub out: PathBuf,
     /// Name a column: `--column displacement=disp_um*1e-6`
@@ -34,6 +37,9 @@ pub struct DiagnoseArguments {
     /// Simulate the first seconds and do not compare them: a start from an unknown state.
     #[arg(long, default_value_t = 0.0, value_name = "SECONDS")]
     pub settle: f64,
+    /// Make the cut of this scenario on a plant that has what was found: with the old model, the amended one, and the runner-up.
+    #[arg(long, value_name = "SCENARIO.ron")]
+    pub control: Option<PathBuf>,
     /// Threads (default: one a core).
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
@@ -49,6 +55,12 @@ pub struct DiagnoseArguments {
 pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
     let refused = |error: DiagnosisError| miette::miette!("{error}");
     let model = load_model(&arguments.model)?;
+    // Before the minutes that the search takes: a scenario with a mistake in it is told now.
+    let cut = arguments
+        .control
+        .as_ref()
+        .map(|file| scenario::load(file, &[]))
+        .transpose()?;
     let reading = RunReadOptions {
         mappings: arguments.columns.clone(),
         rows: arguments.rows,
@@ -72,15 +84,65 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
     })
     .map_err(refused)?;
     bar.finish_and_clear();
-    let json = serde_json::to_string_pretty(&found.diagnosis).map_err(|error| RunError::Setup(error.to_string()))?;
-    write(&found, &json, arguments)?;
+    let compared = match &cut {
+        Some(scenario) => in_the_loop(scenario, &model, &found, arguments)?,
+        None => None,
+    };
+    let written = Written {
+        diagnosis: &found.diagnosis,
+        control: compared.as_ref(),
+    };
+    let json = serde_json::to_string_pretty(&written).map_err(|error| RunError::Setup(error.to_string()))?;
+    write(&found, &json, compared.as_ref(), arguments)?;
     if arguments.json {
         crate::say!("{json}");
-    } else {
-        print(&found.diagnosis);
-        crate::say!("\nresults: {}", arguments.out.display());
+        return Ok(Ending::Held);
     }
+    print(&found.diagnosis);
+    if let Some(compared) = &compared {
+        crate::say!("\n{}", compared.table());
+        compared
+            .sentences()
+            .iter()
+            .for_each(|sentence| crate::say!("{sentence}"));
+    } else if arguments.control.is_some() {
+        crate::say!("\nNothing was named, so there is no other model to make the cut with.");
+    }
+    crate::say!("\nresults: {}", arguments.out.display());
     Ok(Ending::Held)
+}
+
+/// `diagnosis.json`.
+#[derive(Serialize)]
+struct Written<'a> {
+    #[serde(flatten)]
+    diagnosis: &'a Diagnosis,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    control: Option<&'a Control>,
+}
+
+/// The cut with every model; nothing where nothing was named.
+fn in_the_loop(
+    scenario: &scenario::Scenario,
+    old: &ActuatorModel,
+    found: &Diagnosed,
+    arguments: &DiagnoseArguments,
+) -> miette::Result<Option<Control>> {
+    if found.amended == *old {
+        return Ok(None);
+    }
+    crate::signals::install();
+    let names = found.diagnosis.runner_up.as_ref().map(|rival| rival.name.as_str());
+    let runner_up = names.zip(found.runner_up.as_ref());
+    let bar = super::progress_bar(ticks(scenario, runner_up.is_some()), "control");
+    let models = Models {
+        old,
+        amended: &found.amended,
+        runner_up,
+    };
+    let compared = control(scenario, models, &arguments.out.join("control"), &|done| bar.inc(done));
+    bar.finish_and_clear();
+    Ok(Some(compared?))
 }
 
 /// Reads and checks a model file.
@@ -97,7 +159,12 @@ pub fn load_model(file: &Path) -> miette::Result<ActuatorModel> {
     Ok(model)
 }
 
-fn write(found: &Diagnosed, json: &str, arguments: &DiagnoseArguments) -> miette::Result<()> {
+fn write(
+    found: &Diagnosed,
+    json: &str,
+    compared: Option<&Control>,
+    arguments: &DiagnoseArguments,
+) -> miette::Result<()> {
     let setup = |error: DiagnosisError| RunError::Setup(error.to_string());
     let out = &arguments.out;
     let data: Vec<String> = arguments
@@ -105,18 +172,25 @@ fn write(found: &Diagnosed, json: &str, arguments: &DiagnoseArguments) -> miette
         .iter()
         .map(|file| format!("--data {}", file.display()))
         .collect();
-    let command = format!(
+    let mut command = format!(
         "anhyst diagnose --model {} {} --out {}",
         arguments.model.display(),
         data.join(" "),
         out.display()
     );
-    let page = report(found, &command).map_err(setup)?;
+    if let Some(scenario) = &arguments.control {
+        command += &format!(" --control {}", scenario.display());
+    }
+    let mut page = page(found, &command).map_err(setup)?;
+    if let Some(compared) = compared {
+        // Behind the answer.
+        page.sections.insert(1, section(compared));
+    }
     let amended = amended_text(&found.diagnosis, &found.amended).map_err(setup)?;
     let texts = [
         ("diagnosis.json", format!("{json}\n")),
         ("amended.ron", amended),
-        ("report.html", page),
+        ("report.html", page.html()),
     ];
     for (file, text) in texts {
         let path = out.join(file);
@@ -124,6 +198,16 @@ fn write(found: &Diagnosed, json: &str, arguments: &DiagnoseArguments) -> miette
             .and_then(|()| std::fs::write(&path, text))
             .map_err(|cause| RunError::Write { path, cause })?;
     }
+    if let Some(experiment) = &found.diagnosis.experiment
+        && experiment.drive.is_some()
+    {
+        let path = out.join("experiment.ron");
+        std::fs::write(&path, &experiment.scenario).map_err(|cause| RunError::Write { path, cause })?;
+    }
+    #[cfg(feature = "recorder")]
+    crate::diagnosis_album::album(found)
+        .save(&out.join("diagnosis.rrd"))
+        .map_err(RunError::from)?;
     Ok(())
 }
 
@@ -156,6 +240,6 @@ fn print(found: &Diagnosis) {
         crate::say!("runner-up: {}, {:.0} higher in BIC", rival.name, rival.delta_bic);
     }
     if let Some(experiment) = &found.experiment {
-        crate::say!("{}\n{}", experiment.advice, experiment.scenario);
+        crate::say!("{}", experiment.advice);
     }
 }

@@ -8,15 +8,18 @@ use crate::cli::DoctorArguments;
 use crate::error::RunError;
 use crate::launcher::{self, Options};
 use crate::realtime::{Distribution, RealtimeSummary};
-use crate::resources;
+use crate::resources::{self, Resources};
 use crate::scenario::{Clock, Realtime, Scenario, load};
 use anhyst_ipc::LatencySummary;
 use comfy_table::CellAlignment;
 use serde::Serialize;
 use std::path::Path;
+use std::time::Duration;
 
 /// Where the results of the two runs go.
 const RESULTS: &str = "runs/doctor";
+/// How long the processes may take to find each other.
+const START_LIMIT: Duration = Duration::from_secs(30);
 
 /// The two runs.
 #[derive(Debug, Serialize)]
@@ -76,9 +79,12 @@ fn one(scenario: &Scenario) -> Result<RealtimeSummary, RunError> {
     let options = Options {
         yields: super::run::YIELDS_SHARED,
         reverse_start: false,
+        resources: Resources::unique(),
+        start_limit: START_LIMIT,
+        commands: Vec::new(),
     };
     let bar = progress_bar(scenario.ticks(), name);
-    let reports = launcher::launch(scenario, &folder, options, &mut |tick| bar.set_position(tick));
+    let reports = launcher::launch(scenario, &folder, &options, &mut |tick| bar.set_position(tick));
     bar.finish_and_clear();
     let summary = Summary::new(scenario, &reports?);
     summary.write(&folder).map_err(|cause| RunError::Write {

@@ -6,8 +6,11 @@ pub mod diagnose;
 pub mod doctor;
 pub mod doctor_realtime;
 pub mod estimate;
+#[cfg(feature = "recorder")]
+pub mod export;
 pub mod fit;
 pub mod graph;
+pub mod interface;
 pub mod laws;
 pub mod node;
 pub mod paper;
@@ -15,8 +18,10 @@ pub mod replay;
 #[cfg(feature = "recorder")]
 pub mod replay_recording;
 pub mod run;
+pub mod study;
 pub mod summary;
 mod summary_realtime;
+pub mod verify_amplifier;
 #[cfg(feature = "recorder")]
 pub mod view;
 

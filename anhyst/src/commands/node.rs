@@ -7,11 +7,8 @@ use crate::folder::RunFolder;
 use crate::process::{self, Meeting};
 use crate::scenario::{load, to_ron};
 use crate::{resources, signals};
-use anhyst_ipc::{NodeId, fingerprint};
+use anhyst_ipc::NodeId;
 use std::time::Duration;
-
-/// A socket's path has 108 bytes, of which iceoryx2 needs about 40 for its own names.
-const LONGEST_ROOT_AND_PREFIX: usize = 68;
 
 /// Runs the process that `node` belongs to.
 ///
@@ -25,6 +22,9 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
     }
     let mut scenario = load(&arguments.scenario, &arguments.settings)?;
     let effective = to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?;
+    let agreement = scenario
+        .agreement()
+        .map_err(|error| RunError::Setup(error.to_string()))?;
     if arguments.live.is_some() {
         scenario.recording.live_port = arguments.live;
     }
@@ -54,16 +54,11 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
         .root
         .clone()
         .unwrap_or_else(|| resources::user_root().join(resources::HAND));
-    let length = root.as_os_str().len() + arguments.service_prefix.len();
-    if length > LONGEST_ROOT_AND_PREFIX {
-        return Err(miette::miette!(
-            "--root and --service-prefix have {length} characters together; a socket's path leaves room for {LONGEST_ROOT_AND_PREFIX}"
-        ));
-    }
+    resources::check_length(&root, &arguments.service_prefix).map_err(|sentence| miette::miette!("{sentence}"))?;
     let meeting = Meeting {
         prefix: arguments.service_prefix.clone(),
         root,
-        agreement: fingerprint(&effective),
+        agreement,
         yields: arguments.yields,
         start_limit: Duration::from_secs_f64(start_limit_s),
         rejoin: arguments.rejoin,
@@ -93,8 +88,11 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
         );
     }
     match report.error {
+        // It was said when it happened; parting is all that can fail later.
         Some(error) => {
-            crate::complain!("{error}");
+            if report.ending.is_none() {
+                crate::complain!("{error}");
+            }
             Ok(Ending::ProcessFailed)
         }
         None => Ok(Ending::Held),

@@ -5,7 +5,8 @@ use crate::folder::RunFolder;
 use crate::realtime::Replayed;
 use crate::scenario::Scenario;
 use anhyst_ipc::{
-    CoilField, Connections, Demand, Estimate, FieldCommand, Measurement, Message, NodeId, SafeField, Sender, Truth,
+    CoilField, Connections, Demand, Estimate, FieldCommand, Measurement, Message, NodeId, SafeField, Sender,
+    TokenFault, Truth,
 };
 use anhyst_recorder::Recording;
 
@@ -24,17 +25,18 @@ impl Recorded {
     /// Reads the recording of a run.
     ///
     /// # Errors
-    /// If it is missing or cannot be read.
-    pub fn read(folder: &RunFolder) -> Result<Self, RunError> {
+    /// If it is missing or cannot be read, or a fault of the scenario makes no sense.
+    pub fn read(folder: &RunFolder, scenario: &Scenario) -> Result<Self, RunError> {
         let recording = Recording::open(&folder.recording())?;
+        let faults = scenario.token_faults()?;
         Ok(Self {
-            measurement: recording.tokens()?,
-            truth: recording.tokens()?,
-            estimate: recording.tokens()?,
-            demand: recording.tokens()?,
-            field_command: recording.tokens()?,
-            safe_field: recording.tokens()?,
-            coil_field: recording.tokens()?,
+            measurement: as_stamped(recording.tokens()?, &faults),
+            truth: as_stamped(recording.tokens()?, &faults),
+            estimate: as_stamped(recording.tokens()?, &faults),
+            demand: as_stamped(recording.tokens()?, &faults),
+            field_command: as_stamped(recording.tokens()?, &faults),
+            safe_field: as_stamped(recording.tokens()?, &faults),
+            coil_field: as_stamped(recording.tokens()?, &faults),
         })
     }
 
@@ -51,6 +53,15 @@ impl Recorded {
         ];
         lengths.into_iter().min().unwrap_or_default()
     }
+}
+
+/// The tokens with the ticks that they were sent with: a recording has them in the ticks in which they were heard.
+fn as_stamped<M: Message>(mut tokens: Vec<M>, faults: &[TokenFault]) -> Vec<M> {
+    for token in &mut tokens {
+        let mine = faults.iter().filter(|fault| fault.channel == M::CHANNEL);
+        token.stamp(mine.fold(token.tick(), |tick, fault| fault.stamp(tick)), 0);
+    }
+    tokens
 }
 
 /// One channel of the replay: the recorded token is fed before the node steps, and what the node sends compared after.
@@ -98,6 +109,7 @@ impl<'a, M: Message> Feed<'a, M> {
 pub fn replay(node: NodeId, scenario: &Scenario, recorded: &Recorded) -> Result<Replayed, RunError> {
     // All producers count as local, so that the node's inputs are cells that we fill.
     let mut connections = Connections::new(NodeId::LOOP_ORDER, crate::assemble::wires(), None);
+    connections.accept_any_tick(crate::assemble::late_channels(scenario)?);
     let mut stage = crate::assemble::stage(node, scenario, &mut connections)?;
     let mut measurement = Feed::open(&mut connections, &recorded.measurement)?;
     let mut truth = Feed::open(&mut connections, &recorded.truth)?;

@@ -10,6 +10,7 @@ use crate::report::ProcessReport;
 use crate::scenario::{Placement, Scenario, load, to_ron};
 use crate::{launcher, resources, signals};
 use anhyst_ipc::NodeId;
+use std::time::Duration;
 
 /// Polls before a waiting process sleeps, on a machine with fewer cores than processes.
 pub const YIELDS_SHARED: u32 = 20;
@@ -26,6 +27,10 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
     if arguments.embedded {
         scenario.placement = Placement::Embedded;
     }
+    add_external(&mut scenario, arguments);
+    scenario
+        .validate_external()
+        .map_err(|invalid| miette::miette!("{invalid}"))?;
     if arguments.no_recording {
         scenario.recording.on = false;
     }
@@ -35,6 +40,8 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
     if let Some(port) = scenario.recording.live_port.filter(|_| scenario.recording.on) {
         crate::complain!("watch: rerun rerun+http://127.0.0.1:{port}/proxy");
     }
+    let meeting = resources::Resources::chosen(arguments.service_prefix.as_deref(), arguments.root.as_deref())
+        .map_err(|sentence| miette::miette!("{sentence}"))?;
     let folder = prepare(&scenario, arguments.out.as_deref())?;
     let yields = if arguments.dedicated_cores {
         YIELDS_DEDICATED
@@ -49,8 +56,11 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
         let options = launcher::Options {
             yields,
             reverse_start: arguments.reverse_start,
+            resources: meeting,
+            start_limit: Duration::from_secs_f64(arguments.start_limit_s),
+            commands: arguments.external_commands.clone(),
         };
-        launcher::launch(&scenario, &folder, options, &mut |tick| bar.set_position(tick)).map_err(RunError::from)
+        launcher::launch(&scenario, &folder, &options, &mut |tick| bar.set_position(tick)).map_err(RunError::from)
     };
     bar.finish_and_clear();
     match outcome {
@@ -59,6 +69,17 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
             crate::complain!("{error}");
             crate::complain!("what was recorded until then is in {}", folder.path().display());
             Ok(Ending::ProcessFailed)
+        }
+    }
+}
+
+/// Works `--external` and `--external-command` into the scenario.
+fn add_external(scenario: &mut Scenario, arguments: &RunArguments) {
+    let named = arguments.external.iter().flat_map(|nodes| &nodes.0);
+    let commanded = arguments.external_commands.iter().flat_map(|command| &command.nodes);
+    for node in named.chain(commanded) {
+        if !scenario.external.contains(node) {
+            scenario.external.push(*node);
         }
     }
 }

@@ -1,9 +1,8 @@
 //! Starts again what a real-time loop can do without for a while: estimator, inverse, recorder.
 
-use super::{LaunchError, Options, Running, describe, spawn};
+use super::{LaunchError, Options, Running, describe, start_own};
 use crate::folder::RunFolder;
 use crate::realtime::Restart;
-use crate::resources::Resources;
 use crate::scenario::Scenario;
 
 /// Starts again what has died and may, as often as the scenario permits.
@@ -13,8 +12,7 @@ use crate::scenario::Scenario;
 pub(super) fn restart(
     scenario: &Scenario,
     folder: &RunFolder,
-    options: Options,
-    resources: &Resources,
+    options: &Options,
     children: &mut [Running],
     tick: u64,
 ) -> Result<(), LaunchError> {
@@ -37,8 +35,12 @@ pub(super) fn restart(
         left -= 1;
         let how = describe(running.ended);
         crate::complain!("{} {how} at tick {tick}; it is started again", running.name);
-        let first = nodes.first().map_or("", |node| node.name());
-        running.child = spawn(&running.name, first, folder, options, resources, true)?;
+        let refused = |cause: std::io::Error| LaunchError::Spawn {
+            process: running.name.clone(),
+            cause: cause.to_string(),
+        };
+        running.child = start_own(&running.name, nodes, folder, options, true).map_err(refused)?;
+        running.stops.clear();
         running.ended = None;
         running.restarts.push(Restart {
             process: running.name.clone(),

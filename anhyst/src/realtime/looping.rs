@@ -18,6 +18,7 @@ pub struct Timed {
     pace: Rc<Pace>,
     leads: bool,
     records: bool,
+    rejoined: bool,
     first_tick: u64,
     asked: Vec<Attempt>,
     period: Latency,
@@ -71,6 +72,7 @@ impl Timed {
             pace,
             leads,
             records: nodes == [NodeId::Recorder],
+            rejoined: rejoins,
             first_tick,
             asked,
             period: Latency::new(),
@@ -81,6 +83,11 @@ impl Timed {
             row: 0,
             longest_row: 0,
         })
+    }
+
+    /// This process takes the place of one that died.
+    pub fn rejoined(&self) -> bool {
+        self.rejoined
     }
 
     /// The tick that this process begins with.

@@ -135,6 +135,13 @@ fn differ<M: Message>(sent: Option<M>, logged: M) -> Option<String> {
 /// # Errors
 /// If a log is incomplete or the node cannot be built.
 pub fn replay(node: NodeId, scenario: &Scenario, logs: &Logs) -> Result<Replayed, RunError> {
+    if !crate::assemble::late_channels(scenario)?.is_empty() {
+        let sentence =
+            "a fault of this run gave tokens the ticks of others, and a token log tells tokens apart by their ticks";
+        return Err(RunError::Setup(format!(
+            "{sentence}: such a run can be replayed in lockstep only"
+        )));
+    }
     let log = logs.of(node)?;
     let layout = log.layout();
     let mut bench = Bench::open(node, scenario)?;

@@ -4,6 +4,7 @@ use super::derive::{Derived, is_derived};
 use super::{MaterialSource, Scenario, ScenarioError, source};
 use anhyst_ipc::Invalid;
 use anhyst_model::{ActuatorModel, AmplifierConstants, Material, ModelError};
+use ron::error::SpannedError;
 use ron::extensions::Extensions;
 use ron::ser::PrettyConfig;
 use serde::de::DeserializeOwned;
@@ -54,8 +55,15 @@ pub fn load(path: &Path, settings: &[Setting]) -> Result<Scenario, ScenarioError
     let mut scenario: Scenario = parse(&shown, &text)?;
     let folder = file.parent().unwrap_or(Path::new("."));
     if let MaterialSource::File(material) = &scenario.material {
-        scenario.material = MaterialSource::Inline(load_material(&folder.join(material), &shown, &text)?);
+        let found = load_material(&folder.join(material), &shown, &text)?;
+        // A model of an actuator: what the scenario says of itself goes before what the model says.
+        if scenario.effects.is_empty() {
+            scenario.effects = found.effects;
+        }
+        scenario.rod.two_pole = scenario.rod.two_pole.or(found.rod);
+        scenario.material = MaterialSource::Inline(found.material);
     }
+    scenario.complete_plant();
     scenario.anchor(folder);
     scenario.validate().map_err(|invalid| refuse(&shown, &text, &invalid))?;
     Ok(scenario)
@@ -125,30 +133,44 @@ fn edit(text: &str, settings: &[Setting]) -> Result<String, ScenarioError> {
 }
 
 fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, ScenarioError> {
-    options().from_str(text).map_err(|error| {
-        let start = byte_of(text, error.span.start.line, error.span.start.col);
-        ScenarioError::at(path, text, start..start + 1, error.code.to_string())
-    })
+    options().from_str(text).map_err(|error| misread(path, text, &error))
 }
 
-fn load_material(file: &Path, scenario: &Path, text: &str) -> Result<Material, ScenarioError> {
+/// A model as we write scenarios, or as plain RON, `Some((gain: …))`, as `anhyst diagnose` writes it.
+fn parse_model(path: &Path, text: &str) -> Result<ActuatorModel, ScenarioError> {
+    let plain = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
+    let error = match (options().from_str(text), plain.from_str(text)) {
+        (Ok(model), _) | (_, Ok(model)) => return Ok(model),
+        // What was read further was read rightly.
+        (Err(one), Err(other)) => {
+            let place = |error: &SpannedError| (error.span.start.line, error.span.start.col);
+            if place(&one) >= place(&other) { one } else { other }
+        }
+    };
+    Err(misread(path, text, &error))
+}
+
+fn misread(path: &Path, text: &str, error: &SpannedError) -> ScenarioError {
+    let start = byte_of(text, error.span.start.line, error.span.start.col);
+    ScenarioError::at(path, text, start..start + 1, error.code.to_string())
+}
+
+/// A file of a material, or of an actuator's model.
+fn load_material(file: &Path, scenario: &Path, text: &str) -> Result<ActuatorModel, ScenarioError> {
     if !file.is_file() {
         let sentence = format!("the material file {} does not exist", file.display());
         return Err(ScenarioError::at(scenario, text, place_of(text, "material"), sentence));
     }
-    let text = read(file)?;
-    let material: Material = parse(file, &text)?;
-    let refuse =
-        |path: &str, error: ModelError| ScenarioError::at(file, &text, place_of(&text, path), error.to_string());
-    material
-        .hysteresis
-        .validate()
-        .map_err(|error| refuse("hysteresis", error))?;
-    material
-        .magnetostriction
-        .validate()
-        .map_err(|error| refuse("magnetostriction", error))?;
-    Ok(material)
+    let model = load_model(file)?;
+    if model.amplifier != AmplifierConstants::default() {
+        let sentence = format!(
+            "the model in {} has an amplifier of its own, which a scenario does not take from there: say it in the \
+             scenario's amplifier, and leave it out of the model",
+            file.display()
+        );
+        return Err(ScenarioError::at(scenario, text, place_of(text, "material"), sentence));
+    }
+    Ok(model)
 }
 
 /// Reads a model of an actuator; a file of a material alone is one without amplifier and rod, for sweeps.
@@ -159,15 +181,26 @@ pub fn load_model(path: &Path) -> Result<ActuatorModel, ScenarioError> {
     let text = read(path)?;
     let has_material = source::read(&text).is_some_and(|place| place.has_field("material"));
     let model = if has_material {
-        parse::<ActuatorModel>(path, &text)?
+        parse_model(path, &text)?
     } else {
         let material: Material = parse(path, &text)?;
+        let refuse =
+            |at: &str, error: ModelError| ScenarioError::at(path, &text, place_of(&text, at), error.to_string());
+        material
+            .hysteresis
+            .validate()
+            .map_err(|error| refuse("hysteresis", error))?;
+        material
+            .magnetostriction
+            .validate()
+            .map_err(|error| refuse("magnetostriction", error))?;
         ActuatorModel {
             name: material.name.clone(),
             source: material.source.clone(),
             amplifier: AmplifierConstants::default(),
             material,
             rod: None,
+            coil: true,
             effects: Vec::new(),
             ambient_temperature_k: ROOM_TEMPERATURE_K,
         }

@@ -1,15 +1,19 @@
 //! A scenario is the whole run: seed, tick, placement, material, plant, estimator, inverse, controller, guard, injected
 //! faults, recording, and what must hold.
 
+mod belief;
 mod clock;
 mod derive;
 mod error;
+mod external;
+mod faults;
 mod load;
 mod source;
 mod validate;
 
 pub use clock::{Clock, Pacing, Realtime};
 pub use error::ScenarioError;
+pub use faults::{Fault, LinkFault, ProcessFault, ProcessKind};
 pub use load::{Setting, load, load_model, to_ron};
 
 use anhyst_controller::ControllerSettings;
@@ -17,8 +21,8 @@ use anhyst_estimator::EstimatorSettings;
 use anhyst_guard::GuardSettings;
 use anhyst_inverse::InverseSettings;
 use anhyst_ipc::{Invalid, NodeId, OneUlp};
-use anhyst_model::{AmplifierConstants, Material, RodConstants};
-use anhyst_plant_sim::PlantSettings;
+use anhyst_model::{AmplifierConstants, Effect, Material, RodConstants, TwoPole};
+use anhyst_plant_sim::{PlantSettings, WatchdogSettings};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -39,13 +43,22 @@ pub struct Scenario {
     /// Which nodes share a process.
     #[serde(default)]
     pub placement: Placement,
+    /// Nodes that somebody else's programs run: the launcher waits for them instead of starting them.
+    #[serde(default)]
+    pub external: Vec<NodeId>,
     /// What the actuator is made of: what the controller's side believes, and the plant's unless it says otherwise.
     pub material: MaterialSource,
     /// The rod and its load.
     pub rod: Rod,
+    /// Physical effects that the controller's side knows of, and the plant's unless it says otherwise.
+    #[serde(default)]
+    pub effects: Vec<Effect>,
     /// The current amplifier.
     #[serde(default)]
     pub amplifier: AmplifierConstants,
+    /// The amplifier's own watchdog.
+    #[serde(default)]
+    pub watchdog: WatchdogSettings,
     /// The simulated plant: what is really so.
     pub plant: PlantSettings,
     /// The estimator of `a`.
@@ -62,6 +75,9 @@ pub struct Scenario {
     /// Injected fault.
     #[serde(default)]
     pub fault: Option<OneUlp>,
+    /// Injected faults of links and processes.
+    #[serde(default)]
+    pub faults: Vec<Fault>,
     /// What must hold.
     pub expect: Expect,
 }
@@ -122,6 +138,9 @@ pub struct Rod {
     pub constants: RodConstants,
     /// Number of elements that the two poles are computed from.
     pub elements: usize,
+    /// The two poles of a fitted model, gain per magnetization, in place of those computed.
+    #[serde(default)]
+    pub two_pole: Option<TwoPole>,
 }
 
 /// What is recorded.

@@ -31,6 +31,7 @@ pub fn read(text: &str) -> Option<Place> {
     let mut scanner = Scanner {
         bytes: text.as_bytes(),
         at: 0,
+        depth: 0,
     };
     scanner.skip_attributes();
     scanner.value()
@@ -116,7 +117,12 @@ pub fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
 struct Scanner<'a> {
     bytes: &'a [u8],
     at: usize,
+    /// Brackets that are open.
+    depth: usize,
 }
+
+/// Deeper than any scenario, and as deep as serde's reader goes: a file of nothing but brackets must not exhaust the stack.
+const DEEPEST: usize = 128;
 
 impl Scanner<'_> {
     fn peek(&self) -> Option<u8> {
@@ -124,7 +130,10 @@ impl Scanner<'_> {
     }
 
     fn starts(&self, text: &str) -> bool {
-        self.bytes[self.at..].starts_with(text.as_bytes())
+        // A torn text may have been left behind its end.
+        self.bytes
+            .get(self.at..)
+            .is_some_and(|rest| rest.starts_with(text.as_bytes()))
     }
 
     fn skip_blank(&mut self) {
@@ -208,6 +217,16 @@ impl Scanner<'_> {
 
     /// What stands between brackets: named fields, map entries, or positions.
     fn bracketed(&mut self, close: u8) -> Option<Kind> {
+        if self.depth == DEEPEST {
+            return None;
+        }
+        self.depth += 1;
+        let kind = self.between_brackets(close);
+        self.depth -= 1;
+        kind
+    }
+
+    fn between_brackets(&mut self, close: u8) -> Option<Kind> {
         self.at += 1;
         let mut fields = Vec::new();
         let mut items = Vec::new();
@@ -291,6 +310,15 @@ mod tests {
                 .ends_with(",\nnew: (inner: 1))")
         );
         assert!(place.set(TEXT, "name.inner", "1").is_err());
+    }
+
+    /// Guards against torn and hostile files: found by `tests/tests/torn_files.rs`.
+    #[test]
+    fn torn_texts_are_no_ron() {
+        for text in ["#!", "#![x", "\"\\", "(a: \"\\", "", "/*", "(a: 1, // "] {
+            assert_eq!(read(text), None, "{text}");
+        }
+        assert_eq!(read(&"(".repeat(1_000_000)), None);
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! Checks a scenario as a whole: each setting, and what only shows when settings meet.
 
 use super::{Placement, Scenario};
-use anhyst_controller::{Controller, TrajectorySettings};
-use anhyst_estimator::LawSettings;
+use anhyst_controller::{Controller, LoopShape, TrajectorySettings};
+use anhyst_estimator::{Estimator, EstimatorError, LawSettings};
 use anhyst_ipc::{Invalid, NodeId};
-use anhyst_model::{Hysteresis, MagneticState, Material, ModelError, RodElements, TwoPole};
+use anhyst_model::{Hysteresis, MagneticState, Material, ModelError};
 use anhyst_plant_sim::{PlantError, PlantNode, ShapeCourse};
 use std::path::Path;
 
@@ -38,12 +38,14 @@ impl Scenario {
             let sentence = format!("{} elements are outside [1, {MOST_ELEMENTS}]", self.rod.elements);
             return Err(Invalid::new("rod.elements", sentence));
         }
+        self.validate_effects()?;
         anhyst_plant_sim::validate_amplifier(&self.amplifier).map_err(|invalid| invalid.within("amplifier"))?;
         self.plant.validate().map_err(|invalid| invalid.within("plant"))?;
         self.estimator
             .validate()
             .map_err(|invalid| invalid.within("estimator"))?;
         self.validate_plant(material)?;
+        self.validate_estimator()?;
         self.validate_shapes(&material.hysteresis)?;
         self.inverse.validate().map_err(|invalid| invalid.within("inverse"))?;
         let guard_limit = self.guard.field_limit_a_per_m;
@@ -56,10 +58,33 @@ impl Scenario {
         self.guard
             .validate(self.tick_s)
             .map_err(|invalid| invalid.within("guard"))?;
+        self.watchdog.validate().map_err(|invalid| invalid.within("watchdog"))?;
+        self.validate_faults()?;
         self.controller
             .validate(self.tick_s, self.duration_s)
             .map_err(|invalid| invalid.within("controller"))?;
+        self.validate_monitors()?;
+        self.validate_stability()?;
         self.validate_reach(&material.hysteresis)
+    }
+
+    /// A thermometer that is not fitted says 0 K: a limit would watch nothing.
+    fn validate_monitors(&self) -> Result<(), Invalid> {
+        let limit = self.guard.monitors.temperature_limit_k;
+        if let (Some(limit_k), None) = (limit, self.plant.sensors.temperature) {
+            let sentence =
+                format!("{limit_k} K cannot be watched: no thermometer is fitted, give plant.sensors.temperature");
+            return Err(Invalid::new("guard.monitors.temperature_limit_k", sentence));
+        }
+        Ok(())
+    }
+
+    /// What the controller alone cannot know: the amplifier adds ticks of delay to its loop.
+    fn validate_stability(&self) -> Result<(), Invalid> {
+        LoopShape::new(&self.two_pole()?, self.controller.feedback.as_ref(), self.tick_s)
+            .with_amplifier_delay(self.amplifier.delay_ticks)
+            .validate()
+            .map_err(|invalid| invalid.within("controller"))
     }
 
     fn validate_run(&self) -> Result<(), Invalid> {
@@ -96,6 +121,7 @@ impl Scenario {
                 ));
             }
         }
+        self.validate_external()?;
         Invalid::unless_positive("expect.tolerance_m", self.expect.tolerance_m, "m")?;
         if let Some(limit) = self.expect.error_rms_m {
             Invalid::unless_positive("expect.error_rms_m", limit, "m")?;
@@ -146,6 +172,26 @@ impl Scenario {
         Ok(())
     }
 
+    /// The estimator can be built with what is known of the actuator.
+    fn validate_estimator(&self) -> Result<(), Invalid> {
+        if self.effects.is_empty() {
+            return Ok(());
+        }
+        let (material, rod) = self.believed()?;
+        let estimator = Estimator::with_effects(
+            &self.estimator,
+            &material,
+            rod,
+            self.amplifier,
+            self.tick_s,
+            &self.effects,
+        );
+        estimator.map(|_| ()).map_err(|error| match error {
+            EstimatorError::Setting(invalid) => invalid.within("estimator"),
+            other => Invalid::new("estimator", other.to_string()),
+        })
+    }
+
     /// Every shape parameter that may occur must give a valid material, not only the nominal one.
     fn validate_shapes(&self, nominal: &Hysteresis) -> Result<(), Invalid> {
         let check = |path: &'static str, shape| nominal.with_shape(shape).validate().map_err(physical(path));
@@ -185,23 +231,15 @@ impl Scenario {
     /// A refused setting, relative to the controller's settings.
     pub fn controller(&self) -> Result<Controller, Invalid> {
         // Loading has made paths absolute: the folder does not matter any more.
-        Controller::new(
+        let (material, rod) = self.believed()?;
+        Controller::with_effects(
             &self.controller,
-            self.two_pole()?,
-            self.material()?,
+            rod,
+            &material,
             self.tick_s,
             Path::new("."),
+            &self.effects,
         )
-    }
-
-    /// The rod's two poles for a drive by free strain, computed from its elements.
-    ///
-    /// # Errors
-    /// If the rod's constants cannot be used.
-    pub fn two_pole(&self) -> Result<TwoPole, Invalid> {
-        let elements =
-            RodElements::assemble(&self.rod.constants, self.rod.elements).map_err(physical("rod.constants"))?;
-        Ok(elements.two_pole(1.0))
     }
 
     /// Makes the scenario independent of where it lies: paths in it become absolute.

@@ -3,8 +3,8 @@
 use anhyst_model::ActuatorModel;
 use ron::ser::PrettyConfig;
 
-use super::decide::Amount;
 use super::diagnosis::{Diagnosis, Verdict};
+use super::wording::Amount;
 use crate::error::DiagnosisError;
 
 /// The amended model as text for a file. Without anything named it is the model as given, and says so.

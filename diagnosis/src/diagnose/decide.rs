@@ -15,6 +15,7 @@ use super::sight::sight;
 use super::system::{ChannelKind, Setting};
 use super::term::Term;
 use super::ties::{MOST_NAMED, rivals, ties};
+use super::wording::{Amount, amplifier_sentences, effect_names, sentence, unknown_sentence};
 use super::workbench::{Fitted, Workbench};
 
 /// Sentences on where the gap is.
@@ -29,6 +30,8 @@ pub(super) struct Decided {
     pub diagnosis: Diagnosis,
     /// Of the amended model; empty where nothing was found.
     pub settings: Vec<Setting>,
+    /// Of the runner-up; empty where there is none.
+    pub runner_up: Vec<Setting>,
 }
 
 pub(super) fn decide(bench: &Workbench, plant: &Plant, found: &Found, unit: &str) -> Decided {
@@ -71,6 +74,7 @@ pub(super) fn decide(bench: &Workbench, plant: &Plant, found: &Found, unit: &str
             data: Vec::new(),
         },
         settings: Vec::new(),
+        runner_up: Vec::new(),
     };
     match &found.winner {
         Some((_, winner)) if winner.fit.settings.is_empty() => decided.nothing(found),
@@ -138,6 +142,7 @@ impl Decided {
         let runner_up = others.min_by(|one, other| one.bic.total_cmp(&other.bic));
         own.delta_bic = runner_up.map(|rival| rival.bic - winner.fit.bic);
         own.runner_up = runner_up.map(|rival| candidate(rival, winner.fit.bic));
+        self.runner_up = runner_up.map_or_else(Vec::new, |rival| rival.settings.clone());
         own.confidence = share_of_evidence(&winner.fit, rivals);
         own.sentence = sentence(own);
         self.settings = final_fit.settings;
@@ -306,75 +311,6 @@ fn share_of_evidence(winner: &Fitted, rivals: &[Fitted]) -> f64 {
     1.0 / (1.0 + others)
 }
 
-fn amplifier_sentences(channels: &[super::locate::ChannelGap]) -> Vec<String> {
-    let own = channels.iter().filter(|gap| gap.channel == "field").map(|gap| {
-        let ratio = gap.rms / gap.noise_rms;
-        if ratio < 1.05 {
-            "the measured field follows the model's from the command within its noise: the gap is not in the amplifier".to_owned()
-        } else {
-            format!(
-                "the measured field differs from the model's by {:.3} A/m rms, {ratio:.1} times its noise: the amplifier has a part in it",
-                gap.rms
-            )
-        }
-    });
-    let mut sentences: Vec<String> = own.collect();
-    sentences.dedup();
-    if sentences.is_empty() {
-        sentences.push(
-            "command and measured field are not both there: amplifier and actuator cannot be told apart by the field"
-                .to_owned(),
-        );
-    }
-    sentences
-}
-
-fn sentence(own: &Diagnosis) -> String {
-    let names: Vec<&str> = own.effects.iter().map(|effect| effect.name.as_str()).collect();
-    let gap = format!(
-        "the held-out gap falls from {} to {} at a noise of {}",
-        Amount(own.gap_before, &own.unit),
-        Amount(own.gap_after, &own.unit),
-        Amount(own.noise_rms, &own.unit)
-    );
-    let names = names.join(" + ");
-    match own.verdict {
-        Verdict::Ambiguous => {
-            format!(
-                "These data do not separate {names} from {}; with the first, {gap}.",
-                own.ambiguous_with.join(" or ")
-            )
-        }
-        Verdict::Parameter => format!("The model is complete, but {names} differs from its nominal value: {gap}."),
-        Verdict::Sensor => format!("It is the sensor: with {names}, {gap}."),
-        _ => format!("With {names}, {gap}."),
-    }
-}
-
-fn unknown_sentence(own: &Diagnosis, nearest: Option<&Fitted>, term: Option<&UnknownTerm>) -> String {
-    let mut sentence = format!(
-        "Something is missing that the library does not hold: {} is left at a noise of {}",
-        Amount(own.gap_before, &own.unit),
-        Amount(own.noise_rms, &own.unit)
-    );
-    if let Some(nearest) = nearest {
-        sentence += &format!(
-            "; the nearest that it holds, {}, still leaves {}",
-            short_name(nearest),
-            Amount(nearest.held_out_rms, &own.unit)
-        );
-    }
-    if let Some(term) = term {
-        let over: Vec<String> = term.curves.iter().map(|curve| curve.over.name()).collect();
-        sentence += &format!(
-            "; a free-form term over {} leaves {}",
-            over.join(", "),
-            Amount(term.held_out_rms_after, &own.unit)
-        );
-    }
-    sentence + "."
-}
-
 /// A fitted model's own error, as curves over its signals.
 fn error_of(bench: &Workbench, settings: &[Setting]) -> Option<UnknownTerm> {
     let own = Workbench {
@@ -393,45 +329,4 @@ fn error_of(bench: &Workbench, settings: &[Setting]) -> Option<UnknownTerm> {
     let zeros = Orthogonal::of(&bench.linear, &bench.observation.training);
     let residual = zeros.without(difference, &bench.observation.training);
     free_form(bench.observation, &residual, &bench.system.signals(settings)?)
-}
-
-fn effect_names(fit: &Fitted) -> String {
-    let effects = fit
-        .settings
-        .iter()
-        .map(|own| own.term.name())
-        .filter(|name| !name.starts_with("parameter_"));
-    effects.collect::<Vec<_>>().join(" + ")
-}
-
-fn short_name(fit: &Fitted) -> String {
-    let effects: Vec<&str> = fit
-        .settings
-        .iter()
-        .map(|own| own.term.name())
-        .filter(|name| !name.starts_with("parameter_"))
-        .collect();
-    if fit.settings.len() > 2 {
-        let beside = if effects.is_empty() {
-            String::new()
-        } else {
-            format!(" with {}", effects.join(" + "))
-        };
-        return format!("a calibration of all parameters{beside}");
-    }
-    fit.name()
-}
-
-/// A length in the unit that suits it; strain in parts per million.
-pub(super) struct Amount<'a>(pub f64, pub &'a str);
-
-impl std::fmt::Display for Amount<'_> {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Amount(value, unit) = self;
-        match *unit {
-            "m" if value.abs() < 1e-6 => write!(formatter, "{:.2} nm", 1e9 * value),
-            "m" => write!(formatter, "{:.3} µm", 1e6 * value),
-            _ => write!(formatter, "{:.2} ppm", 1e6 * value),
-        }
-    }
 }

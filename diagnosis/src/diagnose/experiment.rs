@@ -4,47 +4,19 @@
 //! field's, where that is measured). For several models the smallest distance of any two counts, and the drive with the largest
 //! such distance is advised (T-optimal design over a fixed menu; Atkinson and Fedorov 1975).
 
-use std::f64::consts::TAU;
-
-use anhyst_model::{ActuatorModel, Drive};
+use anhyst_model::{ActuatorModel, Drive, DriveSignal};
 use serde::{Deserialize, Serialize};
 
-use super::parallel;
 use super::plant::{RunInputs, amended};
 use super::statistics::rms;
 use super::system::Setting;
+use crate::parallel;
 
 /// Below this distance (noises, rms) a drive separates nothing in practice.
 const SEPARATES: f64 = 0.1;
 
-/// A drive signal for the command.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum DriveSignal {
-    /// Triangle between ± the amplitude.
-    Triangle { amplitude_a_per_m: f64, frequency_hz: f64 },
-    /// Sine whose frequency grows by a constant ratio.
-    Sweep {
-        amplitude_a_per_m: f64,
-        from_hz: f64,
-        to_hz: f64,
-    },
-    /// Equal steps up and down, each held.
-    Staircase {
-        amplitude_a_per_m: f64,
-        steps: u32,
-        hold_s: f64,
-    },
-    /// Sine about a constant field.
-    Biased {
-        bias_a_per_m: f64,
-        amplitude_a_per_m: f64,
-        frequency_hz: f64,
-    },
-    /// Sine with an amplitude that grows from zero.
-    Growing { amplitude_a_per_m: f64, frequency_hz: f64 },
-    /// The field is put on, then nothing moves.
-    StepAndRest { amplitude_a_per_m: f64 },
-}
+/// Stands in an experiment's scenario for the file of the rig's own.
+const RIG: &str = "YOUR_RIG.ron";
 
 /// The advice.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -54,147 +26,68 @@ pub struct Experiment {
     /// Smallest distance of any two explanations under it, in noises rms.
     pub distance: f64,
     pub advice: String,
-    /// The same as a snippet for a file.
+    /// The same as a scenario, derived from one of the rig it is for: the inverse sends the drive, whatever is demanded.
     pub scenario: String,
 }
 
-impl DriveSignal {
-    /// Command at a time, A/m.
-    pub fn at(&self, time_s: f64, duration_s: f64) -> f64 {
-        match *self {
-            DriveSignal::Triangle {
-                amplitude_a_per_m,
-                frequency_hz,
-            } => {
-                let turns = time_s * frequency_hz;
-                amplitude_a_per_m * (4.0 * ((turns + 0.25).fract() - 0.5).abs() - 1.0)
-            }
-            DriveSignal::Sweep {
-                amplitude_a_per_m,
-                from_hz,
-                to_hz,
-            } => {
-                let ratio = (to_hz / from_hz).ln();
-                let turns = from_hz * duration_s / ratio * ((ratio * time_s / duration_s).exp() - 1.0);
-                amplitude_a_per_m * (TAU * turns).sin()
-            }
-            DriveSignal::Staircase {
-                amplitude_a_per_m,
-                steps,
-                hold_s,
-            } => {
-                let step = (time_s / hold_s) as i64 % (4 * i64::from(steps));
-                let steps = i64::from(steps);
-                let level = if step <= steps {
-                    step
-                } else if step <= 3 * steps {
-                    2 * steps - step
-                } else {
-                    step - 4 * steps
-                };
-                amplitude_a_per_m * level as f64 / steps as f64
-            }
-            DriveSignal::Biased {
-                bias_a_per_m,
-                amplitude_a_per_m,
-                frequency_hz,
-            } => {
-                let rise = (time_s / 0.1).min(1.0);
-                bias_a_per_m * rise + amplitude_a_per_m * rise * (TAU * frequency_hz * time_s).sin()
-            }
-            DriveSignal::Growing {
-                amplitude_a_per_m,
-                frequency_hz,
-            } => amplitude_a_per_m * time_s / duration_s * (TAU * frequency_hz * time_s).sin(),
-            DriveSignal::StepAndRest { amplitude_a_per_m } => {
-                amplitude_a_per_m * ((time_s - 0.1) / 0.02).clamp(0.0, 1.0)
-            }
-        }
-    }
-
-    fn sentence(&self) -> String {
-        match self {
-            DriveSignal::Triangle { frequency_hz, .. } => {
-                format!("slow triangles ({frequency_hz} Hz) through the whole range")
-            }
-            DriveSignal::Sweep { from_hz, to_hz, .. } => format!("a sweep from {from_hz} to {to_hz:.0} Hz"),
-            DriveSignal::Staircase { hold_s, .. } => format!("a staircase with holds of {hold_s} s"),
-            DriveSignal::Biased {
-                bias_a_per_m,
-                frequency_hz,
-                ..
-            } => {
-                format!("a small sine ({frequency_hz} Hz) about a bias of {bias_a_per_m:.0} A/m")
-            }
-            DriveSignal::Growing { frequency_hz, .. } => format!("loops growing from zero at {frequency_hz} Hz"),
-            DriveSignal::StepAndRest { .. } => "one step and a long rest".to_owned(),
-        }
+fn sentence(drive: &DriveSignal) -> String {
+    match *drive {
+        DriveSignal::Triangle { period_s, .. } => format!("slow triangles ({period_s} s) through the whole range"),
+        DriveSignal::Sweep { from_hz, to_hz, .. } => format!("a sweep from {from_hz} to {to_hz:.0} Hz"),
+        DriveSignal::Staircase { hold_s, .. } => format!("a staircase with holds of {hold_s} s"),
+        DriveSignal::Sine {
+            frequency_hz,
+            offset_a_per_m,
+            ..
+        } => format!("a small sine ({frequency_hz} Hz) about a bias of {offset_a_per_m:.0} A/m"),
+        DriveSignal::Growing { frequency_hz, .. } => format!("loops growing from zero at {frequency_hz} Hz"),
+        _ => "one step and a long rest".to_owned(),
     }
 }
 
-fn menu(amplitude: f64, highest_hz: f64) -> Vec<(DriveSignal, f64)> {
+/// Drives within the amplitude and below the highest frequency, each with its duration in s.
+fn menu(amplitude_a_per_m: f64, highest_hz: f64) -> Vec<(DriveSignal, f64)> {
     let fast = |frequency_hz: f64| frequency_hz.min(highest_hz);
+    let sweep = |share: f64, from_hz: f64, to_hz: f64| DriveSignal::Sweep {
+        amplitude_a_per_m: share * amplitude_a_per_m,
+        from_hz,
+        to_hz: fast(to_hz),
+        duration_s: 4.0,
+    };
+    let biased = |share: f64, frequency_hz: f64| DriveSignal::Sine {
+        amplitude_a_per_m: 0.2 * amplitude_a_per_m,
+        frequency_hz: fast(frequency_hz),
+        offset_a_per_m: share * amplitude_a_per_m,
+        rise_s: 0.1,
+    };
+    let triangle = DriveSignal::Triangle {
+        amplitude_a_per_m,
+        period_s: 2.0,
+    };
+    let staircase = DriveSignal::Staircase {
+        amplitude_a_per_m,
+        steps: 4,
+        hold_s: 0.5,
+    };
+    let growing = DriveSignal::Growing {
+        amplitude_a_per_m,
+        frequency_hz: 5.0,
+        duration_s: 4.0,
+    };
+    let step_and_rest = DriveSignal::Ramp {
+        from_a_per_m: 0.0,
+        to_a_per_m: amplitude_a_per_m,
+        duration_s: 0.02,
+    };
     vec![
-        (
-            DriveSignal::Triangle {
-                amplitude_a_per_m: amplitude,
-                frequency_hz: 0.5,
-            },
-            4.0,
-        ),
-        (
-            DriveSignal::Sweep {
-                amplitude_a_per_m: 0.5 * amplitude,
-                from_hz: 1.0,
-                to_hz: fast(400.0),
-            },
-            4.0,
-        ),
-        (
-            DriveSignal::Sweep {
-                amplitude_a_per_m: 0.15 * amplitude,
-                from_hz: 10.0,
-                to_hz: fast(2000.0),
-            },
-            4.0,
-        ),
-        (
-            DriveSignal::Staircase {
-                amplitude_a_per_m: amplitude,
-                steps: 4,
-                hold_s: 0.5,
-            },
-            8.0,
-        ),
-        (
-            DriveSignal::Biased {
-                bias_a_per_m: 0.6 * amplitude,
-                amplitude_a_per_m: 0.2 * amplitude,
-                frequency_hz: fast(50.0),
-            },
-            4.0,
-        ),
-        (
-            DriveSignal::Biased {
-                bias_a_per_m: -0.6 * amplitude,
-                amplitude_a_per_m: 0.2 * amplitude,
-                frequency_hz: fast(300.0),
-            },
-            4.0,
-        ),
-        (
-            DriveSignal::Growing {
-                amplitude_a_per_m: amplitude,
-                frequency_hz: 5.0,
-            },
-            4.0,
-        ),
-        (
-            DriveSignal::StepAndRest {
-                amplitude_a_per_m: amplitude,
-            },
-            10.0,
-        ),
+        (triangle, 4.0),
+        (sweep(0.5, 1.0, 400.0), 4.0),
+        (sweep(0.15, 10.0, 2000.0), 4.0),
+        (staircase, 8.0),
+        (biased(0.6, 50.0), 4.0),
+        (biased(-0.6, 300.0), 4.0),
+        (growing, 4.0),
+        (step_and_rest, 10.0),
     ]
 }
 
@@ -250,10 +143,26 @@ pub(super) fn advise(comparison: &Comparison) -> Option<Experiment> {
         distance,
         advice: format!(
             "Drive it with {} for {duration_s} s: there {names} differ by at least {distance:.1} times the noise (rms).",
-            drive.sentence()
+            sentence(&drive)
         ),
-        scenario: format!("// Separates {names}.\n(tick_s: {tick_s:e}, duration_s: {duration_s:.1}, drive: {text})"),
+        scenario: scenario(&names, duration_s, &text),
     })
+}
+
+/// A derived scenario; [`Experiment::for_rig`] says of which.
+fn scenario(names: &str, duration_s: f64, drive: &str) -> String {
+    format!(
+        "// Separates {names}. The drive goes to the amplifier through the guard; nothing is tracked, so no tolerance holds.\n(\n    \
+         based_on: \"{RIG}\",\n    name: \"experiment\",\n    set: {{\n        \"duration_s\": \"{duration_s:?}\",\n        \
+         \"inverse.drive\": \"{drive}\",\n        \"expect.tolerance_m\": \"1.0\",\n    }},\n)\n"
+    )
+}
+
+impl Experiment {
+    /// The scenario, derived from the given one of the rig.
+    pub fn for_rig(&self, scenario: &str) -> String {
+        self.scenario.replace(RIG, scenario)
+    }
 }
 
 fn distance(
@@ -265,7 +174,7 @@ fn distance(
 ) -> f64 {
     let rows = (duration_s / tick_s) as usize;
     let run = RunInputs {
-        drive_a_per_m: (0..rows).map(|row| drive.at(row as f64 * tick_s, duration_s)).collect(),
+        drive_a_per_m: (0..rows).map(|row| drive.field_a_per_m(row as f64 * tick_s)).collect(),
         drive: Drive::Command,
         tick_s: comparison.tick_s,
         ..RunInputs::default()

@@ -11,65 +11,13 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::parallel;
+use super::coordinate::Coordinate;
+use crate::parallel;
 
 /// A decrease of χ² that is not worth another simulation.
 const SMALLEST_GAIN: f64 = 0.02;
 /// Most steps; ill-conditioned problems crawl for ever.
 const MOST_STEPS: usize = 30;
-
-/// One number to be fitted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Coordinate {
-    pub lower: f64,
-    pub upper: f64,
-    /// A change worth noticing; step and scale follow from it.
-    pub scale: f64,
-    /// v = e^u: for numbers whose size is unknown by decades and which are never 0.
-    pub logarithmic: bool,
-    /// Mean and standard deviation of what is known beforehand.
-    pub prior: Option<(f64, f64)>,
-}
-
-impl Coordinate {
-    fn free(&self, value: f64) -> f64 {
-        if self.logarithmic {
-            value.ln()
-        } else {
-            value / self.scale
-        }
-    }
-
-    fn value(&self, free: f64) -> f64 {
-        let value = if self.logarithmic {
-            free.exp()
-        } else {
-            free * self.scale
-        };
-        value.clamp(self.lower, self.upper)
-    }
-
-    /// dv/du.
-    fn slope(&self, value: f64) -> f64 {
-        if self.logarithmic { value } else { self.scale }
-    }
-
-    /// A step of u for the difference, away from a bound that is near.
-    fn step(&self, value: f64) -> f64 {
-        let free = self.free(value);
-        let length = if self.logarithmic {
-            // A frequency must not slip by a noticeable part of a turn over a run.
-            2e-5
-        } else {
-            (2e-3 * free.abs()).max(0.05)
-        };
-        if self.value(free + length) < self.upper {
-            length
-        } else {
-            -length
-        }
-    }
-}
 
 /// What is to be fitted.
 pub(super) struct Problem<'a> {

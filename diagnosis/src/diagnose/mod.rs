@@ -6,14 +6,15 @@
 //! A verdict rests on held-out rows; a tie is reported as one, with the drive that would break it (`ties.rs`, `experiment.rs`).
 
 mod amended;
+mod coordinate;
 mod decide;
 mod diagnosis;
 mod experiment;
 mod freeform;
+mod hats;
 mod least_squares;
 mod locate;
 mod observation;
-mod parallel;
 mod plant;
 mod probes;
 mod remainder;
@@ -28,21 +29,25 @@ mod statistics;
 mod system;
 mod term;
 mod ties;
+mod wording;
 mod workbench;
 
 use anhyst_model::ActuatorModel;
 
 pub use amended::amended_text;
 pub use diagnosis::{Candidate, DataSource, Diagnosis, FittedValue, FoundEffect, Verdict};
-pub use experiment::{DriveSignal, Experiment};
-pub use freeform::{FreeCurve, Over, UnknownTerm};
+pub use experiment::Experiment;
+pub use freeform::{FreeCurve, UnknownTerm};
+pub use hats::Over;
 pub use locate::{ChannelGap, GapCell, GapOver};
-pub use report::report;
+pub use report::{page, report};
 pub use score::{ScoreGroup, ScoreTest};
 pub use sight::{Detectable, NotExcited};
+pub(crate) use statistics::rms;
 pub use term::{NominalParameter, Term};
 
 use crate::error::DiagnosisError;
+use crate::parallel;
 use crate::quantity::Quantity;
 use crate::run::MeasuredRun;
 use observation::Observation;
@@ -69,6 +74,8 @@ pub struct Diagnosed {
     pub diagnosis: Diagnosis,
     /// The model as given where nothing was found or named.
     pub amended: ActuatorModel,
+    /// The model with the runner-up instead, where there is one.
+    pub runner_up: Option<ActuatorModel>,
     pub runs: Vec<RunSeries>,
 }
 
@@ -130,7 +137,12 @@ pub fn diagnose(
             rows: run.len(),
         })
         .collect();
-    let mut amended = plant::amended(model, &decided.settings).unwrap_or_else(|_| model.clone());
+    // What was fitted, with the creep's time constants for these runs; a creep that was not found goes again.
+    let mut amended = plant::amended(&setup.plant.model, &decided.settings).unwrap_or_else(|_| model.clone());
+    amended.effects.retain(|effect| {
+        let term = Term::Effect(effect.kind());
+        model.effect(effect.kind()).is_some() || decided.settings.iter().any(|own| own.term == term)
+    });
     if !decided.settings.is_empty() {
         let files: Vec<String> = runs
             .iter()
@@ -138,11 +150,15 @@ pub fn diagnose(
             .collect();
         amended.source = format!("{}; amended by anhyst diagnose from {}", model.source, files.join("; "));
     }
+    let runner_up = (!decided.runner_up.is_empty())
+        .then(|| plant::amended(model, &decided.runner_up).ok())
+        .flatten();
     let series = series(&bench, runs, setup.output, &found, &decided).ok_or_else(no_simulation)?;
     progress("done", 1.0);
     Ok(Diagnosed {
         diagnosis: decided.diagnosis,
         amended,
+        runner_up,
         runs: series,
     })
 }

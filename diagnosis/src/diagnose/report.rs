@@ -1,7 +1,7 @@
 //! `report.html`: the diagnosis as a page with pictures that stands alone.
 
-use super::decide::Amount;
 use super::diagnosis::{Diagnosis, Verdict};
+use super::wording::Amount;
 use super::{Diagnosed, RunSeries};
 use crate::error::DiagnosisError;
 use crate::page::{self, Block, Cell, Page, Section, Table};
@@ -16,6 +16,14 @@ const MOST_CANDIDATES: usize = 14;
 /// # Errors
 /// A picture that cannot be drawn.
 pub fn report(diagnosed: &Diagnosed, command: &str) -> Result<String, DiagnosisError> {
+    Ok(page(diagnosed, command)?.html())
+}
+
+/// The page, for those who have more to put on it: the answer is its first section.
+///
+/// # Errors
+/// A picture that cannot be drawn.
+pub fn page(diagnosed: &Diagnosed, command: &str) -> Result<Page, DiagnosisError> {
     let own = &diagnosed.diagnosis;
     let mut page = Page::new(&format!("Diagnosis of {}", own.model), &own.sentence)
         .section(answer(own))
@@ -29,7 +37,7 @@ pub fn report(diagnosed: &Diagnosed, command: &str) -> Result<String, DiagnosisE
     for data in &own.data {
         page = page.fact(&data.source, &format!("{} rows, XXH3 {}", data.rows, data.data_hash));
     }
-    Ok(page.html())
+    Ok(page)
 }
 
 fn number(value: f64) -> String {

@@ -6,12 +6,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::least_squares::{Coordinate, dot};
-use super::parallel;
+use super::coordinate::Coordinate;
+use super::least_squares::dot;
 use super::probes::{ProbeGroup, Surroundings};
 use super::system::Setting;
 use super::term::Term;
 use super::workbench::Workbench;
+use crate::parallel;
 
 /// Rounds of the secant search.
 const ROUNDS: usize = 4;

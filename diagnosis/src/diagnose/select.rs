@@ -1,26 +1,37 @@
 //! From hypotheses to a winner: singles, then pairs, then all nominal parameters beside them.
 
-use anhyst_model::EffectKind;
+use anhyst_model::{ActuatorModel, EffectKind};
 
 use super::least_squares::dot;
 use super::observation::Observation;
-use super::parallel;
 use super::probes::Surroundings;
 use super::score::{ScoreTest, Scored, library_statistics, score};
 use super::screening::{Base, Screened, screen};
 use super::system::{ChannelKind, Setting, Signals};
 use super::term::{NominalParameter, Term};
 use super::workbench::{Fitted, Workbench};
+use crate::parallel;
 
 /// A fall of χ² below this is not worth a fit.
 const WORTH_A_FIT: f64 = 8.0;
 
+/// Whether the model has what the effect acts on, and its cause.
+fn may_have(model: &ActuatorModel, kind: EffectKind, temperature_is_measured: bool) -> bool {
+    (model.rod.is_some() || !kind.needs_rod()) && (model.coil || !kind.needs_coil(temperature_is_measured))
+}
+
+/// In every run.
+pub(super) fn temperature_is_measured(signals: &[Signals]) -> bool {
+    signals.iter().all(|run| run.temperature.is_some())
+}
+
 /// Every term that the model and the data allow.
 pub(super) fn terms(bench: &Workbench, signals: &[Signals]) -> Vec<Term> {
     let timed = signals.iter().all(|run| run.tick_s.is_some());
+    let warm = temperature_is_measured(signals);
     let kinds = EffectKind::ALL
         .into_iter()
-        .filter(|kind| (timed || !kind.needs_time()) && (bench.model.rod.is_some() || !kind.needs_rod()));
+        .filter(|kind| (timed || !kind.needs_time()) && may_have(bench.model, *kind, warm));
     let parameters = NominalParameter::ALL
         .into_iter()
         .filter(|parameter| parameter.of(bench.model).is_some());
@@ -250,4 +261,26 @@ pub(super) fn try_singles(bench: &Workbench, library: &[Screened]) -> Vec<Fitted
     let mut singles = bench.fit_all(&starts_beside(&[], library), false);
     sort(&mut singles);
     singles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guards what a model says of itself: without a coil no effect of its heat or induction is sought, with a measured
+    /// temperature the two of heat are, and creep always is.
+    #[test]
+    fn what_a_coil_causes_is_not_sought_without_one() {
+        let mut model = ActuatorModel::terfenol_d();
+        let missing = |model: &ActuatorModel, warm: bool| {
+            let kinds = EffectKind::ALL.into_iter();
+            kinds.filter(|kind| !may_have(model, *kind, warm)).collect::<Vec<_>>()
+        };
+        assert!(missing(&model, false).is_empty());
+        model.coil = false;
+        let by_induction = [EffectKind::CoilHeating, EffectKind::EddyCurrent];
+        let by_heat = [EffectKind::ThermalDrift, EffectKind::ThermalExpansion];
+        assert_eq!(missing(&model, true), by_induction);
+        assert_eq!(missing(&model, false), [by_induction, by_heat].concat());
+    }
 }

@@ -11,6 +11,7 @@ use super::least_squares::dot;
 use super::probes::Surroundings;
 use super::screening::Screened;
 use super::search::Found;
+use super::select::temperature_is_measured;
 use super::term::{NominalParameter, Term};
 use super::workbench::Workbench;
 
@@ -120,6 +121,7 @@ fn absent(model: &ActuatorModel, found: &Found) -> Vec<NotExcited> {
     let tried = |term: Term| found.library.iter().any(|own| own.term == term);
     let all = EffectKind::ALL.into_iter().map(Term::Effect);
     let all = all.chain(NominalParameter::ALL.into_iter().map(Term::Parameter));
+    let warm = temperature_is_measured(&found.nominal.signals);
     let timed = found.nominal.signals.iter().all(|run| run.tick_s.is_some());
     all.filter(|term| !tried(*term))
         .map(|term| NotExcited {
@@ -128,6 +130,9 @@ fn absent(model: &ActuatorModel, found: &Found) -> Vec<NotExcited> {
                 Term::Effect(kind) if kind.needs_time() && !timed => "it needs time, which the data lack".to_owned(),
                 Term::Effect(kind) if kind.needs_rod() && model.rod.is_none() => {
                     "it acts on a moving rod, which the model lacks".to_owned()
+                }
+                Term::Effect(kind) if kind.needs_coil(warm) && !model.coil => {
+                    "its cause is a coil, which the model lacks".to_owned()
                 }
                 Term::Effect(kind) if kind.stage() == anhyst_model::Stage::Amplifier => {
                     "it acts between command and coil field, and the data hold no command".to_owned()

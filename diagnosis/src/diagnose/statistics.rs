@@ -40,7 +40,7 @@ pub(super) fn chi_square_tail(x: f64, degrees: usize) -> f64 {
 }
 
 /// Root of the mean square; 0 of nothing.
-pub(super) fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
+pub(crate) fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     let (mut sum, mut count) = (0.0, 0.0_f64);
     for value in values {
         sum += value * value;

@@ -7,7 +7,7 @@
 use anhyst_model::{ActuatorModel, EffectKind, EffectParameter, Magnetostriction, ParameterRole};
 use serde::{Deserialize, Serialize};
 
-use super::least_squares::Coordinate;
+use super::coordinate::Coordinate;
 
 /// A number of the nominal model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -82,7 +82,7 @@ impl NominalParameter {
     }
 
     /// Puts a value into a model.
-    pub(super) fn set(self, model: &mut ActuatorModel, value: f64) {
+    pub(crate) fn set(self, model: &mut ActuatorModel, value: f64) {
         let hysteresis = &mut model.material.hysteresis;
         match self {
             NominalParameter::SaturationMagnetization => hysteresis.saturation_magnetization_a_per_m = value,
@@ -146,6 +146,7 @@ fn strain_constant(law: &mut Magnetostriction) -> &mut f64 {
             ..
         } => saturation_magnetostriction,
         Magnetostriction::Polynomial { gamma1_m2_per_a2, .. } => gamma1_m2_per_a2,
+        Magnetostriction::Parabolic { slope_m_per_a, .. } => slope_m_per_a,
     }
 }
 

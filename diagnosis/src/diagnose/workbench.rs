@@ -5,12 +5,13 @@
 
 use anhyst_model::{ActuatorModel, EffectKind};
 
-use super::least_squares::{Coordinate, Problem, Solution};
+use super::coordinate::Coordinate;
+use super::least_squares::{Problem, Solution};
 use super::observation::Observation;
-use super::parallel;
 use super::statistics::rms;
 use super::system::{ChannelKind, Setting, System};
 use super::term::Term;
+use crate::parallel;
 
 /// Simulator, data and nominal model side by side.
 pub(super) struct Workbench<'a> {

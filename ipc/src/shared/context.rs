@@ -1,11 +1,13 @@
 //! What one process holds open: its iceoryx2 node, its status, its bell, and the other processes.
 
+use super::names::{ANY_AGREEMENT, MOST_LISTENERS, MOST_NODES, MOST_NOTIFIERS, bell_service};
 use super::refused;
 use super::status::{OwnStatus, PeerStatus};
 use crate::{LinkError, NodeId, stop_requested};
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::*;
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -37,7 +39,8 @@ pub struct SharedSettings {
     pub process: String,
     /// All processes of the run and the nodes in each.
     pub processes: Vec<(String, Vec<NodeId>)>,
-    /// Fingerprint of what all processes must have been told alike ([`crate::fingerprint`] of the scenario).
+    /// Fingerprint of what all processes must have been told alike ([`crate::fingerprint`] of the scenario), or
+    /// [`crate::ANY_AGREEMENT`].
     pub agreement: u64,
     /// How this process waits.
     pub wait: Wait,
@@ -60,11 +63,13 @@ pub struct SharedContext {
     peers: BTreeMap<String, Rc<Peer>>,
     /// This process takes the place of one that died while the others ran on.
     pub(super) rejoins: bool,
+    /// Set when the run is ending: how long a last token is still waited for, whatever was asked.
+    pub(super) last_wait: Cell<Option<Duration>>,
     // Last: iceoryx2 removes the node's traces when it is dropped, after its ports.
     pub(super) node: Node<ipc::Service>,
 }
 
-/// The barrier at the end of a run: also a process that rejoined waits for the others there.
+/// The phase of a process that has come to the end of its run: also one that rejoined waits for the others there.
 const LAST_PHASE: u64 = 3;
 const STEP: Duration = Duration::from_millis(2);
 
@@ -103,6 +108,7 @@ impl SharedContext {
             bell,
             peers: BTreeMap::new(),
             rejoins,
+            last_wait: Cell::new(None),
             node,
         };
         context.find_peers()?;
@@ -126,7 +132,7 @@ impl SharedContext {
                 self.still_waiting(start, &process, 0)?;
                 std::thread::sleep(STEP);
             };
-            if status.agreement != self.settings.agreement {
+            if !agree(status.agreement, self.settings.agreement) {
                 return Err(LinkError::Disagreement {
                     process,
                     own: self.settings.process.clone(),
@@ -177,6 +183,12 @@ impl SharedContext {
     /// True if a process that took the place of `process` has come to the end. Looked for only there: it takes time.
     fn later_start_has_finished(&self, process: &str, phase: u64) -> bool {
         phase == LAST_PHASE && PeerStatus::phase_of_later_starts(&self.node, process) >= phase
+    }
+
+    /// From here on a token is waited for so long at most, and a request to stop does not end the wait: the last tokens of a
+    /// run lead to the safe field and are worth hearing.
+    pub fn wait_at_most(&self, limit: Duration) {
+        self.last_wait.set(Some(limit));
     }
 
     /// Publishes the last finished tick: progress for a launcher, credit for a reader that must not fall behind.
@@ -232,6 +244,16 @@ impl SharedContext {
         self.peers.get(process).map(|peer| peer.status.tick())
     }
 
+    /// True once the process of `node` has sent its last token.
+    pub(crate) fn finished(&self, node: NodeId) -> bool {
+        self.peer_of(node).is_some_and(|peer| peer.status.phase() >= LAST_PHASE)
+    }
+
+    /// How far another process has come in the start, if it belongs to the run: 0 appeared, 1 ports created, 2 connected.
+    pub fn phase_of(&self, process: &str) -> Option<u64> {
+        self.peers.get(process).map(|peer| peer.status.phase())
+    }
+
     /// The process in which `node` runs.
     pub fn process_of(&self, node: NodeId) -> Option<&str> {
         self.settings
@@ -248,33 +270,44 @@ impl SharedContext {
     }
 }
 
-fn create_node(prefix: &str, root: &std::path::Path, name: &str) -> Result<Node<ipc::Service>, LinkError> {
-    set_log_level(LogLevel::Error);
-    // A config file that happens to lie in the working directory must not change where a run lives: set both here.
+/// A process that has not read the scenario (a driver in another language) agrees with all.
+fn agree(one: u64, other: u64) -> bool {
+    one == other || one == ANY_AGREEMENT || other == ANY_AGREEMENT
+}
+
+/// iceoryx2's settings of a run. A config file that happens to lie in the working directory must not change where a run lives:
+/// both are set here.
+pub(super) fn configuration(prefix: &str, root: &std::path::Path) -> Result<Config, LinkError> {
     let mut config = Config::default();
     config.global.prefix = FileName::new(prefix.as_bytes()).map_err(refused("use the run's prefix"))?;
     let root = root.to_string_lossy();
     config
         .global
         .set_root_path(&Path::new(root.as_bytes()).map_err(refused(format!("use {root} as its root")))?);
+    Ok(config)
+}
+
+fn create_node(prefix: &str, root: &std::path::Path, name: &str) -> Result<Node<ipc::Service>, LinkError> {
+    set_log_level(LogLevel::Error);
+    let config = configuration(prefix, root)?;
     NodeBuilder::new()
         .name(&NodeName::new(name).map_err(refused("name the process's node"))?)
         .config(&config)
         .signal_handling_mode(SignalHandlingMode::Disabled)
         .create::<ipc::Service>()
-        .map_err(refused(format!("create a node under {root}")))
+        .map_err(refused(format!("create a node under {}", root.display())))
 }
 
 fn event(
     node: &Node<ipc::Service>,
     process: &str,
 ) -> Result<iceoryx2::service::port_factory::event::PortFactory<ipc::Service>, LinkError> {
-    let name = ServiceName::new(&format!("bell/{process}")).map_err(refused("name an event service"))?;
+    let name = ServiceName::new(&bell_service(process)).map_err(refused("name an event service"))?;
     node.service_builder(&name)
         .event()
-        .max_notifiers(32)
-        .max_listeners(2)
-        .max_nodes(32)
+        .max_notifiers(MOST_NOTIFIERS)
+        .max_listeners(MOST_LISTENERS)
+        .max_nodes(MOST_NODES)
         .open_or_create()
         .map_err(refused(format!("open the bell of {process}")))
 }

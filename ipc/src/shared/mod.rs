@@ -6,13 +6,18 @@
 //! the reader sees the token. **Start.** All create their ports (phase 1), connect (phase 2), then tick 0 begins.
 
 mod context;
+mod layout;
+pub(crate) mod names;
 mod ports;
 mod status;
 
 pub use context::{Observer, SharedContext, SharedSettings, Wait};
+pub use layout::Layout;
+pub use names::ANY_AGREEMENT;
 pub(crate) use ports::{SharedReceiver, SharedSender};
 
-use crate::LinkError;
+use crate::{Channel, LinkError};
+use iceoryx2::prelude::ServiceName;
 use std::time::{Duration, Instant};
 
 /// Tries again for a moment if this process takes the place of one that died: iceoryx2 removes what that one has left.
@@ -35,4 +40,9 @@ fn refused<E: std::fmt::Debug>(operation: impl Into<String>) -> impl FnOnce(E) -
         operation,
         cause: format!("{error:?}"),
     }
+}
+
+/// The name of a channel's service.
+fn channel_name(channel: Channel) -> Result<ServiceName, LinkError> {
+    ServiceName::new(&names::channel_service(channel)).map_err(refused("name a channel"))
 }

@@ -1,7 +1,8 @@
 //! The two ends of a channel between processes.
 
 use super::context::{Peer, SharedContext, Wait};
-use super::refused;
+use super::names::{DEEPEST_BUFFER, LOOP_BUFFER, MOST_BORROWED, MOST_NODES, MOST_PUBLISHERS, MOST_SUBSCRIBERS};
+use super::{channel_name, refused};
 use crate::newest::Newest;
 use crate::pace::Pace;
 use crate::{Channel, LinkError, Message, NodeId, monotonic_ns, stop_requested};
@@ -10,22 +11,21 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
+use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use std::rc::Rc;
 use std::sync::atomic::{Ordering, fence};
 use std::time::{Duration, Instant};
 
-/// Tokens that wait for the slowest reader, the recorder: 0.4 s at 20 kHz.
-pub const DEEPEST_BUFFER: usize = 8192;
-/// Tokens that wait for a node of the loop; in lockstep one is under way, more are room for a real-time reader.
-const LOOP_BUFFER: usize = 64;
+/// A sleeper looks up at least this often: for a request to stop, and should a bell be missed.
+const LONGEST_NAP: Duration = Duration::from_millis(20);
 
 /// How often a process that took the place of one that died looks for tokens.
 const REJOINED_POLL: Duration = Duration::from_micros(20);
 
 fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFactory<ipc::Service, M, ()>, LinkError> {
     let channel = M::CHANNEL;
-    let name = ServiceName::new(&format!("loop/{channel}")).map_err(refused("name a channel"))?;
+    let name = channel_name(channel)?;
     let start = Instant::now();
     loop {
         let opened = context
@@ -34,11 +34,11 @@ fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFactory<ipc::
             .publish_subscribe::<M>()
             .enable_safe_overflow(true)
             .subscriber_max_buffer_size(DEEPEST_BUFFER)
-            .subscriber_max_borrowed_samples(2)
+            .subscriber_max_borrowed_samples(MOST_BORROWED)
             .history_size(0)
-            .max_publishers(1)
-            .max_subscribers(8)
-            .max_nodes(32)
+            .max_publishers(MOST_PUBLISHERS)
+            .max_subscribers(MOST_SUBSCRIBERS)
+            .max_nodes(MOST_NODES)
             .open_or_create();
         match opened {
             Ok(service) => return Ok(service),
@@ -52,6 +52,7 @@ fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFactory<ipc::
 /// The sending end: publishes, and wakes the readers that sleep.
 pub struct SharedSender<M: Message> {
     publisher: Publisher<ipc::Service, M, ()>,
+    service: PortFactory<ipc::Service, M, ()>,
     readers: Vec<Rc<Peer>>,
     expected: usize,
     channel: Channel,
@@ -75,11 +76,30 @@ impl<M: Message> SharedSender<M> {
         }
         Ok(Self {
             publisher,
+            service,
             readers: peers,
             expected: readers.len(),
             channel: M::CHANNEL,
             pace,
         })
+    }
+
+    /// Connects to whoever reads: for a process that does not know the loop's wiring. Readers bear their node's name.
+    pub fn connect_to_all(&mut self, context: &SharedContext) -> Result<(), LinkError> {
+        let mut names = Vec::new();
+        self.service.dynamic_config().list_subscribers(|subscriber| {
+            names.push(subscriber.subscriber_name.to_string());
+            CallbackProgression::Continue
+        });
+        let nodes: Vec<NodeId> = names.iter().filter_map(|name| NodeId::named(name)).collect();
+        self.expected = nodes.len();
+        self.readers.clear();
+        for peer in nodes.iter().filter_map(|node| context.peer_of(*node)) {
+            if !self.readers.iter().any(|known| Rc::ptr_eq(known, &peer)) {
+                self.readers.push(peer);
+            }
+        }
+        self.connect()
     }
 
     pub fn connect(&mut self) -> Result<(), LinkError> {
@@ -175,6 +195,9 @@ impl<M: Message> SharedReceiver<M> {
 
     /// Brings `newest` to `due`, waiting until `until_ns` of the monotonic clock for its token.
     pub fn receive_newest(&mut self, newest: &mut Newest<M>, due: u64, until_ns: u64) -> Result<(), LinkError> {
+        if let Some(limit) = self.context.last_wait.get() {
+            return self.receive_last(newest, due, limit);
+        }
         let mut polls = 0;
         loop {
             if newest.advance(due, || self.poll())? {
@@ -202,6 +225,24 @@ impl<M: Message> SharedReceiver<M> {
         }
     }
 
+    /// As [`Self::receive_newest`] on the way to the safe field: time no longer decides, and silence is told, not borne.
+    #[cold]
+    fn receive_last(&self, newest: &mut Newest<M>, due: u64, limit: Duration) -> Result<(), LinkError> {
+        let start = Instant::now();
+        while !newest.advance(due, || self.poll())? {
+            if start.elapsed() > limit {
+                return Err(LinkError::Silent {
+                    reader: self.reader,
+                    channel: M::CHANNEL,
+                    tick: due,
+                    waited_s: start.elapsed().as_secs_f64(),
+                });
+            }
+            std::thread::sleep(REJOINED_POLL);
+        }
+        Ok(())
+    }
+
     /// Sleeps until rung, at most `limit`; not at all if the token of `due` has come meanwhile.
     fn wait_for_bell(&self, newest: &mut Newest<M>, due: u64, limit: Duration) -> Result<(), LinkError> {
         self.context.status.set_asleep(true);
@@ -215,38 +256,64 @@ impl<M: Message> SharedReceiver<M> {
         settled.map(|_| ())
     }
 
+    /// Sleeps once until rung, at most `longest`, and looks at the channel again.
+    fn nap(&self, longest: Duration) -> Result<Option<M>, LinkError> {
+        match self.context.settings.wait {
+            Wait::Bell { .. } => {
+                self.context.status.set_asleep(true);
+                // Pairs with the fence in `SharedSender::send`: the flag is out before the channel is looked at again.
+                fence(Ordering::SeqCst);
+                let token = self.poll()?;
+                let waited = match token {
+                    Some(_) => Ok(0),
+                    None => self.context.bell.timed_wait(|_| {}, longest),
+                };
+                self.context.status.set_asleep(false);
+                match waited {
+                    // Any signal ends the wait, also a harmless one (SIGCONT); the caller looks at requests to stop.
+                    Ok(_) | Err(ListenerWaitError::InterruptSignal) => {}
+                    Err(error) => return Err(refused("wait for a bell")(error)),
+                }
+                if token.is_some() {
+                    return Ok(token);
+                }
+            }
+            Wait::Poll { period } => std::thread::sleep(period),
+        }
+        self.poll()
+    }
+
+    /// The next token, or none if none comes within `limit`.
+    pub fn receive_within(&self, limit: Duration) -> Result<Option<M>, LinkError> {
+        let start = Instant::now();
+        let yields = match self.context.settings.wait {
+            Wait::Bell { yields } => yields,
+            Wait::Poll { .. } => 0,
+        };
+        for _ in 0..=yields {
+            if let Some(token) = self.poll()? {
+                return Ok(Some(token));
+            }
+            std::thread::yield_now();
+        }
+        while let Some(left) = limit.checked_sub(start.elapsed()).filter(|left| !left.is_zero()) {
+            if let Some(token) = self.nap(left.min(LONGEST_NAP))? {
+                return Ok(Some(token));
+            }
+        }
+        Ok(None)
+    }
+
     #[cold]
     fn sleep(&self, tick: u64) -> Result<M, LinkError> {
         let start = Instant::now();
-        let limit = self.context.settings.receive_limit;
+        let ending = self.context.last_wait.get();
+        let limit = ending.unwrap_or(self.context.settings.receive_limit);
         loop {
-            let rung = match self.context.settings.wait {
-                Wait::Bell { .. } => {
-                    self.context.status.set_asleep(true);
-                    // Pairs with the fence in `SharedSender::send`: the flag is out before the channel is looked at again.
-                    fence(Ordering::SeqCst);
-                    let token = self.poll()?;
-                    let waited = match token {
-                        Some(_) => Ok(0),
-                        None => self.context.bell.timed_wait(|_| {}, Duration::from_millis(20)),
-                    };
-                    self.context.status.set_asleep(false);
-                    match waited {
-                        // Any signal ends the wait, also a harmless one (SIGCONT); a request to stop is looked at below.
-                        Ok(_) | Err(ListenerWaitError::InterruptSignal) => {}
-                        Err(error) => return Err(refused("wait for a bell")(error)),
-                    }
-                    token
-                }
-                Wait::Poll { period } => {
-                    std::thread::sleep(period);
-                    None
-                }
-            };
-            if let Some(token) = rung.map_or_else(|| self.poll(), |token| Ok(Some(token)))? {
+            if let Some(token) = self.nap(LONGEST_NAP)? {
                 return Ok(token);
             }
-            if stop_requested() {
+            if ending.is_none() && stop_requested() {
                 return Err(LinkError::Stopped { tick });
             }
             if start.elapsed() > limit {

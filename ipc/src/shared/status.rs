@@ -1,28 +1,19 @@
 //! What a process says about itself on its iceoryx2 blackboard: phase of the start, asleep or not, last finished tick, and
 //! in real time the moment at which tick 0 begins.
 
+use super::names::{AGREEMENT, ASLEEP, EPOCH, MOST_NODES, MOST_STATUS_READERS, PHASE, TICK, status_service};
 use super::refused;
 use crate::LinkError;
 use iceoryx2::port::reader::{EntryHandle, Reader};
 use iceoryx2::port::writer::{EntryHandleMut, Writer};
 use iceoryx2::prelude::*;
 
-const PHASE: u64 = 0;
-const ASLEEP: u64 = 1;
-const TICK: u64 = 2;
-const AGREEMENT: u64 = 3;
-const EPOCH: u64 = 4;
-
 /// How often a process may be started in one run.
 pub const MOST_STARTS: u64 = 100;
 
 /// The status of the `start`th process of this name: 0 unless it takes the place of one that died.
 fn service_name(process: &str, start: u64) -> Result<ServiceName, LinkError> {
-    let name = match start {
-        0 => format!("status/{process}"),
-        start => format!("status/{process}/{start}"),
-    };
-    ServiceName::new(&name).map_err(refused("name a status service"))
+    ServiceName::new(&status_service(process, start)).map_err(refused("name a status service"))
 }
 
 /// The writing end: one process's own status.
@@ -43,8 +34,8 @@ impl OwnStatus {
         let service = node
             .service_builder(&service_name(process, start)?)
             .blackboard_creator::<u64>()
-            .max_readers(32)
-            .max_nodes(32)
+            .max_readers(MOST_STATUS_READERS)
+            .max_nodes(MOST_NODES)
             .add::<u64>(PHASE, 0)
             .add::<u64>(ASLEEP, 0)
             .add::<u64>(TICK, 0)
@@ -106,7 +97,8 @@ pub struct PeerStatus {
     phase: EntryHandle<ipc::Service, u64, u64>,
     asleep: EntryHandle<ipc::Service, u64, u64>,
     tick: EntryHandle<ipc::Service, u64, u64>,
-    epoch: EntryHandle<ipc::Service, u64, u64>,
+    /// None from a driver that keeps no time.
+    epoch: Option<EntryHandle<ipc::Service, u64, u64>>,
     _reader: Reader<ipc::Service, u64>,
 }
 
@@ -142,7 +134,7 @@ impl PeerStatus {
             phase: entry(PHASE)?,
             asleep: entry(ASLEEP)?,
             tick: entry(TICK)?,
-            epoch: entry(EPOCH)?,
+            epoch: entry(EPOCH).ok(),
             _reader: reader,
         }))
     }
@@ -160,6 +152,6 @@ impl PeerStatus {
     }
 
     pub fn epoch_ns(&self) -> u64 {
-        *self.epoch.get()
+        self.epoch.as_ref().map_or(0, |epoch| *epoch.get())
     }
 }

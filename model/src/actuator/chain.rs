@@ -84,6 +84,16 @@ impl Actuator {
         self
     }
 
+    /// Another shape parameter of the anhysteretic curve at ambient temperature from the next sample on, A/m: finite and positive.
+    pub fn set_shape_a_per_m(&mut self, shape_a_per_m: f64) {
+        self.magnetizer.set_shape(shape_a_per_m);
+    }
+
+    /// The shape parameter (A/m) at the last sample's temperature; `measured_k` where that was measured.
+    pub fn shape_a_per_m(&self, measured_k: Option<f64>) -> f64 {
+        self.magnetizer.shape_a_per_m(measured_k)
+    }
+
     /// Field in the material and its magnetization without creep, after the last sample.
     pub fn magnetic_state(&self) -> MagneticState {
         self.magnetizer.state

@@ -52,6 +52,20 @@ impl Magnetizer {
         self.plain
     }
 
+    /// Another `a` at ambient temperature from the next sample on, A/m.
+    pub fn set_shape(&mut self, shape_a_per_m: f64) {
+        self.hysteresis.shape_a_per_m = shape_a_per_m;
+    }
+
+    /// `a` with what warming, as reckoned here, makes of it, A/m.
+    pub fn shape_a_per_m(&self, measured_k: Option<f64>) -> f64 {
+        let factor = self.thermal_drift.as_ref().map_or(1.0, |drift| {
+            let measured = measured_k.map(|measured_k| measured_k - self.ambient_temperature_k);
+            drift.shape_factor(measured.unwrap_or_else(|| drift.warming.rise_k()))
+        });
+        self.hysteresis.shape_a_per_m * factor
+    }
+
     /// The run's first sample, to which the field goes at once: M (A/m).
     pub fn settle(&mut self, coil_field: f64, field: f64, temperature_k: Option<f64>) -> f64 {
         let mut rise_k = 0.0;
@@ -109,23 +123,45 @@ impl Magnetizer {
         if let Some(loss) = self.excess_loss.as_ref().filter(|_| piece.span > 0.0) {
             hysteresis.pinning_a_per_m *= loss.pinning_factor(change / piece.span);
         }
-        let (state, mut mean) = match &self.prestress {
-            Some(prestress) => prestress.advance(&hysteresis, from, piece.to),
-            None => hysteresis.advance_with_mean(from, piece.to),
+        let mut mean = match self.accommodation {
+            Some(accommodation) => self.relaxing(&accommodation, &hysteresis, piece.to),
+            None => self.moved(&hysteresis, piece.to),
         };
-        self.state = state;
+        let state = self.state;
         // `mean` is that over the field; where the field is curved in time it dwells elsewhere.
         let bulge = piece.mean - 0.5 * (from.field_a_per_m + piece.to);
         if change != 0.0 {
             mean += bulge * (state.magnetization_a_per_m - from.magnetization_a_per_m) / change;
         }
-        if let Some(accommodation) = &self.accommodation {
-            let (before, after) = (self.lag(&hysteresis, from), self.lag(&hysteresis, state));
-            let relaxation = accommodation.relaxation(change, before, after, hysteresis.pinning_a_per_m);
-            self.state.magnetization_a_per_m += relaxation;
-            mean += 0.5 * relaxation;
-        }
         mean
+    }
+
+    /// The field goes there; returns the mean of M over the field.
+    #[inline]
+    fn moved(&mut self, hysteresis: &Hysteresis, field: f64) -> f64 {
+        let (state, mean) = match &self.prestress {
+            Some(prestress) => prestress.advance(hysteresis, self.state, field),
+            None => hysteresis.advance_with_mean(self.state, field),
+        };
+        self.state = state;
+        mean
+    }
+
+    /// The same with frozen walls that relax on the way.
+    fn relaxing(&mut self, accommodation: &Accommodation, hysteresis: &Hysteresis, field: f64) -> f64 {
+        let from = self.state.field_a_per_m;
+        let change = field - from;
+        let parts = accommodation.parts(change, hysteresis.pinning_a_per_m);
+        let mut sum = 0.0;
+        for part in 1..=parts as u32 {
+            let before = self.lag(hysteresis, self.state);
+            let mean = self.moved(hysteresis, from + change * (f64::from(part) / parts));
+            let after = self.lag(hysteresis, self.state);
+            let relaxation = accommodation.relaxation(change / parts, before, after, hysteresis.pinning_a_per_m);
+            self.state.magnetization_a_per_m += relaxation;
+            sum += mean + 0.5 * relaxation;
+        }
+        sum / parts
     }
 
     /// Man − M, A/m.

@@ -10,6 +10,8 @@ mod chain;
 mod fields;
 mod magnetizer;
 mod nonlinear_rod;
+mod parts;
+mod restated;
 mod rod_stage;
 mod samples;
 mod signals;
@@ -18,6 +20,8 @@ mod strain;
 use serde::{Deserialize, Serialize};
 
 pub use chain::{Actuator, simulate};
+pub use parts::{CoilGain, Creep, Expansion, FieldPath, SignalPath, Spring};
+pub use restated::{rod_per_strain, with_known_effects};
 pub use samples::{ActuatorInput, ActuatorInputs, ActuatorOutput, ActuatorOutputs, Drive};
 
 use crate::effects::prestress::Prestress;
@@ -40,6 +44,10 @@ pub struct ActuatorModel {
     /// The rod; none: the output is the strain.
     #[serde(default)]
     pub rod: Option<TwoPole>,
+    /// Whether a coil's current makes the field. A piezo stack has none: without a coil a diagnosis seeks no effect that
+    /// [`EffectKind::needs_coil`].
+    #[serde(default = "with_coil")]
+    pub coil: bool,
     /// At most one of each kind; their order here does not matter.
     #[serde(default)]
     pub effects: Vec<Effect>,
@@ -50,6 +58,10 @@ pub struct ActuatorModel {
 
 fn room_temperature_k() -> f64 {
     293.0
+}
+
+fn with_coil() -> bool {
+    true
 }
 
 impl ActuatorModel {
@@ -66,6 +78,7 @@ impl ActuatorModel {
                 stiffness_per_s2: 6.4251e7,
                 force_gain_per_kg: 0.0,
             }),
+            coil: with_coil(),
             effects: Vec::new(),
             ambient_temperature_k: room_temperature_k(),
         }
@@ -96,20 +109,28 @@ impl ActuatorModel {
         if let Some(rod) = &self.rod {
             rod.validate()?;
         }
-        for (index, effect) in self.effects.iter().enumerate() {
-            effect.validate()?;
-            let name = effect.kind().name();
-            if self.effects[..index].iter().any(|other| other.kind() == effect.kind()) {
-                return Err(ModelError::EffectRepeated { effect: name });
-            }
-            if effect.kind().needs_rod() && self.rod.is_none() {
-                return Err(ModelError::EffectNeedsRod { effect: name });
-            }
-            if effect.kind() == EffectKind::Prestress {
-                let hysteresis = &self.material.hysteresis;
-                Prestress::new(effect.values(), hysteresis).validate(hysteresis)?;
-            }
-        }
-        Ok(())
+        validate_effects(&self.effects, &self.material, self.rod.is_some())
     }
+}
+
+/// Checks effects, and that they go together with a material and with or without a rod.
+///
+/// # Errors
+/// The first value out of its bounds; an effect that stands twice or lacks its rod.
+pub fn validate_effects(effects: &[Effect], material: &Material, with_rod: bool) -> Result<(), ModelError> {
+    for (index, effect) in effects.iter().enumerate() {
+        effect.validate()?;
+        let name = effect.kind().name();
+        if effects[..index].iter().any(|other| other.kind() == effect.kind()) {
+            return Err(ModelError::EffectRepeated { effect: name });
+        }
+        if effect.kind().needs_rod() && !with_rod {
+            return Err(ModelError::EffectNeedsRod { effect: name });
+        }
+        if effect.kind() == EffectKind::Prestress {
+            let hysteresis = &material.hysteresis;
+            Prestress::new(effect.values(), hysteresis).validate(hysteresis)?;
+        }
+    }
+    Ok(())
 }

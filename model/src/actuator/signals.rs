@@ -83,6 +83,10 @@ impl Signals {
         Ok(Signals(signals))
     }
 
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// Sends a stretch of samples through all of them; `first` where it is the run's first.
     pub fn pass(&mut self, first: bool, samples: &mut [f64]) {
         for signal in &mut self.0 {

@@ -4,7 +4,7 @@
 //! although the field runs away from Man (no unit): 0 is the domain wall model, where such walls are frozen after a
 //! reversal. Both halves of a minor loop then pull towards Man, so it drifts cycle by cycle and closes; on the major loop
 //! reversals happen at saturation, where Man = M, and nothing changes. Rate-independent.
-//! Stepped by splitting: walls bend over the tick, then relax by 1 − e^(−ρ|ΔH|/k) of the mean lag Man − M, exact where
+//! Stepped by splitting: walls bend over a part of the tick, then relax by 1 − e^(−ρ|ΔH|/k) of the mean lag Man − M, exact where
 //! the lag is linear in the field; second order in the tick. Source: Della Torre's accommodation, in the paper's terms.
 
 use serde::{Deserialize, Serialize};
@@ -22,6 +22,11 @@ pub(super) const DESCRIPTION: Description = Description {
     parameters: &[EffectParameter::size("relaxing_share", "", [0.0, 1.0], 0.002).by_ratio()],
 };
 
+/// √ρ |ΔH|/k of a part: the splitting's error grows with ρ (ΔH/k)².
+const LONGEST_PART: f64 = 0.016;
+/// A longer move, or one that is not a number, is cut into no more.
+const MOST_PARTS: f64 = 256.0;
+
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Accommodation {
     share: f64,
@@ -30,6 +35,12 @@ pub(crate) struct Accommodation {
 impl Accommodation {
     pub fn new(values: &[f64]) -> Self {
         Accommodation { share: values[0] }
+    }
+
+    /// Into how many parts a move of the field is cut, at least 1.
+    pub fn parts(&self, change_a_per_m: f64, pinning_a_per_m: f64) -> f64 {
+        let many = libm::ceil(libm::sqrt(self.share) * change_a_per_m.abs() / (LONGEST_PART * pinning_a_per_m));
+        if many < MOST_PARTS { many.max(1.0) } else { MOST_PARTS }
     }
 
     /// What to add to M (A/m) after the field has changed by `change_a_per_m`, from Man − M before and after it.

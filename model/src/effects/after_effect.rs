@@ -34,6 +34,20 @@ pub(crate) struct AfterEffect {
     creeps: [Lag; 3],
 }
 
+impl AfterEffect {
+    /// M (A/m) whose sample, taken next, gives M_c = `wanted`: M_c is affine in it.
+    pub fn inverse(&self, wanted: f64) -> f64 {
+        let mut silent = 0.0;
+        let mut gain = 1.0;
+        for creep in &self.creeps {
+            let (rest, weight) = creep.response();
+            silent += self.share * rest;
+            gain += self.share * weight;
+        }
+        (wanted - silent) / gain
+    }
+}
+
 impl Signal for AfterEffect {
     fn new(values: &[f64], tick_s: f64) -> Result<Self, ModelError> {
         let (shortest_s, longest_s) = (values[1], values[2]);
@@ -78,5 +92,17 @@ mod tests {
             assert!((output - expected).abs() < 1e-12, "tick {k}");
         }
         assert!((output - 1.06).abs() < 1e-6);
+    }
+
+    /// Guards the compensation: what the inverse says, taken as the next sample, gives what was wanted.
+    #[test]
+    fn the_inverse_is_exact() {
+        let mut creep = AfterEffect::new(&[0.3, 0.001, 0.1], 1e-4).unwrap();
+        creep.settle(0.0);
+        for k in 1..500 {
+            let wanted = 1e5 * libm::sin(0.05 * f64::from(k));
+            let bare = creep.inverse(wanted);
+            assert!((creep.step(bare) - wanted).abs() < 1e-9, "sample {k}");
+        }
     }
 }

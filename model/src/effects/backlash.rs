@@ -1,6 +1,8 @@
 //! y ← min(max(y, u − g/2), u + g/2): play between the rod and what the sensor looks at.
 //!
 //! u tip, y sensor's end (m), g total width of the gap (m). See [`crate::Play`]. It begins in the middle of its gap.
+//! Beside g = 0 the output is proportional to g while the tip moves on by more than g between reversals; where it comes
+//! to rest within the gap, y − u lies anywhere between −g/2 and g/2.
 //! Assumption: no inertia and no force in the gap. Source: the play operator (Prandtl).
 
 use serde::{Deserialize, Serialize};

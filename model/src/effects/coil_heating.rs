@@ -12,7 +12,7 @@ use super::warming::{Warming, heating};
 use crate::ModelError;
 
 /// β, 1/K.
-const COPPER_PER_K: f64 = 0.0039;
+pub(crate) const COPPER_PER_K: f64 = 0.0039;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Amplifier,

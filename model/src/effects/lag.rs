@@ -38,6 +38,12 @@ impl Lag {
         }
     }
 
+    /// The next output is the first number plus the second times the next input.
+    pub fn response(&self) -> (f64, f64) {
+        let rest = self.weight_output * self.output + self.weight_from * self.input;
+        (rest, self.weight_to)
+    }
+
     pub fn settle(&mut self, input: f64) -> f64 {
         (self.input, self.output) = (input, input);
         input

@@ -162,6 +162,16 @@ impl EffectKind {
         self.stage() == Stage::Rod
     }
 
+    /// Its cause is a coil: the current's heat (unless a temperature was measured, which then stands for any heat) or
+    /// its induction.
+    pub fn needs_coil(self, temperature_is_measured: bool) -> bool {
+        match self {
+            EffectKind::CoilHeating | EffectKind::EddyCurrent => true,
+            EffectKind::ThermalDrift | EffectKind::ThermalExpansion => !temperature_is_measured,
+            _ => false,
+        }
+    }
+
     /// The output has a derivative, and in general not a vanishing one, in each size at its identity (one-sided where
     /// the identity is a bound). Not so for limits, which do nothing until they bite, and for quantisation.
     pub fn differentiable(self) -> bool {

@@ -8,6 +8,15 @@ const JOINT: f64 = 20.0;
 
 /// `count` samples from zero, in A/m.
 pub fn loops(count: usize) -> Vec<f64> {
+    joined(count, JOINT)
+}
+
+/// The same with its joints as jumps, within one tick.
+pub fn jumping(count: usize) -> Vec<f64> {
+    joined(count, 1.0)
+}
+
+fn joined(count: usize, joint_ticks: f64) -> Vec<f64> {
     let length = count as f64;
     let growing = |index: f64| 12e3 * (index / (0.4 * length)) * (2.0 * PI * 20.0 * 1e-4 * index).sin();
     let fast = |index: f64| {
@@ -36,8 +45,8 @@ pub fn loops(count: usize) -> Vec<f64> {
     ] {
         let begin = joint.ceil() as usize;
         let from = commands[begin - 1];
-        for (offset, command) in commands[begin..].iter_mut().take(JOINT as usize).enumerate() {
-            *command = from + (*command - from) * (offset + 1) as f64 / JOINT;
+        for (offset, command) in commands[begin..].iter_mut().take(joint_ticks as usize).enumerate() {
+            *command = from + (*command - from) * (offset + 1) as f64 / joint_ticks;
         }
     }
     commands

@@ -4,7 +4,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// f of every item, on up to `threads` threads.
-pub(super) fn map<T: Sync, R: Send>(threads: usize, items: &[T], f: impl Fn(&T) -> R + Sync) -> Vec<R> {
+pub fn map<T: Sync, R: Send>(threads: usize, items: &[T], f: impl Fn(&T) -> R + Sync) -> Vec<R> {
     if threads <= 1 || items.len() <= 1 {
         return items.iter().map(f).collect();
     }
@@ -31,7 +31,7 @@ pub(super) fn map<T: Sync, R: Send>(threads: usize, items: &[T], f: impl Fn(&T) 
 }
 
 /// Threads that this machine runs side by side.
-pub(super) fn available() -> usize {
+pub fn available() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
 }
 

@@ -1,0 +1,224 @@
+//! `anhyst study`: the blind study of the diagnosis, rerun on all cores.
+//!
+//! Every finished run is a line of DIR/runs.jsonl, so that an interrupted study goes on where it was.
+
+use super::Ending;
+use super::summary::plain_table;
+use crate::error::RunError;
+use anhyst_diagnosis::study::{Bar, Case, Plan, Results, StudyRun, markdown, study};
+use anhyst_model::ActuatorModel;
+use clap::Args;
+use std::collections::HashMap;
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+const RUNS: &str = "runs.jsonl";
+
+/// `study`
+#[derive(Debug, Args)]
+pub struct StudyArguments {
+    /// Nominal model (RON), as scenarios/models/nominal.ron (default: the same numbers, built in).
+    #[arg(long)]
+    pub model: Option<PathBuf>,
+    /// Runs with one effect of the library, or another value of a nominal parameter.
+    #[arg(long, default_value_t = 300)]
+    pub singles: u64,
+    /// Runs with nothing hidden.
+    #[arg(long, default_value_t = 60)]
+    pub none: u64,
+    /// Runs with an effect that the library does not hold.
+    #[arg(long, default_value_t = 30)]
+    pub unlisted: u64,
+    /// Runs with two effects.
+    #[arg(long, default_value_t = 30)]
+    pub pairs: u64,
+    /// Sweep for detection limits: so many runs for each effect at each of the gaps 0.25, 0.5, 1, 2, 4 and 8 noises.
+    #[arg(long, default_value_t = 0, value_name = "RUNS", num_args = 0..=1, default_missing_value = "3")]
+    pub limits: u64,
+    /// Of the seeds that decide everything. Seeds below 100000 were used while the diagnosis was made.
+    #[arg(long, default_value_t = 500_000)]
+    pub first_seed: u64,
+    /// Samples of a run, at 10 kHz.
+    #[arg(long, default_value_t = 16_000, value_parser = clap::value_parser!(u64).range(1000..=1_000_000))]
+    pub rows: u64,
+    /// Runs side by side (default: one a core).
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+    /// Folder of the results: runs.jsonl, study.json, study.md. Runs that are there already are not made again, so keep to one model.
+    #[arg(long, default_value = "runs/study")]
+    pub out: PathBuf,
+    /// Exit status 1 if a bar does not hold.
+    #[arg(long)]
+    pub require: bool,
+    /// Print the results as JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A bad model, or a result that cannot be written.
+pub fn run(arguments: &StudyArguments) -> miette::Result<Ending> {
+    let model = match &arguments.model {
+        Some(file) => super::diagnose::load_model(file)?,
+        None => ActuatorModel::terfenol_d(),
+    };
+    let plan = Plan {
+        singles: arguments.singles,
+        none: arguments.none,
+        unlisted: arguments.unlisted,
+        pairs: arguments.pairs,
+        limits: arguments.limits,
+        first_seed: arguments.first_seed,
+        rows: arguments.rows as usize,
+    };
+    let runs = all_runs(arguments, &model, &plan)?;
+    let results = Results::new(plan, &model.name, runs);
+    let json = serde_json::to_string_pretty(&results).map_err(|error| RunError::Setup(error.to_string()))?;
+    let text = markdown(&results, &command(arguments));
+    for (file, text) in [("study.json", format!("{json}\n")), ("study.md", text)] {
+        write(&arguments.out.join(file), &text)?;
+    }
+    if arguments.json {
+        crate::say!("{json}");
+    } else {
+        print(&results);
+        crate::say!("\nresults: {}", arguments.out.display());
+    }
+    Ok(if arguments.require && !results.held() {
+        Ending::NotHeld
+    } else {
+        Ending::Held
+    })
+}
+
+/// The line that makes the study again, wherever its results go.
+fn command(arguments: &StudyArguments) -> String {
+    let StudyArguments {
+        singles,
+        none,
+        unlisted,
+        pairs,
+        limits,
+        first_seed,
+        rows,
+        ..
+    } = arguments;
+    let model = arguments
+        .model
+        .as_ref()
+        .map_or(String::new(), |file| format!(" --model {}", file.display()));
+    let sweep = if *limits > 0 {
+        format!(" --limits {limits}")
+    } else {
+        String::new()
+    };
+    format!(
+        "anhyst study{model} --singles {singles} --none {none} --unlisted {unlisted} --pairs {pairs}{sweep} --first-seed {first_seed} --rows {rows}"
+    )
+}
+
+/// Those that the folder holds, and the rest made now.
+fn all_runs(arguments: &StudyArguments, model: &ActuatorModel, plan: &Plan) -> miette::Result<Vec<StudyRun>> {
+    let path = arguments.out.join(RUNS);
+    let mut present = read(&path)?;
+    let cases = plan.cases();
+    let mut runs: Vec<StudyRun> = cases
+        .iter()
+        .filter_map(|case| present.remove(&(case.seed, plan.rows)))
+        .collect();
+    let mut missing = cases;
+    missing.retain(|case| !runs.iter().any(|run| run.seed == case.seed));
+    let cause = |cause| RunError::Write {
+        path: path.clone(),
+        cause,
+    };
+    std::fs::create_dir_all(&arguments.out).map_err(cause)?;
+    let file = std::fs::OpenOptions::new().create(true).append(true).open(&path);
+    let file = Mutex::new(file.map_err(cause)?);
+    let bar = super::count_bar(missing.len() as u64, "study");
+    let threads = match arguments.threads {
+        0 => anhyst_diagnosis::parallel::available(),
+        threads => threads,
+    };
+    let made = anhyst_diagnosis::parallel::map(threads, &missing, |case| {
+        let run = studied(case, model, plan.rows);
+        let kept = keep(&file, &run);
+        bar.inc(1);
+        kept.map(|()| run).map_err(cause)
+    });
+    bar.finish_and_clear();
+    for run in made {
+        runs.push(run?);
+    }
+    Ok(runs)
+}
+
+/// A panic is a failed run, not the end of the study.
+fn studied(case: &Case, model: &ActuatorModel, rows: usize) -> StudyRun {
+    catch_unwind(AssertUnwindSafe(|| study(case, model, rows)))
+        .unwrap_or_else(|_| StudyRun::failed(case, rows, "the diagnosis panicked".to_owned()))
+}
+
+fn keep(file: &Mutex<std::fs::File>, run: &StudyRun) -> std::io::Result<()> {
+    let line = serde_json::to_string(run)? + "\n";
+    match file.lock() {
+        Ok(mut file) => file.write_all(line.as_bytes()),
+        Err(_) => Err(std::io::Error::other("another thread failed while it wrote")),
+    }
+}
+
+/// Finished runs by seed and length; a last line that was cut off is left out.
+fn read(path: &Path) -> miette::Result<HashMap<(u64, usize), StudyRun>> {
+    let text = match std::fs::read_to_string(path) {
+        Ok(text) => text,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(HashMap::new()),
+        Err(error) => return Err(miette::miette!("{} cannot be read: {error}", path.display())),
+    };
+    let runs = text
+        .lines()
+        .filter_map(|line| serde_json::from_str::<StudyRun>(line).ok());
+    Ok(runs.map(|run| ((run.seed, run.rows), run)).collect())
+}
+
+fn write(path: &Path, text: &str) -> Result<(), RunError> {
+    std::fs::write(path, text).map_err(|cause| RunError::Write {
+        path: path.to_owned(),
+        cause,
+    })
+}
+
+fn print(results: &Results) {
+    let mut table = plain_table();
+    table.set_header(["figure", "runs", "share", "95 % interval", "held"]);
+    for bar in &results.bars {
+        table.add_row(figure(bar));
+    }
+    crate::say!("{table}\n");
+    let mut table = plain_table();
+    let mut header = vec!["hidden".to_owned(), "runs".to_owned()];
+    header.extend(anhyst_diagnosis::study::Outcome::ALL.map(|outcome| outcome.heading().to_owned()));
+    table.set_header(header);
+    for row in &results.confusion {
+        let counts = row.outcomes.iter().map(|count| match count {
+            0 => String::new(),
+            count => count.to_string(),
+        });
+        table.add_row([row.truth.clone(), row.runs.to_string()].into_iter().chain(counts));
+    }
+    crate::say!("{table}");
+}
+
+fn figure(bar: &Bar) -> [String; 5] {
+    let [low, high] = bar.share.interval();
+    [
+        bar.name.clone(),
+        format!("{} of {}", bar.share.count, bar.share.of),
+        format!("{:.1} %", 100.0 * bar.share.value()),
+        format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high),
+        if bar.held { "yes" } else { "no" }.to_owned(),
+    ]
+}

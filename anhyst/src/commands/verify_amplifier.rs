@@ -1,0 +1,308 @@
+//! `anhyst verify-amplifier`: a conformance run against whatever process is plugged in as amplifier.
+
+use super::summary::plain_table;
+use super::{Ending, progress_bar};
+use crate::error::RunError;
+use crate::external;
+use crate::resources::Resources;
+use crate::scenario::{Clock, Placement, Scenario, Setting, load, to_ron};
+use crate::verify_amplifier::{
+    Bound, DRIVER, Driver, Expectation, Outcome, Report, Test, Tested, Tolerances, short, test, tester_nodes, ticks,
+};
+use crate::{resources, signals};
+use anhyst_diagnosis::DiagnosisError;
+use anhyst_ipc::{Invalid, SharedSettings, Wait};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// `verify-amplifier`
+#[derive(Debug, Args)]
+pub struct VerifyAmplifierArguments {
+    /// Scenario whose amplifier the process must be like.
+    #[arg(default_value = "scenarios/amplifier.ron")]
+    pub scenario: PathBuf,
+    /// Change a value of the scenario.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    pub settings: Vec<Setting>,
+    /// Folder of the results: amplifier.json, report.html, the effective scenario, the process's log.
+    #[arg(long)]
+    pub out: PathBuf,
+    /// Prefix of the iceoryx2 resources where the process listens (default: one that nobody else has).
+    #[arg(long)]
+    pub service_prefix: Option<String>,
+    /// Directory of iceoryx2's files (default: one that nobody else has).
+    #[arg(long)]
+    pub root: Option<PathBuf>,
+    /// Start the process with this shell command; where to meet is in its environment, see docs/verify-amplifier.md.
+    #[arg(long, value_name = "COMMAND")]
+    pub command: Option<String>,
+    /// How long to wait for the process to appear, in seconds.
+    #[arg(long, default_value_t = 60.0)]
+    pub start_limit_s: f64,
+    /// Bandwidth that the amplifier must have, instead of the scenario's.
+    #[arg(long, value_name = "HZ")]
+    pub bandwidth_hz: Option<f64>,
+    /// Field limit that it must keep, instead of the scenario's.
+    #[arg(long, value_name = "A_PER_M")]
+    pub limit_a_per_m: Option<f64>,
+    /// Slew limit that it must keep, instead of the scenario's.
+    #[arg(long, value_name = "A_PER_M_S")]
+    pub slew_a_per_m_s: Option<f64>,
+    /// Delay in ticks beyond the loop's own, instead of the scenario's.
+    #[arg(long, value_name = "TICKS")]
+    pub delay_ticks: Option<u32>,
+    /// Silence after which the process must take the field to the safe field (default: the scenario's receive limit).
+    #[arg(long, value_name = "S")]
+    pub silence_s: Option<f64>,
+    /// How exact.
+    #[command(flatten)]
+    pub tolerances: Tolerances,
+    /// Command a tick a tick's time, by the wall clock: for hardware.
+    #[arg(long)]
+    pub paced: bool,
+    /// Polls before the waiting tester sleeps.
+    #[arg(long, default_value_t = 20)]
+    pub yields: u32,
+    /// Print the report as JSON instead of a table.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// A run of the scenario must be longer than the test, so that no process comes to the end by itself.
+const SPARE_TICKS: usize = 100_000;
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, or results that cannot be written.
+pub fn run(arguments: &VerifyAmplifierArguments) -> miette::Result<Ending> {
+    signals::install();
+    let (scenario, agreement, path) = effective(arguments)?;
+    let expected = expectation(&scenario, arguments.tolerances);
+    let resources = meeting_place(arguments)?;
+    // What a user named may be somebody else's, too: only what is surely ours is removed.
+    let ours = arguments.service_prefix.is_none() && arguments.root.is_none();
+    if ours {
+        resources::sweep();
+    }
+    let environment = environment(&scenario, agreement, &path, &resources, arguments);
+    announce(&environment, &path, &resources, arguments);
+    let driver = start(&environment, arguments)?;
+    let meeting = SharedSettings {
+        prefix: resources.prefix.clone(),
+        root: resources.root.clone(),
+        process: tester_name(),
+        processes: scenario.placement.processes(),
+        agreement,
+        wait: Wait::Bell {
+            yields: arguments.yields,
+        },
+        receive_limit: Duration::from_secs_f64(expected.answer_limit_s()),
+        start_limit: Duration::from_secs_f64(arguments.start_limit_s),
+    };
+    let bar = progress_bar(ticks(&expected)? as u64, DRIVER);
+    let tested = test(
+        Test {
+            expected: &expected,
+            meeting,
+            driver: driver.as_ref(),
+            pace: arguments.paced.then(|| Duration::from_secs_f64(expected.tick_s)),
+        },
+        &mut |tick| bar.set_position(tick),
+    );
+    bar.finish_and_clear();
+    drop(driver);
+    if ours {
+        resources
+            .remove()
+            .map_err(|cause| RunError::Setup(format!("shared memory cannot be removed: {cause}")))?;
+    }
+    finish(tested?, &expected, arguments)
+}
+
+fn tester_name() -> String {
+    let names: Vec<&str> = tester_nodes().into_iter().map(|node| node.name()).collect();
+    names.join("+")
+}
+
+/// The scenario as both sides must have it: one process stands for all others, and the options are in it.
+fn effective(arguments: &VerifyAmplifierArguments) -> miette::Result<(Scenario, u64, PathBuf)> {
+    let start_limit_s = arguments.start_limit_s;
+    if !(0.1..=86_400.0).contains(&start_limit_s) {
+        return Err(miette::miette!(
+            "--start-limit-s {start_limit_s} is outside [0.1, 86400] s"
+        ));
+    }
+    let mut scenario = load(&arguments.scenario, &arguments.settings)?;
+    let amplifier = &mut scenario.amplifier;
+    amplifier.bandwidth_hz = arguments.bandwidth_hz.or(amplifier.bandwidth_hz);
+    amplifier.field_limit_a_per_m = arguments.limit_a_per_m.or(amplifier.field_limit_a_per_m);
+    amplifier.slew_limit_a_per_m_s = arguments.slew_a_per_m_s.or(amplifier.slew_limit_a_per_m_s);
+    amplifier.delay_ticks = arguments.delay_ticks.unwrap_or(amplifier.delay_ticks);
+    scenario.placement = Placement::Groups(vec![tester_nodes()]);
+    scenario.recording.on = false;
+    scenario.fault = None;
+    scenario.faults.clear();
+    scenario.external.clear();
+    if let Some(receive_limit_s) = arguments.silence_s {
+        Invalid::unless_between("--silence-s", receive_limit_s, 0.02, 600.0, "s").map_err(RunError::from)?;
+        scenario.clock = Clock::Lockstep { receive_limit_s };
+    }
+    scenario.validate().map_err(RunError::from)?;
+    let expected = expectation(&scenario, arguments.tolerances);
+    let test_s = (ticks(&expected)? + SPARE_TICKS) as f64 * scenario.tick_s;
+    scenario.duration_s = scenario.duration_s.max(test_s);
+    std::fs::create_dir_all(&arguments.out).map_err(refused(&arguments.out))?;
+    let path = std::path::absolute(arguments.out.join("scenario.ron")).map_err(refused(&arguments.out))?;
+    let written = to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?;
+    std::fs::write(&path, written).map_err(refused(&path))?;
+    // What a process of ours makes of the file is what must agree.
+    let scenario = load(&path, &[])?;
+    let agreement = scenario
+        .agreement()
+        .map_err(|error| RunError::Setup(error.to_string()))?;
+    Ok((scenario, agreement, path))
+}
+
+fn refused(path: &Path) -> impl FnOnce(std::io::Error) -> RunError {
+    let path = path.to_owned();
+    move |cause| RunError::Write { path, cause }
+}
+
+/// Silence after which nobody is alive.
+fn receive_limit_s(scenario: &Scenario) -> f64 {
+    scenario.clock.receive_limit_s()
+}
+
+fn expectation(scenario: &Scenario, tolerances: Tolerances) -> Expectation {
+    Expectation {
+        tick_s: scenario.tick_s,
+        amplifier: scenario.amplifier,
+        range_a_per_m: scenario
+            .amplifier
+            .field_limit_a_per_m
+            .unwrap_or(scenario.guard.field_limit_a_per_m),
+        // The process is on its own then: its own watchdog counts, not the guard.
+        safe_field_a_per_m: scenario.watchdog.safe_field_a_per_m,
+        ramp_time_s: scenario.watchdog.ramp_time_s,
+        silence_s: receive_limit_s(scenario),
+        tolerances,
+    }
+}
+
+fn meeting_place(arguments: &VerifyAmplifierArguments) -> miette::Result<Resources> {
+    Resources::chosen(arguments.service_prefix.as_deref(), arguments.root.as_deref())
+        .map_err(|sentence| miette::miette!("{sentence}"))
+}
+
+/// What a driver is told, as environment variables: those of a run, and what a process of ours wants besides.
+fn environment(
+    scenario: &Scenario,
+    agreement: u64,
+    path: &Path,
+    resources: &Resources,
+    arguments: &VerifyAmplifierArguments,
+) -> Vec<(&'static str, String)> {
+    let start_limit = Duration::from_secs_f64(arguments.start_limit_s);
+    let limit_s = receive_limit_s(scenario);
+    let mut told = external::environment(DRIVER, scenario, resources, limit_s, start_limit, arguments.yields);
+    told.push(("ANHYST_AGREEMENT", agreement.to_string()));
+    told.push(("ANHYST_SCENARIO", path.display().to_string()));
+    told
+}
+
+/// Tells the user where the process must listen and how to start one.
+fn announce(
+    environment: &[(&'static str, String)],
+    scenario: &Path,
+    resources: &Resources,
+    arguments: &VerifyAmplifierArguments,
+) {
+    if arguments.command.is_some() {
+        return;
+    }
+    let exports: Vec<String> = environment
+        .iter()
+        .map(|(name, value)| format!("{name}={value}"))
+        .collect();
+    let (prefix, root) = (&resources.prefix, resources.root.display());
+    crate::complain!("service prefix: {prefix}\nroot: {root}");
+    crate::complain!(
+        "start the amplifier within {} s, in another terminal: your own driver with\n  {} YOUR-DRIVER\nor the simulated one with\n  \
+         anhyst amplifier {} --out {} --service-prefix {prefix} --root {root}",
+        arguments.start_limit_s,
+        exports.join(" "),
+        scenario.display(),
+        arguments.out.join("amplifier").display(),
+    );
+}
+
+fn start(
+    environment: &[(&'static str, String)],
+    arguments: &VerifyAmplifierArguments,
+) -> miette::Result<Option<Driver>> {
+    let Some(command) = &arguments.command else {
+        return Ok(None);
+    };
+    let log = arguments.out.join("driver.log");
+    let driver = Driver::start(command, environment, &log)
+        .map_err(|cause| RunError::Setup(format!("\"{command}\" could not be started: {cause}")))?;
+    Ok(Some(driver))
+}
+
+fn finish(tested: Tested, expected: &Expectation, arguments: &VerifyAmplifierArguments) -> miette::Result<Ending> {
+    let report = Report::new(
+        tested.findings,
+        tested.gone,
+        expected,
+        tested.ticks,
+        arguments.command.as_deref(),
+    );
+    let json = serde_json::to_string_pretty(&report).map_err(|error| RunError::Setup(error.to_string()))?;
+    let path = arguments.out.join("amplifier.json");
+    std::fs::write(&path, &json).map_err(refused(&path))?;
+    let line = format!("anhyst verify-amplifier {}", arguments.scenario.display());
+    let html = report
+        .html(&tested.pictures, &line)
+        .map_err(|error: DiagnosisError| miette::miette!("{error}"))?;
+    let path = arguments.out.join("report.html");
+    std::fs::write(&path, html).map_err(refused(&path))?;
+    if arguments.json {
+        crate::say!("{json}");
+    } else {
+        print_table(&report);
+        crate::say!("results: {}", arguments.out.display());
+    }
+    Ok(match report.outcome {
+        Outcome::Passed => Ending::Held,
+        Outcome::Failed => Ending::NotHeld,
+        Outcome::NotThere => Ending::ProcessFailed,
+    })
+}
+
+fn print_table(report: &Report) {
+    let mut table = plain_table();
+    table.set_header(["check", "", "value", "limit", "unit"]);
+    for check in &report.checks {
+        let sign = if check.bound == Bound::AtMost { "<=" } else { ">=" };
+        table.add_row([
+            check.name.to_owned(),
+            if check.passed { "pass" } else { "FAIL" }.to_owned(),
+            short(check.value),
+            format!("{sign} {}", short(check.limit)),
+            check.unit.to_owned(),
+        ]);
+    }
+    if !report.checks.is_empty() {
+        crate::say!("{table}");
+    }
+    for check in report.checks.iter().filter(|check| !check.passed) {
+        crate::say!("FAIL {}: {}", check.name, check.sentence);
+    }
+    for check in &report.not_judged {
+        crate::say!("not judged {}: {}", check.name, check.sentence);
+    }
+    let verdict = if report.passed { "passed" } else { "NOT passed" };
+    crate::say!("{verdict}: {}", report.sentence);
+}

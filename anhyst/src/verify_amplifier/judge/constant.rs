@@ -1,0 +1,104 @@
+//! Gain, sign, unit, offset and noise, from constant commands.
+//!
+//! gain = (mean of H at +r/2 − mean of H at −r/2) / r, r the range (A/m); the offset is the mean of H at zero.
+
+use super::super::findings::Findings;
+use super::super::program::Part;
+use super::{Evidence, Levels, STUCK, mean, rms};
+
+/// A gain outside of this is a unit, not an error of adjustment.
+const UNIT_FACTOR: f64 = 5.0;
+/// Factors that are known: what one gets for taking A/m for something else, and its name.
+const KNOWN: [(f64, &str); 4] = [
+    (79.577_471_545_947_67, "Oe or Gauss (1 Oe is 79.58 A/m)"),
+    (1000.0, "kA/m"),
+    (100.0, "A/cm"),
+    (795_774.715_459_476_7, "T (1 T is 795.8 kA/m in air)"),
+];
+/// So near a known factor is that factor.
+const KNOWN_WITHIN: f64 = 0.05;
+
+pub fn judge(evidence: &Evidence, findings: &mut Findings) -> Option<Levels> {
+    let names = ["offset", "sign", "unit", "gain", "noise"];
+    let levels = levels(evidence);
+    let Some(levels) = levels else {
+        findings.skip(&names, &evidence.unreached());
+        return None;
+    };
+    if findings.fails("stuck") {
+        findings.skip(&names, STUCK);
+        return None;
+    }
+    let expected = evidence.expected;
+    findings.at_most(
+        "offset",
+        levels.offset_a_per_m.abs(),
+        expected.share_a_per_m(expected.tolerances.offset_tolerance),
+        "A/m",
+        format!(
+            "at a command of zero the mean field is {:.3} A/m",
+            levels.offset_a_per_m
+        ),
+    );
+    let words = if levels.gain < 0.0 {
+        "the field has the opposite sign"
+    } else {
+        "the field has the sign"
+    };
+    findings.at_least(
+        "sign",
+        levels.gain.signum(),
+        1.0,
+        "1",
+        format!("{words} of the command"),
+    );
+    gain(evidence, levels.gain.abs(), findings);
+    findings.at_most(
+        "noise",
+        levels.noise_a_per_m,
+        expected.share_a_per_m(expected.tolerances.noise_tolerance),
+        "A/m",
+        format!(
+            "at a constant command the field's rms about its mean is {:.3} A/m",
+            levels.noise_a_per_m
+        ),
+    );
+    Some(levels)
+}
+
+fn levels(evidence: &Evidence) -> Option<Levels> {
+    let one = |part| evidence.judged(part)?.into_iter().next();
+    let (positive, negative) = (one(Part::Positive)?, one(Part::Negative)?);
+    Some(Levels {
+        gain: (mean(&positive) - mean(&negative)) / evidence.expected.range_a_per_m,
+        offset_a_per_m: mean(&one(Part::Rest)?),
+        noise_a_per_m: rms(&one(Part::Noise)?),
+    })
+}
+
+fn gain(evidence: &Evidence, gain: f64, findings: &mut Findings) {
+    let factor = gain.max(1.0 / gain);
+    let known = KNOWN
+        .iter()
+        .find(|(known, _)| (factor / known - 1.0).abs() <= KNOWN_WITHIN)
+        .map_or_else(String::new, |(_, name)| {
+            format!(": are commands or answers taken in {name}?")
+        });
+    findings.at_most(
+        "unit",
+        factor,
+        UNIT_FACTOR,
+        "1",
+        match factor > UNIT_FACTOR {
+            true => format!("the field is {gain:.4e} times the command{known}"),
+            false => "command and field are in one unit".into(),
+        },
+    );
+    if factor > UNIT_FACTOR {
+        findings.skip(&["gain"], "the unit is wrong, so the gain says nothing more");
+        return;
+    }
+    let tolerance = evidence.expected.tolerances.gain_tolerance;
+    let sentence = format!("the gain from command to field is {gain:.5}");
+    findings.at_most("gain", (gain - 1.0).abs(), tolerance, "1", sentence);
+}

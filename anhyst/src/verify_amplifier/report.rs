@@ -1,0 +1,141 @@
+//! amplifier.json and report.html.
+
+use super::expectation::Expectation;
+use super::findings::{Bound, Check, Findings, NotJudged};
+use super::pictures::Picture;
+use anhyst_diagnosis::DiagnosisError;
+use anhyst_diagnosis::page::{Badge, Cell, Page, Section, Table};
+use serde::Serialize;
+
+/// How it came out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// Every check holds.
+    Passed,
+    /// A check does not hold.
+    Failed,
+    /// The process did not come, or went away before it should.
+    NotThere,
+}
+
+/// What `amplifier.json` holds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Report {
+    /// True if the process came, stayed, and every check holds.
+    pub passed: bool,
+    /// The same with the process's absence apart.
+    pub outcome: Outcome,
+    /// In a sentence.
+    pub sentence: String,
+    /// The checks.
+    pub checks: Vec<Check>,
+    /// What was not judged, and why.
+    pub not_judged: Vec<NotJudged>,
+    /// What was expected.
+    pub expected: Expectation,
+    /// Ticks that were commanded.
+    pub ticks: usize,
+    /// How the process was started; none if somebody else did.
+    pub command: Option<String>,
+}
+
+impl Report {
+    /// The report of a run; `gone` says that the process did not come or went away, and how.
+    pub fn new(
+        findings: Findings,
+        gone: Option<String>,
+        expected: &Expectation,
+        ticks: usize,
+        command: Option<&str>,
+    ) -> Self {
+        let failed: Vec<&str> = findings
+            .checks
+            .iter()
+            .filter(|check| !check.passed)
+            .map(|check| check.name)
+            .collect();
+        let outcome = match (&gone, findings.passed()) {
+            (Some(_), _) => Outcome::NotThere,
+            (None, true) => Outcome::Passed,
+            (None, false) => Outcome::Failed,
+        };
+        let sentence = match gone {
+            Some(words) => words,
+            None if failed.is_empty() => format!("all {} checks hold", findings.checks.len()),
+            None => format!(
+                "{} of {} checks do not hold: {}",
+                failed.len(),
+                findings.checks.len(),
+                failed.join(", ")
+            ),
+        };
+        Report {
+            passed: outcome == Outcome::Passed,
+            outcome,
+            sentence,
+            checks: findings.checks,
+            not_judged: findings.not_judged,
+            expected: expected.clone(),
+            ticks,
+            command: command.map(str::to_owned),
+        }
+    }
+
+    /// The page, self-contained.
+    ///
+    /// # Errors
+    /// A picture that cannot be drawn.
+    pub fn html(&self, pictures: &[Picture], command_line: &str) -> Result<String, DiagnosisError> {
+        let mut table = Table::new(&["check", "", "value", "limit", "unit", "what it says"]);
+        for check in &self.checks {
+            let sign = match check.bound {
+                Bound::AtMost => "≤",
+                Bound::AtLeast => "≥",
+            };
+            table = table.row([
+                Cell::Words(check.name.into()),
+                Cell::Badge(Badge::of(check.passed, if check.passed { "pass" } else { "FAIL" })),
+                Cell::from(check.value),
+                Cell::Number(format!("{sign} {}", short(check.limit))),
+                Cell::Words(check.unit.into()),
+                Cell::Words(check.sentence.clone()),
+            ]);
+        }
+        let mut checks = Section::new("Checks").table(table);
+        if !self.not_judged.is_empty() {
+            let mut table = Table::new(&["not judged", "why"]);
+            for check in &self.not_judged {
+                table = table.row([Cell::Words(check.name.into()), Cell::Words(check.sentence.clone())]);
+            }
+            checks = checks.table(table);
+        }
+        let mut page = Page::new("An amplifier, verified", &self.sentence).section(checks);
+        page.sections[0].badge = Some(Badge::of(
+            self.passed,
+            if self.passed { "passed" } else { "not passed" },
+        ));
+        for picture in pictures {
+            page = page.section(Section::new(picture.title).figure(&picture.figure, picture.size, picture.caption)?);
+        }
+        page = page
+            .command(command_line)
+            .fact("ticks", &self.ticks.to_string())
+            .fact("tick", &format!("{} s", short(self.expected.tick_s)));
+        if let Some(command) = &self.command {
+            page = page.fact("process started with", command);
+        }
+        Ok(page.html())
+    }
+}
+
+/// Five digits.
+pub fn short(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || (0.01..1e5).contains(&size) {
+        let rounded = format!("{value:.4}");
+        rounded.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        format!("{value:.4e}")
+    }
+}

@@ -1,0 +1,68 @@
+//! Who a driver is: from its arguments, else from the environment that the launcher sets.
+
+use crate::error::Failure;
+use anhyst_ipc::{Channel, GuestSettings};
+use std::path::PathBuf;
+use std::time::Duration;
+
+const START_LIMIT_S: f64 = 60.0;
+const YIELDS: u32 = 20;
+
+fn from_environment(name: &str) -> Option<String> {
+    std::env::var(name).ok().filter(|value| !value.is_empty())
+}
+
+fn given(argument: Option<&str>, variable: &str) -> Result<String, Failure> {
+    argument
+        .map(str::to_owned)
+        .or_else(|| from_environment(variable))
+        .ok_or_else(|| Failure::bad(format!("no {variable}: give it as an argument or in the environment")))
+}
+
+fn number(variable: &str, default: f64) -> Result<f64, Failure> {
+    let Some(text) = from_environment(variable) else {
+        return Ok(default);
+    };
+    text.parse()
+        .map_err(|_| Failure::bad(format!("{variable}={text} is no number")))
+}
+
+/// A guest's settings.
+pub fn settings(
+    process: Option<&str>,
+    prefix: Option<&str>,
+    root: Option<&str>,
+    processes: Option<&str>,
+    reads: u32,
+    start_limit_s: f64,
+) -> Result<GuestSettings, Failure> {
+    let start_limit_s = if start_limit_s == 0.0 {
+        number("ANHYST_START_LIMIT_S", START_LIMIT_S)?
+    } else {
+        start_limit_s
+    };
+    if !(0.01..=86_400.0).contains(&start_limit_s) {
+        return Err(Failure::bad(format!(
+            "a start limit of {start_limit_s} s is outside [0.01, 86400] s"
+        )));
+    }
+    if reads >> Channel::ALL.len() != 0 {
+        return Err(Failure::bad(format!(
+            "reads = {reads:#x} names channels that do not exist"
+        )));
+    }
+    Ok(GuestSettings {
+        process: given(process, "ANHYST_PROCESS")?,
+        prefix: given(prefix, "ANHYST_SERVICE_PREFIX")?,
+        root: PathBuf::from(given(root, "ANHYST_ROOT")?),
+        processes: processes
+            .map(str::to_owned)
+            .or_else(|| from_environment("ANHYST_PROCESSES")),
+        reads: Channel::ALL
+            .into_iter()
+            .filter(|channel| reads >> channel.number() & 1 == 1)
+            .collect(),
+        yields: number("ANHYST_YIELDS", f64::from(YIELDS))? as u32,
+        start_limit: Duration::from_secs_f64(start_limit_s),
+    })
+}

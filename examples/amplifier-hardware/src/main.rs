@@ -1,0 +1,132 @@
+//! A real amplifier in the loop: safe fields in, volts out, the current monitor back. Copy it, and put your board behind
+//! [`converter::Converter`]; [`iio`] is one that exists.
+//!
+//!     anhyst run SCENARIO --external-command \
+//!         amplifier='target/release/anhyst-amplifier-hardware --device /sys/bus/iio/devices/iio:device0'
+
+mod converter;
+mod drive;
+mod iio;
+
+use anhyst_ipc::{Channel, CoilField, Guest, GuestSettings, Heard, LinkError, Message, SafeField};
+use clap::Parser;
+use drive::{Constants, Drive, SILENT};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Drives a current amplifier through a converter.
+#[derive(Debug, Parser)]
+struct Arguments {
+    /// Folder of the converter's files.
+    #[arg(long)]
+    device: PathBuf,
+    /// The output's name in them.
+    #[arg(long, default_value = "voltage0")]
+    output: String,
+    /// The input's name in them.
+    #[arg(long, default_value = "voltage0")]
+    input: String,
+    /// After so long without a safe field the output goes to zero (default: the run's receive limit, because in lockstep time
+    /// waits for the slowest process; on a rig give a few ticks).
+    #[arg(long)]
+    silence_limit_s: Option<f64>,
+    /// The amplifier.
+    #[command(flatten)]
+    constants: Constants,
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(sentence) => {
+            eprintln!("amplifier: {sentence}");
+            ExitCode::from(3)
+        }
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<(), String> {
+    arguments.constants.validate()?;
+    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
+        // Told to end, the wait for a token ends, and the output is made safe below.
+        signal_hook::flag::register(signal, anhyst_ipc::stop_flag()).map_err(|error| error.to_string())?;
+    }
+    let tick_s = number("ANHYST_TICK_S", None)?;
+    let silence_limit_s = match arguments.silence_limit_s {
+        Some(limit_s) => limit_s,
+        None => number("ANHYST_RECEIVE_LIMIT_S", Some(2.0))?,
+    };
+    let start_limit_s = number("ANHYST_START_LIMIT_S", Some(60.0))?;
+    let times = [tick_s, silence_limit_s, start_limit_s];
+    if let Some(wrong) = times.iter().find(|time_s| !(1e-6..=86_400.0).contains(*time_s)) {
+        return Err(format!("a time of {wrong} s is outside [1e-6, 86400] s"));
+    }
+    let say = |error: LinkError| error.to_string();
+    let converter = iio::Iio::open(&arguments.device, &arguments.output, &arguments.input);
+    let drive = converter.and_then(|iio| Drive::start(iio, arguments.constants, tick_s));
+    let mut drive = drive.map_err(|error| error.to_string())?;
+    let mut guest = Guest::open(GuestSettings {
+        process: variable("ANHYST_PROCESS")?,
+        prefix: variable("ANHYST_SERVICE_PREFIX")?,
+        root: variable("ANHYST_ROOT")?.into(),
+        processes: variable("ANHYST_PROCESSES").ok(),
+        reads: vec![Channel::SafeField],
+        yields: 20,
+        start_limit: Duration::from_secs_f64(start_limit_s),
+    })
+    .map_err(say)?;
+    let outcome = serve(&mut guest, &mut drive, Duration::from_secs_f64(silence_limit_s));
+    // Whatever ended the loop, the coil comes first.
+    drive.make_safe(if outcome.is_ok() { 0 } else { SILENT });
+    outcome?;
+    guest.close().map_err(say)?;
+    match drive.faults() {
+        0 => Ok(()),
+        faults => Err(format!("the run ended with faults {faults:#x} latched")),
+    }
+}
+
+/// What the launcher tells by an environment variable.
+fn variable(name: &str) -> Result<String, String> {
+    std::env::var(name).map_err(|_| format!("{name} is not set: see docs/interface.md"))
+}
+
+fn number(name: &str, default: Option<f64>) -> Result<f64, String> {
+    match (std::env::var(name), default) {
+        (Ok(text), _) => text.parse().map_err(|_| format!("{name}={text} is no number")),
+        (Err(_), Some(default)) => Ok(default),
+        (Err(_), None) => Err(format!("{name} is not set: see docs/interface.md")),
+    }
+}
+
+/// Answers every safe field until the run is over.
+fn serve<C: converter::Converter>(
+    guest: &mut Guest,
+    drive: &mut Drive<C>,
+    silence_limit: Duration,
+) -> Result<(), String> {
+    let mut words = [0; 2 + anhyst_ipc::MOST_FIELDS];
+    let mut answer = [0; 2 + anhyst_ipc::MOST_FIELDS];
+    loop {
+        let heard = guest.receive(Channel::SafeField, silence_limit, &mut words);
+        let tick = match heard.map_err(|error| error.to_string())? {
+            Heard::Token(tick) => tick,
+            Heard::Silence => return Err(format!("the guard has been silent for {silence_limit:?}")),
+            Heard::End => return Ok(()),
+        };
+        let safe = SafeField::from_words(tick, &words[2..]);
+        let (field_a_per_m, status) = drive.step(safe.field_a_per_m);
+        let coil = CoilField {
+            tick,
+            field_a_per_m,
+            status,
+            ..CoilField::default()
+        };
+        answer[0] = tick;
+        coil.write_words(&mut answer[2..]);
+        guest
+            .send(Channel::CoilField, &answer)
+            .map_err(|error| error.to_string())?;
+    }
+}

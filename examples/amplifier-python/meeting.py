@@ -1,0 +1,205 @@
+"""A Python process's place in an anhyst loop: the rules of docs/interface.md on top of PyPI's iceoryx2."""
+
+import ctypes
+import os
+import time
+
+import iceoryx2 as iox2
+
+import anhyst_interface as interface
+
+STEP_S = 0.002
+# A sleeper looks up at least this often, should a bell be missed.
+NAP_MS = 20
+
+
+class Absent(Exception):
+    """A process did not come in time."""
+
+
+class Lost(Exception):
+    """A token was lost, or did not reach its readers."""
+
+
+class Peer:
+    """Another process: its status, and its bell."""
+
+    def __init__(self, node, name, status):
+        self.name = name
+        reader = status.reader_builder().create()
+        entry = lambda key: reader.entry(ctypes.c_uint64(key), ctypes.c_uint64)
+        self._phase, self._asleep = entry(interface.PHASE), entry(interface.ASLEEP)
+        # Both must live as long as their entries.
+        self._keep = (status, reader)
+        self.bell = event(node, name).notifier_builder().create()
+
+    def phase(self):
+        return self._phase.get().decode_as(ctypes.c_uint64).value
+
+    def asleep(self):
+        return self._asleep.get().decode_as(ctypes.c_uint64).value != 0
+
+
+def event(node, process):
+    name = iox2.ServiceName.new(interface.BELL_SERVICE.format(process))
+    builder = node.service_builder(name).event()
+    builder = builder.max_notifiers(interface.MOST_NOTIFIERS).max_listeners(interface.MOST_LISTENERS)
+    return builder.max_nodes(interface.MOST_NODES).open_or_create()
+
+
+def channel(node, message):
+    builder = node.service_builder(iox2.ServiceName.new(message.SERVICE)).publish_subscribe(message)
+    builder = builder.enable_safe_overflow(True).history_size(0)
+    builder = builder.subscriber_max_buffer_size(interface.DEEPEST_BUFFER)
+    builder = builder.subscriber_max_borrowed_samples(interface.MOST_BORROWED)
+    builder = builder.max_publishers(interface.MOST_PUBLISHERS).max_subscribers(interface.MOST_SUBSCRIBERS)
+    return patiently(builder.max_nodes(interface.MOST_NODES).open_or_create)
+
+
+def patiently(open_service, limit_s=2.0):
+    """While another process creates the same service, opening fails for a moment."""
+    start = time.monotonic()
+    while True:
+        try:
+            return open_service()
+        except Exception:
+            if time.monotonic() - start > limit_s:
+                raise
+            time.sleep(STEP_S)
+
+
+class Meeting:
+    """Opens a process's channels and meets the others; then `receive` and `send`, and at the end `close`."""
+
+    def __init__(self, reads, sends, start_limit_s=None):
+        environment = os.environ
+        self.process = environment["ANHYST_PROCESS"]
+        processes = environment.get("ANHYST_PROCESSES") or ",".join(interface.NODES)
+        self._processes = processes.split(",")
+        self._limit_s = start_limit_s or float(environment.get("ANHYST_START_LIMIT_S", "60"))
+        self._yields = int(environment.get("ANHYST_YIELDS", "20"))
+        self._node = self._create_node(environment["ANHYST_SERVICE_PREFIX"], environment["ANHYST_ROOT"])
+        self._bell = event(self._node, self.process).listener_builder().create()
+        self._create_status()
+        self._peers = {name: self._find(name) for name in self._processes if name != self.process}
+        self._inputs = {message: self._subscribe(message) for message in reads}
+        self._outputs = {message: channel(self._node, message).publisher_builder().create() for message in sends}
+        self._due = dict.fromkeys(reads, 0)
+        self._meet(1)
+        for publisher in self._outputs.values():
+            publisher.update_connections()
+        self._meet(2)
+        # Who must be reached, and who may have to be woken: fixed from here on.
+        self._readers = {message: self._readers_of(message) for message in sends}
+
+    def _create_node(self, prefix, root):
+        iox2.set_log_level(iox2.LogLevel.Error)
+        # A configuration file in the working directory must not change where the run lives: both are set here.
+        config = iox2.config.default()
+        config.global_cfg.prefix = iox2.FileName.new(prefix)
+        config.global_cfg.root_path = iox2.Path.new(root)
+        builder = iox2.NodeBuilder.new().name(iox2.NodeName.new(self.process)).config(config)
+        builder = builder.signal_handling_mode(iox2.SignalHandlingMode.Disabled)
+        return builder.create(iox2.ServiceType.Ipc)
+
+    def _create_status(self):
+        name = iox2.ServiceName.new(interface.STATUS_SERVICE.format(self.process))
+        builder = self._node.service_builder(name).blackboard_creator(ctypes.c_uint64)
+        builder = builder.max_readers(interface.MOST_STATUS_READERS).max_nodes(interface.MOST_NODES)
+        start = {interface.PHASE: 0, interface.ASLEEP: 0, interface.TICK: 0, interface.AGREEMENT: interface.ANY_AGREEMENT}
+        for key, value in start.items():
+            builder = builder.add(ctypes.c_uint64(key), ctypes.c_uint64(value))
+        self._status = builder.create()
+        self._writer = self._status.writer_builder().create()
+        entry = lambda key: self._writer.entry(ctypes.c_uint64(key), ctypes.c_uint64)
+        self._phase, self._asleep, self._tick = map(entry, (interface.PHASE, interface.ASLEEP, interface.TICK))
+
+    def _find(self, name):
+        service = iox2.ServiceName.new(interface.STATUS_SERVICE.format(name))
+        opener = lambda: self._node.service_builder(service).blackboard_opener(ctypes.c_uint64).open()
+        start = time.monotonic()
+        while True:
+            try:
+                return Peer(self._node, name, opener())
+            except Exception as error:  # not there yet, or half made
+                if time.monotonic() - start > self._limit_s:
+                    raise Absent(f"{name} did not come within {self._limit_s} s (phase 0: start)") from error
+                time.sleep(STEP_S)
+
+    def _subscribe(self, message):
+        builder = channel(self._node, message).subscriber_builder().buffer_size(interface.LOOP_BUFFER)
+        return builder.name(iox2.PortName.new(self.process.split("+")[0])).create()
+
+    def _readers_of(self, message):
+        mine = self.process.split("+")
+        nodes = [node for node in message.READERS if node not in mine]
+        peers = {name: peer for name, peer in self._peers.items() if set(name.split("+")) & set(nodes)}
+        return len(nodes), list(peers.values())
+
+    def _meet(self, phase):
+        """Says that this process has finished `phase`, and waits until all have."""
+        self._phase.update_with_copy(ctypes.c_uint64(phase))
+        start = time.monotonic()
+        for peer in self._peers.values():
+            while peer.phase() < phase:
+                if time.monotonic() - start > self._limit_s:
+                    raise Absent(f"{peer.name} did not come within {self._limit_s} s (phase {phase})")
+                time.sleep(STEP_S)
+
+    def _poll(self, message):
+        sample = self._inputs[message].receive()
+        if sample is None:
+            return None
+        # Copied: the sample goes back to its sender.
+        token = message.from_buffer_copy(sample.payload().contents)
+        sample.delete()
+        return token
+
+    def receive(self, message, limit_s):
+        """The next token; None at the end of the run. TimeoutError on silence, Lost on a gap."""
+        token = self._wait(message, limit_s)
+        if token is not None:
+            due, self._due[message] = self._due[message], token.tick + 1
+            if token.tick != due:
+                raise Lost(f"{self.process} expected tick {due} of {message.SERVICE}, but {token.tick} came")
+        return token
+
+    def _wait(self, message, limit_s):
+        for _ in range(self._yields):
+            token = self._poll(message)
+            if token is not None:
+                return token
+            os.sched_yield()
+        start = time.monotonic()
+        producer = next(peer for name, peer in self._peers.items() if message.PRODUCER in name.split("+"))
+        while True:
+            # Looked at before the channel: what was sent before the end is then found.
+            ended = producer.phase() >= 3
+            self._asleep.update_with_copy(ctypes.c_uint64(1))
+            token = self._poll(message)
+            if token is None and not ended:
+                self._bell.timed_wait(iox2.Duration.from_millis(NAP_MS))
+                token = self._poll(message)
+            self._asleep.update_with_copy(ctypes.c_uint64(0))
+            if token is not None or ended:
+                return token
+            if time.monotonic() - start > limit_s:
+                tick = self._due[message]
+                raise TimeoutError(f"{message.PRODUCER} has been silent for {limit_s} s: no {message.SERVICE} of tick {tick}")
+
+    def send(self, token):
+        """Sends a token to every reader."""
+        message = type(token)
+        expected, readers = self._readers[message]
+        token.sent_ns = time.monotonic_ns()
+        reached = self._outputs[message].send_copy(token)
+        if reached < expected:
+            raise Lost(f"{message.SERVICE} of tick {token.tick} reached {reached} of {expected} readers")
+        self._tick.update_with_copy(ctypes.c_uint64(token.tick + 1))
+        for peer in readers:
+            if peer.asleep():
+                peer.bell.notify()
+
+    def close(self):
+        """Waits until all have come to the end: who left earlier could not be sent its last tokens."""
+        self._meet(3)

@@ -1,0 +1,302 @@
+//! A process that brings its own nodes: a driver, a rig, another language. It opens channels by number, needs neither
+//! blocks nor the loop's wiring nor the scenario, and keeps the same rules as everybody else: two phases of the start, one
+//! token a tick and channel, gaps are errors.
+
+use crate::shared::{ANY_AGREEMENT, SharedContext, SharedReceiver, SharedSender, SharedSettings, Wait};
+use crate::{Channel, LinkError, Message, NodeId, monotonic_ns, stop_requested};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+/// Words of eight bytes before the fields: tick and time of sending.
+const HEAD: usize = 2;
+/// A waiting guest looks this often whether the run is over.
+const LOOK: Duration = Duration::from_millis(20);
+/// A plant waits for the recorder when it is so many ticks ahead: half of the recorder's buffer.
+const CREDIT_TICKS: u64 = 4096;
+
+/// Calls `$body` with the message type of a channel.
+macro_rules! with_message {
+    (@ $type:ty, $message:ident => $body:expr) => {{
+        type $message = $type;
+        $body
+    }};
+    ($channel:expr, $message:ident => $body:expr) => {
+        match $channel {
+            $crate::Channel::Measurement => with_message!(@ $crate::Measurement, $message => $body),
+            $crate::Channel::Truth => with_message!(@ $crate::Truth, $message => $body),
+            $crate::Channel::Estimate => with_message!(@ $crate::Estimate, $message => $body),
+            $crate::Channel::Demand => with_message!(@ $crate::Demand, $message => $body),
+            $crate::Channel::FieldCommand => with_message!(@ $crate::FieldCommand, $message => $body),
+            $crate::Channel::SafeField => with_message!(@ $crate::SafeField, $message => $body),
+            $crate::Channel::CoilField => with_message!(@ $crate::CoilField, $message => $body),
+        }
+    };
+}
+pub(crate) use with_message;
+
+/// Who a guest is and where it meets the others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GuestSettings {
+    /// Name of its process, as in `processes`: `amplifier`, or `plant-sim+amplifier` for a whole rig.
+    pub process: String,
+    /// Prefix of the run's iceoryx2 resources.
+    pub prefix: String,
+    /// Directory of iceoryx2's files.
+    pub root: PathBuf,
+    /// All processes of the run, by name, with commas between; nodes that share a process have a `+` between. None: one
+    /// process each.
+    pub processes: Option<String>,
+    /// The channels that it reads.
+    pub reads: Vec<Channel>,
+    /// Polls before it sleeps.
+    pub yields: u32,
+    /// How long the others may take to appear, and at the end to finish.
+    pub start_limit: Duration,
+}
+
+/// What waiting for a token came to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Heard {
+    /// A token of this tick.
+    Token(u64),
+    /// Nothing within the limit.
+    Silence,
+    /// The sender has come to the end of the run: there will be no more.
+    End,
+}
+
+trait Ear {
+    fn receive(&self, limit: Duration, words: &mut [u64]) -> Result<Option<u64>, LinkError>;
+}
+
+impl<M: Message> Ear for SharedReceiver<M> {
+    fn receive(&self, limit: Duration, words: &mut [u64]) -> Result<Option<u64>, LinkError> {
+        let Some(token) = self.receive_within(limit)? else {
+            return Ok(None);
+        };
+        words[0] = token.tick();
+        words[1] = token.sent_ns();
+        token.write_words(&mut words[HEAD..]);
+        Ok(Some(token.tick()))
+    }
+}
+
+trait Mouth {
+    fn connect(&mut self, context: &SharedContext) -> Result<(), LinkError>;
+    fn send(&mut self, words: &[u64]) -> Result<(), LinkError>;
+}
+
+impl<M: Message> Mouth for SharedSender<M> {
+    fn connect(&mut self, context: &SharedContext) -> Result<(), LinkError> {
+        self.connect_to_all(context)
+    }
+
+    fn send(&mut self, words: &[u64]) -> Result<(), LinkError> {
+        let mut token = M::from_words(words[0], &words[HEAD..]);
+        token.stamp(words[0], monotonic_ns());
+        SharedSender::send(self, token)
+    }
+}
+
+struct Opened {
+    ear: Box<dyn Ear>,
+    due: u64,
+}
+
+/// A foreign process's place in the loop. It sends on every channel that its nodes produce.
+pub struct Guest {
+    ears: BTreeMap<Channel, Opened>,
+    mouths: BTreeMap<Channel, Box<dyn Mouth>>,
+    reader: NodeId,
+    recorder: Option<String>,
+    start_limit: Duration,
+    ended: bool,
+    // Last: the node goes after its ports.
+    context: Rc<SharedContext>,
+}
+
+/// Reads `plant-sim,estimator,controller+inverse,…`; none: one process a node.
+///
+/// # Errors
+/// [`LinkError::UnknownProcess`] for a name that is no node's.
+pub fn processes(text: Option<&str>) -> Result<Vec<(String, Vec<NodeId>)>, LinkError> {
+    let Some(text) = text else {
+        return Ok(NodeId::LOOP_ORDER
+            .map(|node| (node.name().to_owned(), vec![node]))
+            .into());
+    };
+    let process = |name: &str| {
+        let nodes: Option<Vec<NodeId>> = name.split('+').map(NodeId::named).collect();
+        nodes
+            .map(|nodes| (name.to_owned(), nodes))
+            .ok_or_else(|| unknown(name, &NodeId::LOOP_ORDER.map(NodeId::name).join(", ")))
+    };
+    text.split(',').map(str::trim).map(process).collect()
+}
+
+fn unknown(name: &str, processes: &str) -> LinkError {
+    LinkError::UnknownProcess {
+        name: name.into(),
+        processes: processes.into(),
+    }
+}
+
+impl Guest {
+    /// Opens the guest's channels and meets the other processes; when it returns, tick 0 may begin.
+    ///
+    /// # Errors
+    /// A name that does not belong to the run, a process that does not come, or what iceoryx2 refuses.
+    pub fn open(settings: GuestSettings) -> Result<Self, LinkError> {
+        let processes = processes(settings.processes.as_deref())?;
+        let Some((_, nodes)) = processes.iter().find(|(name, _)| *name == settings.process) else {
+            let names: Vec<&str> = processes.iter().map(|(name, _)| name.as_str()).collect();
+            return Err(unknown(&settings.process, &names.join(", ")));
+        };
+        let nodes = nodes.clone();
+        let reader = nodes.first().copied().unwrap_or(NodeId::Amplifier);
+        let context = Rc::new(SharedContext::open(SharedSettings {
+            prefix: settings.prefix,
+            root: settings.root,
+            process: settings.process,
+            processes,
+            agreement: ANY_AGREEMENT,
+            wait: Wait::Bell {
+                yields: settings.yields,
+            },
+            receive_limit: settings.start_limit,
+            start_limit: settings.start_limit,
+        })?);
+        let mut guest = Self {
+            ears: BTreeMap::new(),
+            mouths: BTreeMap::new(),
+            reader,
+            recorder: context.process_of(NodeId::Recorder).map(str::to_owned),
+            start_limit: settings.start_limit,
+            ended: false,
+            context,
+        };
+        guest.open_channels(&nodes, &settings.reads)?;
+        guest.context.barrier(1)?;
+        for mouth in guest.mouths.values_mut() {
+            mouth.connect(&guest.context)?;
+        }
+        guest.context.barrier(2)?;
+        Ok(guest)
+    }
+
+    fn open_channels(&mut self, nodes: &[NodeId], reads: &[Channel]) -> Result<(), LinkError> {
+        for channel in reads {
+            let ear: Box<dyn Ear> = with_message!(*channel, M => {
+                Box::new(SharedReceiver::<M>::open(&self.context, self.reader)?)
+            });
+            self.ears.insert(*channel, Opened { ear, due: 0 });
+        }
+        for channel in Channel::ALL {
+            if nodes.contains(&channel.producer()) {
+                let mouth: Box<dyn Mouth> = with_message!(channel, M => {
+                    Box::new(SharedSender::<M>::open(&self.context, &[], None)?)
+                });
+                self.mouths.insert(channel, mouth);
+            }
+        }
+        Ok(())
+    }
+
+    /// Words of eight bytes that a token of `channel` has: tick, time of sending, fields.
+    pub fn words(channel: Channel) -> usize {
+        HEAD + with_message!(channel, M => M::FIELDS.len())
+    }
+
+    /// Waits at most `limit` for the next token and writes it to `words`, [`Guest::words`] long.
+    ///
+    /// # Errors
+    /// [`LinkError::Gap`] if a token of another tick came (it is in `words`, and the count goes on from it),
+    /// [`LinkError::NotOpened`], [`LinkError::Stopped`], or what iceoryx2 refuses.
+    pub fn receive(&mut self, channel: Channel, limit: Duration, words: &mut [u64]) -> Result<Heard, LinkError> {
+        let start = Instant::now();
+        let not_opened = || LinkError::NotOpened {
+            process: self.reader.name().into(),
+            channel,
+            sending: false,
+        };
+        let opened = self.ears.get_mut(&channel).ok_or_else(not_opened)?;
+        loop {
+            // Looked at before the channel: what was sent before the end is then found.
+            let ended = self.context.finished(channel.producer());
+            let left = limit.saturating_sub(start.elapsed());
+            if let Some(tick) = opened.ear.receive(left.min(LOOK), words)? {
+                let expected = std::mem::replace(&mut opened.due, tick + 1);
+                if tick == expected {
+                    return Ok(Heard::Token(tick));
+                }
+                return Err(LinkError::Gap {
+                    reader: self.reader,
+                    channel,
+                    expected,
+                    got: tick,
+                });
+            }
+            if ended {
+                self.ended = true;
+                return Ok(Heard::End);
+            }
+            if stop_requested() {
+                return Err(LinkError::Stopped { tick: opened.due });
+            }
+            if start.elapsed() >= limit {
+                return Ok(Heard::Silence);
+            }
+        }
+    }
+
+    /// Sends a token: tick in the first word, the second is set here, then the fields.
+    ///
+    /// # Errors
+    /// [`LinkError::Undelivered`] if a reader is gone, [`LinkError::Absent`] if the recorder has fallen behind for too long,
+    /// [`LinkError::NotOpened`], or what iceoryx2 refuses.
+    pub fn send(&mut self, channel: Channel, words: &[u64]) -> Result<(), LinkError> {
+        let mouth = self.mouths.get_mut(&channel).ok_or_else(|| LinkError::NotOpened {
+            process: self.reader.name().into(),
+            channel,
+            sending: true,
+        })?;
+        mouth.send(words)?;
+        let done = words[0] + 1;
+        self.context.set_tick(done);
+        if channel == Channel::Measurement {
+            self.wait_for_credit(done)?;
+        }
+        Ok(())
+    }
+
+    /// The plant sets the pace: it waits for a recorder that has fallen behind.
+    fn wait_for_credit(&self, done: u64) -> Result<(), LinkError> {
+        let Some(recorder) = &self.recorder else { return Ok(()) };
+        let start = Instant::now();
+        while self
+            .context
+            .tick_of(recorder)
+            .is_some_and(|tick| tick + CREDIT_TICKS < done)
+        {
+            if start.elapsed() > self.start_limit {
+                return Err(LinkError::Absent {
+                    process: recorder.clone(),
+                    phase: 2,
+                    waited_s: start.elapsed().as_secs_f64(),
+                });
+            }
+            std::thread::sleep(Duration::from_micros(200));
+        }
+        Ok(())
+    }
+
+    /// Leaves the loop. After [`Heard::End`] it waits for the others: they may still have to send to it.
+    ///
+    /// # Errors
+    /// The process that does not come to the end.
+    pub fn close(self) -> Result<(), LinkError> {
+        if self.ended { self.context.barrier(3) } else { Ok(()) }
+    }
+}

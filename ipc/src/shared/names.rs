@@ -1,0 +1,56 @@
+//! Names and sizes of a run's iceoryx2 services: with the message types all that a foreign process must do alike.
+//! iceoryx2 takes the settings of an opener as minimum requirements, so whoever comes first must create with these.
+
+use crate::Channel;
+
+/// Tokens that wait for the slowest reader, the recorder: 0.4 s at 20 kHz.
+pub const DEEPEST_BUFFER: usize = 8192;
+/// Tokens that wait for a node of the loop; in lockstep one is under way, more are room for a real-time reader.
+pub const LOOP_BUFFER: usize = 64;
+/// Tokens that a reader may hold at a time.
+pub const MOST_BORROWED: usize = 2;
+/// Senders of a channel.
+pub const MOST_PUBLISHERS: usize = 1;
+/// Readers of a channel.
+pub const MOST_SUBSCRIBERS: usize = 8;
+/// Processes at a service.
+pub const MOST_NODES: usize = 32;
+/// Processes that may ring a bell.
+pub const MOST_NOTIFIERS: usize = 32;
+/// Listeners of a bell.
+pub const MOST_LISTENERS: usize = 2;
+/// Readers of a status.
+pub const MOST_STATUS_READERS: usize = 32;
+
+/// Key of a status: phase of the start and the end.
+pub const PHASE: u64 = 0;
+/// Key of a status: 1 while its process waits for its bell.
+pub const ASLEEP: u64 = 1;
+/// Key of a status: ticks finished.
+pub const TICK: u64 = 2;
+/// Key of a status: fingerprint of the scenario.
+pub const AGREEMENT: u64 = 3;
+/// Key of a status: in real time the moment at which tick 0 begins, in ns of the monotonic clock, as the plant's process says it.
+pub const EPOCH: u64 = 4;
+
+/// The agreement of a process that has not read the scenario and goes along with whatever the others run.
+pub const ANY_AGREEMENT: u64 = 0;
+
+/// Publish-subscribe service of a channel.
+pub fn channel_service(channel: Channel) -> String {
+    format!("loop/{channel}")
+}
+
+/// Event service that wakes a process.
+pub fn bell_service(process: &str) -> String {
+    format!("bell/{process}")
+}
+
+/// Blackboard on which a process says where it is. `start` is 0 unless the process takes the place of one that died: then it
+/// counts those of its name before it.
+pub fn status_service(process: &str, start: u64) -> String {
+    match start {
+        0 => format!("status/{process}"),
+        start => format!("status/{process}/{start}"),
+    }
+}

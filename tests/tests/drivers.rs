@@ -1,0 +1,291 @@
+//! Guards the promise that another program, in another language, can take a node's place, and that the loop neither knows nor
+//! cares: the same digest as ours with the same dynamics, a clear sentence when it does not come or fails, nothing left over.
+//! A test is skipped, with the reason, only where an interpreter, a package or a compiler is missing.
+
+use anhyst_ipc::{Channel, Guest, GuestSettings, Heard};
+use anhyst_tests::{Finished, SharedMemory, anhyst, assert_same, files_with, repository};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+const LIMIT: Duration = Duration::from_secs(180);
+
+fn run(out: &Path, more: &[&str]) -> Finished {
+    let out = out.to_string_lossy();
+    let base = ["run", "scenarios/milling.ron", "--no-recording", "--out", &out];
+    Finished::run(&[&base, more].concat(), LIMIT)
+}
+
+/// Runs to the end; whether the tolerance holds does not matter. The run's digest.
+fn digest(out: &Path, more: &[&str]) -> String {
+    let finished = run(out, more);
+    let log = std::fs::read_to_string(out.join("processes/amplifier.log")).unwrap_or_default();
+    assert!(
+        matches!(finished.code, Some(0 | 1)),
+        "{}\n{}\n{log}",
+        finished.out,
+        finished.err
+    );
+    let summary: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
+    assert_eq!(summary["lost_tokens"], 0);
+    summary["digest"].as_str().unwrap().to_owned()
+}
+
+fn folders<const N: usize>() -> (tempfile::TempDir, [PathBuf; N]) {
+    let root = tempfile::tempdir().unwrap();
+    let folders = std::array::from_fn(|i| root.path().join(format!("run{i}")));
+    (root, folders)
+}
+
+/// The interpreter that has iceoryx2: `ANHYST_PYTHON`, or `python3`.
+fn python() -> Option<String> {
+    let python = std::env::var("ANHYST_PYTHON").unwrap_or_else(|_| "python3".into());
+    let probe = Command::new(&python).args(["-c", "import iceoryx2"]).output();
+    match probe {
+        Ok(output) if output.status.success() => Some(python),
+        _ => {
+            eprintln!(
+                "SKIPPED: {python} cannot import iceoryx2; pip install -r examples/amplifier-python/requirements.txt, and name the interpreter in ANHYST_PYTHON"
+            );
+            None
+        }
+    }
+}
+
+/// Compiles the C amplifier against the library that was built with the tests.
+fn c_amplifier(out: &Path) -> Option<PathBuf> {
+    for tool in ["make", "cc"] {
+        if Command::new(tool).arg("--version").output().is_err() {
+            eprintln!("SKIPPED: no {tool} on this machine");
+            return None;
+        }
+    }
+    let executable = anhyst();
+    let release = executable.parent().unwrap();
+    // `cargo build` puts it into the first, `cargo test` into the second; the older one may be of another day.
+    let (_, library) = [release.to_owned(), release.join("deps")]
+        .into_iter()
+        .filter_map(|folder| {
+            let file = folder.join("libanhyst_driver.so").metadata().ok()?;
+            Some((file.modified().ok()?, folder))
+        })
+        .max()
+        .expect("libanhyst_driver.so was built with the tests");
+    let made = Command::new("make")
+        .arg("-C")
+        .arg(repository().join("examples/amplifier-c"))
+        .arg(format!("DRIVER={}", library.display()))
+        .arg(format!("OUT={}", out.display()))
+        .output()
+        .unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    Some(out.join("amplifier"))
+}
+
+/// The bar: one second of the milling scenario, every bit the same.
+#[test]
+fn a_python_amplifier_gives_the_same_digest() {
+    let Some(python) = python() else { return };
+    let (_root, [ours, theirs]) = folders();
+    let second = ["--set", "duration_s=1"];
+    let expected = digest(&ours, &second);
+    let command = format!("amplifier={python} examples/amplifier-python/amplifier.py");
+    let found = digest(&theirs, &[&second[..], &["--external-command", &command]].concat());
+    assert_same(&ours, &theirs);
+    assert_eq!(found, expected);
+}
+
+/// The same with limits and delay at work: their arithmetic is the same, too.
+#[test]
+fn a_python_amplifier_has_the_same_limits() {
+    let Some(python) = python() else { return };
+    let (_root, [ours, theirs]) = folders();
+    let amplifier = "amplifier=(field_limit_a_per_m: 7000, slew_limit_a_per_m_s: 3e6, delay_ticks: 1)";
+    let short = [
+        "--set",
+        "duration_s=0.2",
+        "--set",
+        "expect.settling_s=0.1",
+        "--set",
+        amplifier,
+    ];
+    let expected = digest(&ours, &short);
+    let command = format!(
+        "amplifier={python} examples/amplifier-python/amplifier.py --field-limit-a-per-m 7000 --slew-limit-a-per-m-s 3e6 --delay-ticks 1"
+    );
+    let found = digest(&theirs, &[&short[..], &["--external-command", &command]].concat());
+    assert_same(&ours, &theirs);
+    assert_eq!(found, expected);
+}
+
+/// A driver with dynamics of its own: the run ends well, and twice with the same bits.
+#[test]
+fn a_c_amplifier_takes_part() {
+    let (root, [one, two]) = folders();
+    let Some(amplifier) = c_amplifier(root.path()) else {
+        return;
+    };
+    let command = format!("amplifier={}", amplifier.display());
+    let more = [
+        "--set",
+        "duration_s=0.6",
+        "--set",
+        "amplifier=(bandwidth_hz: 2500)",
+        "--set",
+        "expect.tolerance_m=2e-6",
+        "--external-command",
+        &command,
+    ];
+    let expected = digest(&one, &more);
+    assert_eq!(digest(&two, &more), expected);
+    let summary: serde_json::Value = serde_json::from_slice(&std::fs::read(one.join("summary.json")).unwrap()).unwrap();
+    assert_eq!(summary["held"], true, "{summary}");
+}
+
+/// Guards the coil: a guard that falls silent does not leave the last current in it.
+#[test]
+fn a_c_amplifier_goes_to_the_safe_field_when_the_guard_is_silent() {
+    let root = tempfile::tempdir().unwrap();
+    let Some(amplifier) = c_amplifier(root.path()) else {
+        return;
+    };
+    let memory = SharedMemory::unique();
+    let driver = Command::new(amplifier)
+        .env("ANHYST_PROCESS", "amplifier")
+        .env("ANHYST_SERVICE_PREFIX", &memory.prefix)
+        .env("ANHYST_ROOT", &memory.root)
+        .env("ANHYST_PROCESSES", "guard,amplifier")
+        .env("ANHYST_TICK_S", "5e-5")
+        .env("ANHYST_START_LIMIT_S", "20")
+        .env("AMPLIFIER_WATCHDOG_S", "0.3")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut guard = Guest::open(GuestSettings {
+        process: "guard".into(),
+        prefix: memory.prefix.clone(),
+        root: memory.root.clone(),
+        processes: Some("guard,amplifier".into()),
+        reads: vec![Channel::CoilField],
+        yields: 20,
+        start_limit: Duration::from_secs(20),
+    })
+    .unwrap();
+    let (mut safe, mut coil) = ([0; 32], [0; 32]);
+    for tick in 0..200 {
+        safe[0] = tick;
+        safe[2] = 5000.0_f64.to_bits();
+        guard.send(Channel::SafeField, &safe).unwrap();
+        let heard = guard.receive(Channel::CoilField, Duration::from_secs(10), &mut coil);
+        assert_eq!(heard, Ok(Heard::Token(tick)));
+    }
+    let field_a_per_m = f64::from_bits(coil[2]);
+    assert!((field_a_per_m - 5000.0).abs() < 50.0, "{field_a_per_m} A/m");
+    // Silence; the guard's process still lives.
+    let finished = Finished::wait(driver, LIMIT).expect(3);
+    assert!(
+        finished
+            .err
+            .contains("no token from the guard: safe field reached after 0.0"),
+        "{}",
+        finished.err
+    );
+}
+
+/// A driver behind IIO files: 16 bits, its monitor tied to its output.
+#[test]
+fn an_amplifier_behind_iio_files_takes_part() {
+    let (root, [out]) = folders();
+    let device = root.path().join("iio:device0");
+    std::fs::create_dir(&device).unwrap();
+    for direction in ["out", "in"] {
+        std::fs::write(device.join(format!("{direction}_voltage0_scale")), "0.305175781\n").unwrap();
+        std::fs::write(device.join(format!("{direction}_voltage0_offset")), "-32768\n").unwrap();
+    }
+    std::fs::write(device.join("out_voltage0_raw"), "32768\n").unwrap();
+    std::os::unix::fs::symlink("out_voltage0_raw", device.join("in_voltage0_raw")).unwrap();
+    let driver = anhyst().with_file_name("anhyst-amplifier-hardware");
+    let command = format!("amplifier={} --device {}", driver.display(), device.display());
+    let more = [
+        "--set",
+        "duration_s=0.2",
+        "--set",
+        "expect.settling_s=0.1",
+        "--external-command",
+        &command,
+    ];
+    digest(&out, &more);
+    let raw = std::fs::read_to_string(device.join("out_voltage0_raw")).unwrap();
+    assert_eq!(raw.trim(), "32768", "the output is at zero after the run");
+}
+
+/// A plant of somebody else's, here ours by hand: two channels, and the digest is still that of the run.
+#[test]
+fn a_whole_plant_can_be_external() {
+    let (_root, [ours, theirs]) = folders();
+    let short = ["--set", "duration_s=0.2", "--set", "expect.settling_s=0.1"];
+    let expected = digest(&ours, &short);
+    let command = format!(
+        "plant={} plant-sim {run}/scenario.ron --out {run}/theirs --service-prefix $ANHYST_SERVICE_PREFIX --root $ANHYST_ROOT",
+        anhyst().display(),
+        run = theirs.display()
+    );
+    let found = digest(&theirs, &[&short[..], &["--external-command", &command]].concat());
+    assert_same(&ours, &theirs);
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn nobody_coming_is_said_in_time_and_leaves_nothing() {
+    let (_root, [out]) = folders();
+    let memory = SharedMemory::unique();
+    let root = memory.root.to_string_lossy().into_owned();
+    let begin = Instant::now();
+    let more = [
+        "--external",
+        "amplifier",
+        "--start-limit-s",
+        "1",
+        "--service-prefix",
+        &memory.prefix,
+        "--root",
+        &root,
+    ];
+    let finished = run(&out, &more).expect(3);
+    assert!(begin.elapsed() < Duration::from_secs(60));
+    let sentence = "amplifier is external, and nobody came within 1 s";
+    assert!(finished.err.contains(sentence), "{}", finished.err);
+    let told = format!("ANHYST_SERVICE_PREFIX={} ANHYST_ROOT={root}", memory.prefix);
+    assert!(finished.err.contains(&told), "{}", finished.err);
+    assert_eq!(files_with(&memory.prefix), Vec::<String>::new());
+    assert!(!memory.root.exists());
+}
+
+#[test]
+fn a_command_that_fails_is_named_with_its_words() {
+    let (_root, [out]) = folders();
+    let command = "amplifier=echo the board is not there >&2; exit 4";
+    let finished = run(&out, &["--external-command", command]).expect(3);
+    let sentence = "amplifier ended with exit status 4 at tick 0";
+    assert!(finished.err.contains(sentence), "{}", finished.err);
+    assert!(finished.err.contains("the board is not there"), "{}", finished.err);
+}
+
+/// Guards what cleaning up may meet: prefixes that others' files could begin with, and what cannot be external at all.
+#[test]
+fn what_cannot_be_external_is_refused() {
+    let (_root, [out]) = folders();
+    for (more, sentence) in [
+        (&["--external", "recorder"][..], "the recorder judges the run"),
+        (
+            &["--external", "amplifier", "--embedded"],
+            "an embedded run has one process",
+        ),
+        (&["--external", "amplifyer"], "is no node"),
+        (&["--service-prefix", "anhyst_"], "files that begin with it are removed"),
+    ] {
+        let finished = run(&out, more).expect(2);
+        assert!(finished.err.contains(sentence), "{more:?}: {}", finished.err);
+    }
+}
