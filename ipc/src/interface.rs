@@ -142,7 +142,7 @@ fn status_entries() -> Vec<StatusEntry> {
         entry(
             names::PHASE,
             "phase",
-            "0 started, 1 all ports created, 2 connected, 3 at the end",
+            "0 started, 1 all ports created, 2 connected, 3 at the end, 4 has seen all the others at the end",
         ),
         entry(
             names::ASLEEP,

@@ -71,6 +71,11 @@ pub struct SharedContext {
 
 /// The phase of a process that has come to the end of its run: also one that rejoined waits for the others there.
 const LAST_PHASE: u64 = 3;
+/// The phase of a process that has seen all the others come to the end, and looks at nobody any more.
+const GONE: u64 = 4;
+/// How long a process that took the place of one that died stays for those who have yet to find it at the end. Only where a
+/// second one died, too, and can never say that it has gone, all of it passes.
+const LINGER: Duration = Duration::from_secs(2);
 const STEP: Duration = Duration::from_millis(2);
 
 impl SharedContext {
@@ -177,7 +182,21 @@ impl SharedContext {
                 std::thread::sleep(STEP);
             }
         }
+        if phase == LAST_PHASE {
+            self.status.set_phase(GONE);
+            self.stay_to_be_found();
+        }
         Ok(())
+    }
+
+    /// The status of a process leaves with it. The others opened that of a process that started with them and see it for
+    /// good; that of one that took the place of another they look for only at the end: there it must still be.
+    fn stay_to_be_found(&self) {
+        let start = Instant::now();
+        let found = || self.peers.values().all(|peer| peer.status.phase() >= GONE);
+        while self.rejoins && !found() && start.elapsed() < LINGER && !stop_requested() {
+            std::thread::sleep(STEP);
+        }
     }
 
     /// True if a process that took the place of `process` has come to the end. Looked for only there: it takes time.

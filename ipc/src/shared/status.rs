@@ -110,7 +110,8 @@ impl PeerStatus {
 
     /// The phase of the newest process of this name, as far as it is further than the one that is known.
     pub fn phase_of_later_starts(node: &Node<ipc::Service>, process: &str) -> u64 {
-        let later = (1..=MOST_STARTS).map_while(|start| Self::open_start(node, process, start).ok().flatten());
+        // Not only up to the first that is not there: what a second dead one has left may have been removed meanwhile.
+        let later = (1..=MOST_STARTS).filter_map(|start| Self::open_start(node, process, start).ok().flatten());
         later.map(|status| status.phase()).max().unwrap_or_default()
     }
 
