@@ -21,6 +21,9 @@ const RESULTS: &str = "runs/doctor";
 /// How long the processes may take to find each other.
 const START_LIMIT: Duration = Duration::from_secs(30);
 
+/// One figure of a distribution.
+type Quantile = fn(&LatencySummary) -> f64;
+
 /// The two runs.
 #[derive(Debug, Serialize)]
 struct Compared {
@@ -119,7 +122,7 @@ impl Compared {
             ),
         ];
         for (kind, [real, empty]) in kinds {
-            let quantiles: [(&str, fn(&LatencySummary) -> f64); 4] = [
+            let quantiles: [(&str, Quantile); 4] = [
                 ("p50", |summary| summary.p50_us),
                 ("p99", |summary| summary.p99_us),
                 ("p99.9", |summary| summary.p999_us),
