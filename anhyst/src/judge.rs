@@ -35,6 +35,9 @@ pub struct Verdict {
     pub a_estimated_a_per_m: f64,
     /// True shape parameter at the end.
     pub a_true_a_per_m: f64,
+    /// Ticks without an error to judge: in real time, those that the controller left out.
+    #[serde(default)]
+    pub unjudged_ticks: u64,
     /// Largest field that was asked of the amplifier.
     pub field_peak_a_per_m: f64,
     /// Largest true temperature.
@@ -79,6 +82,11 @@ impl Judge {
         verdict.a_true_a_per_m = truth.shape_a_per_m;
         verdict.a_final_error_a_per_m = estimate.shape_a_per_m - truth.shape_a_per_m;
         if time_s < self.expect.settling_s {
+            return;
+        }
+        if demand.tick != truth.tick {
+            // In real time a controller may leave a tick out; its last reference is not that of now.
+            verdict.unjudged_ticks += 1;
             return;
         }
         let error_m = demand.reference_m - truth.displacement_m;

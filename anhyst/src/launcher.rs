@@ -1,12 +1,14 @@
 //! Starts the processes of a run, watches them, ends what it started, and leaves no shared memory behind.
 
 mod blame;
+mod restart;
 
 use crate::external::{self, ExternalCommand};
 use crate::folder::RunFolder;
+use crate::realtime::Restart;
 use crate::report::ProcessReport;
 use crate::resources::Resources;
-use crate::scenario::{Clock, ProcessKind, Scenario};
+use crate::scenario::{ProcessKind, Scenario};
 use anhyst_ipc::{NodeId, Observer, stop_requested};
 use blame::{culprit, describe, last_words, settle};
 use std::collections::VecDeque;
@@ -102,6 +104,8 @@ struct Running {
     foreign: bool,
     child: Child,
     ended: Option<ExitStatus>,
+    /// How earlier processes of this name ended.
+    restarts: Vec<Restart>,
     /// Of the scenario's faults that stop it: for how long each, and when to wake it.
     stops: VecDeque<Duration>,
     wake_at: Option<Instant>,
@@ -171,7 +175,13 @@ pub fn launch(
     children
         .iter()
         .filter(|running| !running.foreign)
-        .map(|running| read_report(folder, &running.name))
+        .map(|running| {
+            let report = read_report(folder, &running.name)?;
+            Ok(ProcessReport {
+                restarts: running.restarts.clone(),
+                ..report
+            })
+        })
         .collect()
 }
 
@@ -200,13 +210,14 @@ fn start(
         let child = if foreign {
             start_external(&name, &nodes, scenario, folder, options).map_err(refused)?
         } else {
-            Some(start_own(&name, &nodes, folder, options).map_err(refused)?)
+            Some(start_own(&name, &nodes, folder, options, false).map_err(refused)?)
         };
         children.extend(child.map(|child| Running {
             name,
             foreign,
             child,
             ended: None,
+            restarts: Vec::new(),
             stops: stops.collect(),
             wake_at: None,
         }));
@@ -214,7 +225,20 @@ fn start(
     Ok(())
 }
 
-fn start_own(name: &str, nodes: &[NodeId], folder: &RunFolder, options: &Options) -> std::io::Result<Child> {
+/// Starts a process of ours; `again` if it takes the place of one that died.
+fn start_own(
+    name: &str,
+    nodes: &[NodeId],
+    folder: &RunFolder,
+    options: &Options,
+    again: bool,
+) -> std::io::Result<Child> {
+    let log = std::fs::OpenOptions::new()
+        .create(true)
+        .write(true)
+        .truncate(!again)
+        .append(again)
+        .open(folder.log(name))?;
     // Of two who wait for the same absentee the launcher gives up first: it knows what to advise.
     let start_limit = options.start_limit + GRACE;
     Command::new(std::env::current_exe()?)
@@ -228,9 +252,10 @@ fn start_own(name: &str, nodes: &[NodeId], folder: &RunFolder, options: &Options
         .arg("--end-with-launcher")
         .arg("--root")
         .arg(&options.resources.root)
+        .args(again.then_some("--rejoin"))
         .stdin(Stdio::null())
         .stdout(Stdio::null())
-        .stderr(std::fs::File::create(folder.log(name))?)
+        .stderr(log)
         .spawn()
 }
 
@@ -242,12 +267,11 @@ fn start_external(
     folder: &RunFolder,
     options: &Options,
 ) -> std::io::Result<Option<Child>> {
-    let Clock::Lockstep { receive_limit_s } = scenario.clock;
     let environment = external::environment(
         name,
         scenario,
         &options.resources,
-        receive_limit_s,
+        scenario.clock.receive_limit_s(),
         options.start_limit,
         options.yields,
     );
@@ -301,6 +325,7 @@ fn watch(
         }
         look(children);
         children.iter_mut().for_each(Running::wake);
+        restart::restart(scenario, folder, options, children, tick)?;
         if children.iter().any(Running::failed) {
             if !children.iter().any(Running::killed) {
                 settle(children, folder);

@@ -65,6 +65,8 @@ pub trait Inputs: Sized {
     fn open(reader: NodeId, connections: &mut Connections) -> Result<Self::Receivers, LinkError>;
     /// Takes the tokens of `tick`, waiting for them.
     fn receive(receivers: &mut Self::Receivers, tick: u64) -> Result<Self, LinkError>;
+    /// The ticks of the tokens taken last, for a log.
+    fn taken(receivers: &Self::Receivers, ticks: &mut dyn FnMut(u32));
     /// What the links measured.
     fn reports(receivers: &Self::Receivers) -> Vec<crate::LinkReport>;
     /// The arrows into `reader`.
@@ -107,6 +109,9 @@ macro_rules! tuples {
             }
             fn receive(($($receiver,)*): &mut Self::Receivers, tick: u64) -> Result<Self, LinkError> {
                 Ok(($($edge::from_token($receiver.receive(tick)?),)*))
+            }
+            fn taken(($($receiver,)*): &Self::Receivers, ticks: &mut dyn FnMut(u32)) {
+                $(ticks($receiver.taken());)*
             }
             fn reports(($($receiver,)*): &Self::Receivers) -> Vec<crate::LinkReport> {
                 vec![$($receiver.report()),*]
