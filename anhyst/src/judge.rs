@@ -38,6 +38,9 @@ pub struct Verdict {
     /// Ticks without an error to judge: in real time, those that the controller left out.
     #[serde(default)]
     pub unjudged_ticks: u64,
+    /// Ticks that were judged.
+    #[serde(default)]
+    pub judged_ticks: u64,
     /// Largest field that was asked of the amplifier.
     pub field_peak_a_per_m: f64,
     /// Largest true temperature.
@@ -107,6 +110,7 @@ impl Judge {
         Verdict {
             error_rms_m: mean(self.sum_of_squares_m2),
             a_error_rms_a_per_m: mean(self.shape_error_sum_of_squares),
+            judged_ticks: self.samples,
             ..self.verdict.clone()
         }
     }
@@ -117,6 +121,12 @@ impl Verdict {
     pub fn failures(&self, expect: &Expect) -> Vec<String> {
         let mut failures = Vec::new();
         let um = |m: f64| m * 1e6;
+        if self.judged_ticks == 0 && self.unjudged_ticks > 0 {
+            let ticks = self.unjudged_ticks;
+            failures.push(format!(
+                "not one of {ticks} ticks could be judged: none had a demand of its own"
+            ));
+        }
         if exceeds(self.error_max_m, expect.tolerance_m) {
             let (max, at, limit) = (um(self.error_max_m), self.error_max_at_s, um(expect.tolerance_m));
             failures.push(format!(
