@@ -150,3 +150,35 @@ impl Verdict {
         failures
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Guards against a verdict on nothing: with every demand late no error is judged, and that is no success.
+    #[test]
+    fn a_run_of_which_nothing_was_judged_does_not_hold() {
+        let expect = Expect {
+            tolerance_m: 1e-6,
+            settling_s: 0.0,
+            error_rms_m: None,
+            a_final_error_a_per_m: None,
+        };
+        let mut judge = Judge::new(expect, 1e-3);
+        let see = |judge: &mut Judge, tick: u64, demanded: u64| {
+            let truth = Truth {
+                tick,
+                ..Truth::default()
+            };
+            let demand = Demand {
+                tick: demanded,
+                ..Demand::default()
+            };
+            judge.observe(tick, &truth, &Estimate::default(), &demand, &SafeField::default());
+        };
+        see(&mut judge, 5, 4);
+        assert!(judge.verdict().failures(&expect)[0].contains("not one of 1 ticks"));
+        see(&mut judge, 6, 6);
+        assert!(judge.verdict().failures(&expect).is_empty());
+    }
+}
