@@ -4,7 +4,7 @@ use anhyst_ipc::NodeId;
 use clap::Args;
 
 /// Which part of the run is on this host, and where the other part is.
-#[derive(Debug, Clone, PartialEq, Args)]
+#[derive(Debug, Clone, Default, PartialEq, Args)]
 pub struct AcrossArguments {
     /// The nodes of this host, the others run on the other one: `--here plant-sim,amplifier`.
     #[arg(long, value_delimiter = ',', value_name = "NODE,…", value_parser = node)]

@@ -37,6 +37,9 @@ pub fn wires() -> Vec<Wire> {
 /// # Errors
 /// If a setting cannot be used or a link cannot be opened.
 pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -> Result<Box<dyn Stage>, RunError> {
+    if scenario.clock.realtime().is_some_and(|realtime| realtime.empty_blocks) {
+        return crate::realtime::empty_stage(node, scenario.ticks(), connections);
+    }
     let material = scenario.material()?;
     let (believed, rod_per_strain) = scenario.believed()?;
     let tick_s = scenario.tick_s;

@@ -214,6 +214,15 @@ pub struct DoctorArguments {
     /// Remove what crashed runs have left.
     #[arg(long)]
     pub clean: bool,
+    /// Run this scenario in real time, and a ring of the same processes whose blocks do nothing, and compare them.
+    #[arg(long, value_name = "SCENARIO", conflicts_with = "clean")]
+    pub realtime: Option<PathBuf>,
+    /// Length of each of the two runs.
+    #[arg(long, default_value_t = 60.0, requires = "realtime")]
+    pub seconds: f64,
+    /// Ticks per second.
+    #[arg(long, default_value_t = 5000.0, requires = "realtime")]
+    pub rate_hz: f64,
     /// Print JSON instead of sentences.
     #[arg(long)]
     pub json: bool,
@@ -245,6 +254,9 @@ pub struct NodeArguments {
     /// Open a port for a Rerun viewer (recorder only).
     #[arg(long)]
     pub live: Option<u16>,
+    /// Take the place of a process that died, in a real-time run that goes on.
+    #[arg(long)]
+    pub rejoin: bool,
     /// End when the process that started this one ends.
     #[arg(long, hide = true)]
     pub end_with_launcher: bool,

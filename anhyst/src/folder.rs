@@ -25,7 +25,14 @@ impl RunFolder {
                 _ => {}
             }
         }
-        for (results, ours) in [("processes", &["json", "log"][..]), ("digests", &["u64"])] {
+        for (results, ours) in [
+            ("processes", &["json", "log"][..]),
+            ("digests", &["u64"]),
+            ("tokens", &["bin"]),
+        ] {
+            if !folder.0.join(results).is_dir() {
+                continue;
+            }
             for entry in std::fs::read_dir(folder.0.join(results))? {
                 let path = entry?.path();
                 if path
@@ -109,6 +116,11 @@ impl RunFolder {
     /// What a process wrote to its standard error.
     pub fn log(&self, process: &str) -> PathBuf {
         self.0.join("processes").join(format!("{process}.log"))
+    }
+
+    /// What a node consumed and sent in every tick of a real-time run.
+    pub fn tokens(&self, node: &str) -> PathBuf {
+        self.0.join("tokens").join(format!("{node}.bin"))
     }
 
     /// A node's digest after every tick.

@@ -35,6 +35,12 @@ pub struct Verdict {
     pub a_estimated_a_per_m: f64,
     /// True shape parameter at the end.
     pub a_true_a_per_m: f64,
+    /// Ticks without an error to judge: in real time, those that the controller left out.
+    #[serde(default)]
+    pub unjudged_ticks: u64,
+    /// Ticks that were judged.
+    #[serde(default)]
+    pub judged_ticks: u64,
     /// Largest field that was asked of the amplifier.
     pub field_peak_a_per_m: f64,
     /// Largest true temperature.
@@ -81,6 +87,11 @@ impl Judge {
         if time_s < self.expect.settling_s {
             return;
         }
+        if demand.tick != truth.tick {
+            // In real time a controller may leave a tick out; its last reference is not that of now.
+            verdict.unjudged_ticks += 1;
+            return;
+        }
         let error_m = demand.reference_m - truth.displacement_m;
         self.samples += 1;
         self.sum_of_squares_m2 += error_m * error_m;
@@ -99,6 +110,7 @@ impl Judge {
         Verdict {
             error_rms_m: mean(self.sum_of_squares_m2),
             a_error_rms_a_per_m: mean(self.shape_error_sum_of_squares),
+            judged_ticks: self.samples,
             ..self.verdict.clone()
         }
     }
@@ -109,6 +121,12 @@ impl Verdict {
     pub fn failures(&self, expect: &Expect) -> Vec<String> {
         let mut failures = Vec::new();
         let um = |m: f64| m * 1e6;
+        if self.judged_ticks == 0 && self.unjudged_ticks > 0 {
+            let ticks = self.unjudged_ticks;
+            failures.push(format!(
+                "not one of {ticks} ticks could be judged: none had a demand of its own"
+            ));
+        }
         if exceeds(self.error_max_m, expect.tolerance_m) {
             let (max, at, limit) = (um(self.error_max_m), self.error_max_at_s, um(expect.tolerance_m));
             failures.push(format!(
@@ -130,5 +148,37 @@ impl Verdict {
             failures.push(format!("final error of a {final_error:.2} A/m exceeds {limit} A/m"));
         }
         failures
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Guards against a verdict on nothing: with every demand late no error is judged, and that is no success.
+    #[test]
+    fn a_run_of_which_nothing_was_judged_does_not_hold() {
+        let expect = Expect {
+            tolerance_m: 1e-6,
+            settling_s: 0.0,
+            error_rms_m: None,
+            a_final_error_a_per_m: None,
+        };
+        let mut judge = Judge::new(expect, 1e-3);
+        let see = |judge: &mut Judge, tick: u64, demanded: u64| {
+            let truth = Truth {
+                tick,
+                ..Truth::default()
+            };
+            let demand = Demand {
+                tick: demanded,
+                ..Demand::default()
+            };
+            judge.observe(tick, &truth, &Estimate::default(), &demand, &SafeField::default());
+        };
+        see(&mut judge, 5, 4);
+        assert!(judge.verdict().failures(&expect)[0].contains("not one of 1 ticks"));
+        see(&mut judge, 6, 6);
+        assert!(judge.verdict().failures(&expect).is_empty());
     }
 }

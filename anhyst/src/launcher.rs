@@ -1,20 +1,23 @@
 //! Starts the processes of a run, watches them, ends what it started, and leaves no shared memory behind.
 
+mod blame;
+mod restart;
+
 use crate::across::{AcrossArguments, BRIDGE};
 use crate::external::{self, ExternalCommand};
 use crate::folder::RunFolder;
+use crate::realtime::Restart;
 use crate::report::ProcessReport;
 use crate::resources::Resources;
-use crate::scenario::{Clock, ProcessKind, Scenario};
+use crate::scenario::{ProcessKind, Scenario};
 use anhyst_ipc::{NodeId, Observer, stop_requested};
+use blame::{culprit, describe, last_words, settle};
 use std::collections::VecDeque;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 /// How often the children are looked at: well within the two seconds in which a death must be reported.
 const WATCH_PERIOD: Duration = Duration::from_millis(10);
-/// What the others get to complain, too, when a process gives up waiting.
-const SETTLING: Duration = Duration::from_millis(300);
 /// What a child that was asked to end gets before it is killed: time for the recorder to write its last block.
 const GRACE: Duration = Duration::from_millis(1200);
 
@@ -104,6 +107,8 @@ struct Running {
     foreign: bool,
     child: Child,
     ended: Option<ExitStatus>,
+    /// How earlier processes of this name ended.
+    restarts: Vec<Restart>,
     /// Of the scenario's faults that stop it: for how long each, and when to wake it.
     stops: VecDeque<Duration>,
     wake_at: Option<Instant>,
@@ -173,7 +178,13 @@ pub fn launch(
     children
         .iter()
         .filter(|running| !running.foreign)
-        .map(|running| read_report(folder, &running.name))
+        .map(|running| {
+            let report = read_report(folder, &running.name)?;
+            Ok(ProcessReport {
+                restarts: running.restarts.clone(),
+                ..report
+            })
+        })
         .collect()
 }
 
@@ -206,13 +217,14 @@ fn start(
         let child = if foreign {
             start_external(&name, &nodes, scenario, folder, options).map_err(refused)?
         } else {
-            Some(start_own(&name, &nodes, folder, options).map_err(refused)?)
+            Some(start_own(&name, &nodes, folder, options, false).map_err(refused)?)
         };
         children.extend(child.map(|child| Running {
             name,
             foreign,
             child,
             ended: None,
+            restarts: Vec::new(),
             stops: stops.collect(),
             wake_at: None,
         }));
@@ -220,7 +232,20 @@ fn start(
     Ok(())
 }
 
-fn start_own(name: &str, nodes: &[NodeId], folder: &RunFolder, options: &Options) -> std::io::Result<Child> {
+/// Starts a process of ours; `again` if it takes the place of one that died.
+fn start_own(
+    name: &str,
+    nodes: &[NodeId],
+    folder: &RunFolder,
+    options: &Options,
+    again: bool,
+) -> std::io::Result<Child> {
+    let log = std::fs::OpenOptions::new()
+        .create(true)
+        .write(true)
+        .truncate(!again)
+        .append(again)
+        .open(folder.log(name))?;
     // Of two who wait for the same absentee the launcher gives up first: it knows what to advise.
     let start_limit = options.start_limit + GRACE;
     let across = (name == BRIDGE).then(|| options.across.to_words());
@@ -236,9 +261,10 @@ fn start_own(name: &str, nodes: &[NodeId], folder: &RunFolder, options: &Options
         .arg("--root")
         .arg(&options.resources.root)
         .args(across.into_iter().flatten())
+        .args(again.then_some("--rejoin"))
         .stdin(Stdio::null())
         .stdout(Stdio::null())
-        .stderr(std::fs::File::create(folder.log(name))?)
+        .stderr(log)
         .spawn()
 }
 
@@ -250,12 +276,11 @@ fn start_external(
     folder: &RunFolder,
     options: &Options,
 ) -> std::io::Result<Option<Child>> {
-    let Clock::Lockstep { receive_limit_s } = scenario.clock;
     let environment = external::environment(
         name,
         scenario,
         &options.resources,
-        receive_limit_s,
+        scenario.clock.receive_limit_s(),
         options.start_limit,
         options.yields,
     );
@@ -315,11 +340,10 @@ fn watch(
         }
         look(children);
         children.iter_mut().for_each(Running::wake);
+        restart::restart(scenario, folder, options, children, tick)?;
         if children.iter().any(Running::failed) {
             if !children.iter().any(Running::killed) {
-                // Whoever waits for the same culprit gives up within moments: then the chain of complaints is whole.
-                std::thread::sleep(SETTLING);
-                look(children);
+                settle(children, folder);
             }
             return Err(verdict(children, folder, tick, ticks));
         }
@@ -354,61 +378,6 @@ fn verdict(children: &[Running], folder: &RunFolder, tick: u64, ticks: u64) -> L
         ticks,
         detail: last_words(folder, &culprit.name),
     }
-}
-
-/// Of the processes that failed, the one to blame: one that a signal ended comes before those that complain about it; else the
-/// complaints "… but X is silent" are followed to the process that has none, be it dead or hung. Other complaints may only be
-/// consequences: a last token on the way to the safe field does not reach a reader that has given up.
-fn culprit<'a>(children: &'a [Running], folder: &RunFolder) -> Option<&'a Running> {
-    if let Some(killed) = children.iter().find(|running| running.killed()) {
-        return Some(killed);
-    }
-    let accused_by = |running: &Running| {
-        let words = last_words(folder, &running.name);
-        let node = match words.strip_suffix(" is silent") {
-            Some(rest) => rest.rsplit(' ').next()?.to_owned(),
-            None => words
-                .strip_prefix(": ")?
-                .split_once(" did not come within")?
-                .0
-                .to_owned(),
-        };
-        let mut all = children.iter();
-        all.find(|running| running.name == node || running.name.split('+').any(|name| name == node))
-    };
-    let mut blamed = None;
-    for complainer in children.iter().filter(|running| running.failed()) {
-        let Some(mut last) = accused_by(complainer) else {
-            continue;
-        };
-        for _ in children {
-            last = accused_by(last).unwrap_or(last);
-        }
-        if last_words(folder, &last.name).is_empty() {
-            return Some(last);
-        }
-        blamed = blamed.or(Some(last));
-    }
-    blamed.or_else(|| children.iter().find(|running| running.failed()))
-}
-
-fn describe(status: Option<ExitStatus>) -> String {
-    use std::os::unix::process::ExitStatusExt;
-    match status.map(|status| (status.code(), status.signal())) {
-        Some((Some(code), _)) => format!("ended with exit status {code}"),
-        Some((None, Some(signal))) => format!("was killed by signal {signal}"),
-        _ => "does not answer".into(),
-    }
-}
-
-fn last_words(folder: &RunFolder, process: &str) -> String {
-    let log = std::fs::read_to_string(folder.log(process)).unwrap_or_default();
-    // A refusal's sentence is marked; the picture below it is for the log.
-    let sentence = log
-        .lines()
-        .find_map(|line| line.trim().strip_prefix('×'))
-        .or_else(|| log.lines().rfind(|line| !line.trim().is_empty()));
-    sentence.map(|line| format!(": {}", line.trim())).unwrap_or_default()
 }
 
 /// Asks every child that still runs to end, then kills what has not.

@@ -38,6 +38,7 @@ pub mod overheard;
 pub mod paper;
 pub mod parallel;
 pub mod process;
+pub mod realtime;
 #[cfg(feature = "recorder")]
 mod recording;
 pub mod report;

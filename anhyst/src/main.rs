@@ -42,16 +42,13 @@ fn run(command: &Command) -> miette::Result<Ending> {
         Command::Bridge(arguments) => commands::bridge::run(arguments),
         #[cfg(not(feature = "bridge"))]
         Command::Bridge(_) => Err(miette::miette!("this build has no bridge (cargo feature `bridge`)")),
-        #[cfg(feature = "recorder")]
         Command::Replay(arguments) => commands::replay::run(arguments),
         #[cfg(feature = "recorder")]
         Command::Export(arguments) => commands::export::run(arguments),
         #[cfg(feature = "recorder")]
         Command::View(arguments) => commands::view::run(arguments),
         #[cfg(not(feature = "recorder"))]
-        Command::Replay(_) | Command::View(_) => {
-            Err(miette::miette!("this build has no recorder (cargo feature `recorder`)"))
-        }
+        Command::View(_) => Err(miette::miette!("this build has no recorder (cargo feature `recorder`)")),
         Command::Completions { shell } => {
             clap_complete::generate(*shell, &mut Cli::command(), "anhyst", &mut std::io::stdout());
             Ok(Ending::Held)

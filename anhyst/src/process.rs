@@ -3,12 +3,16 @@
 use crate::assemble;
 use crate::error::RunError;
 use crate::folder::RunFolder;
+use crate::realtime::{self, Timed};
 use crate::report::{Ending, ProcessReport};
 use crate::sabotage::Sabotage;
 use crate::safe_ending;
-use crate::scenario::{Clock, Scenario};
+use crate::scenario::Scenario;
 use crate::scribe::Scribe;
-use anhyst_ipc::{Connections, LinkError, Node, NodeId, SharedContext, SharedSettings, Stage, Wait, stop_requested};
+use anhyst_ipc::{
+    Connections, Discipline, LinkError, Node, NodeId, RecordLayout, SharedContext, SharedSettings, Stage, TokenLog,
+    Wait, stop_requested,
+};
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
@@ -26,6 +30,8 @@ pub struct Meeting {
     pub yields: u32,
     /// How long to wait for the others to appear.
     pub start_limit: Duration,
+    /// Take the place of a process that died, in a real-time run that goes on.
+    pub rejoin: bool,
 }
 
 /// The reader must never be this far behind: its buffer is twice as deep.
@@ -40,6 +46,7 @@ struct Loop {
     shared: Option<Rc<SharedContext>>,
     recorder_process: Option<String>,
     receive_limit: Duration,
+    timed: Option<Timed>,
     sabotage: Sabotage,
     /// The tick that is being worked on.
     reached: u64,
@@ -60,7 +67,10 @@ pub fn run(
 ) -> Result<ProcessReport, RunError> {
     let mut looping = open(process, nodes, scenario, folder, meeting)?;
     let start = Instant::now();
-    let outcome = looping.run(scenario.ticks(), progress);
+    let outcome = match looping.timed.take() {
+        None => looping.run(scenario.ticks(), progress),
+        Some(timed) => looping.run_timed(timed, scenario.ticks(), progress),
+    };
     let loop_s = start.elapsed().as_secs_f64();
     if let Err(error) = &outcome {
         if meeting.is_some() {
@@ -84,17 +94,29 @@ fn open(
     folder: &RunFolder,
     meeting: Option<&Meeting>,
 ) -> Result<Loop, RunError> {
-    let Clock::Lockstep { receive_limit_s } = scenario.clock;
-    let receive_limit = Duration::from_secs_f64(receive_limit_s);
+    let receive_limit = Duration::from_secs_f64(scenario.clock.receive_limit_s());
     let processes = scenario.placement.processes();
-    let recorder_process = processes
+    let process_of = |node: NodeId| {
+        let found = processes.iter().find(|(_, nodes)| nodes.contains(&node));
+        found.map(|(name, _)| name.clone())
+    };
+    let recorder_process = process_of(NodeId::Recorder);
+    let leader = process_of(NodeId::Plant).unwrap_or_default();
+    let index = processes
         .iter()
-        .find(|(_, nodes)| nodes.contains(&NodeId::Recorder))
-        .map(|(name, _)| name.clone());
+        .position(|(name, _)| name == process)
+        .unwrap_or_default();
+    let realtime = scenario.clock.realtime();
+    let rejoins = meeting.is_some_and(|meeting| meeting.rejoin);
     let shared = meeting
         .map(|meeting| {
             let recorder_alone = nodes == [NodeId::Recorder];
-            SharedContext::open(SharedSettings {
+            let enter = if rejoins {
+                SharedContext::rejoin
+            } else {
+                SharedContext::open
+            };
+            enter(SharedSettings {
                 prefix: meeting.prefix.clone(),
                 root: meeting.root.clone(),
                 process: process.into(),
@@ -113,7 +135,10 @@ fn open(
         })
         .transpose()?
         .map(Rc::new);
-    let mut connections = Connections::new(nodes.iter().copied(), assemble::wires(), shared.clone());
+    let pace = realtime.map(|realtime| realtime::pace(realtime, nodes, scenario.tick_s));
+    let discipline = pace.clone().map_or(Discipline::Lockstep, Discipline::Newest);
+    let mut connections =
+        Connections::new(nodes.iter().copied(), assemble::wires(), shared.clone()).with_discipline(discipline);
     connections.accept_any_tick(assemble::late_channels(scenario)?);
     let mut stages = Vec::new();
     let mut scribe = None;
@@ -125,7 +150,18 @@ fn open(
             stages.push(assemble::stage(*node, scenario, &mut connections)?);
         }
     }
+    if realtime.is_some_and(|realtime| realtime.log_tokens) {
+        log_tokens(&mut stages, scenario, folder, rejoins)?;
+    }
     connections.meet(&mut || stages.iter_mut().try_for_each(|stage| stage.connect()))?;
+    let timed = match (realtime, pace) {
+        (Some(realtime), Some(pace)) => {
+            let asked = realtime::ask(realtime, nodes, index);
+            let others = shared.as_deref().map(|context| (context, leader.as_str()));
+            Some(Timed::begin(pace, nodes, others, rejoins, asked)?)
+        }
+        _ => None,
+    };
     let elsewhere = |name: &String| name != process;
     Ok(Loop {
         connections,
@@ -134,10 +170,32 @@ fn open(
         shared,
         recorder_process: recorder_process.filter(elsewhere),
         receive_limit,
+        timed,
         sabotage: Sabotage::new(scenario, nodes, meeting.is_some())?,
         reached: 0,
         ending: None,
     })
+}
+
+fn log_tokens(
+    stages: &mut [Box<dyn Stage>],
+    scenario: &Scenario,
+    folder: &RunFolder,
+    rejoins: bool,
+) -> Result<(), RunError> {
+    for stage in stages {
+        let path = folder.tokens(stage.node().name());
+        if let Some(parent) = path.parent() {
+            let refused = |cause| RunError::Write {
+                path: path.clone(),
+                cause,
+            };
+            std::fs::create_dir_all(parent).map_err(refused)?;
+        }
+        let layout = RecordLayout::of(stage.node(), &assemble::wires());
+        stage.log_tokens(TokenLog::open(&path, layout, scenario.ticks(), rejoins)?);
+    }
+    Ok(())
 }
 
 impl Loop {
@@ -159,6 +217,44 @@ impl Loop {
             }
         }
         Ok(())
+    }
+
+    /// As [`Loop::run`], but time decides which tick is next, and nobody is waited for.
+    fn run_timed(&mut self, mut timed: Timed, ticks: u64, progress: &mut dyn FnMut(u64)) -> Result<(), LinkError> {
+        let mut next = timed.first_tick();
+        let mut housekeeping = next;
+        let outcome = loop {
+            let tick = timed.turn_to(next);
+            if tick >= ticks {
+                break Ok(());
+            }
+            self.reached = tick;
+            // What comes back has already suffered what the scenario has for it.
+            if !timed.rejoined() {
+                self.sabotage.happen(tick);
+            }
+            let stages = self.stages.iter_mut().try_for_each(|stage| stage.tick(tick));
+            let all = stages.and_then(|()| self.scribe.as_mut().map_or(Ok(()), |scribe| scribe.tick(tick)));
+            if let Err(error) = all {
+                break Err(error);
+            }
+            timed.finish();
+            next = tick + 1;
+            if next >= housekeeping {
+                housekeeping = next + HOUSEKEEPING_TICKS;
+                // No credit for the recorder: it must never hold up the loop; what it misses is counted.
+                if let Err(error) = self.housekeeping(next, false) {
+                    break Err(error);
+                }
+                progress(next);
+            }
+        };
+        if let Some(shared) = &self.shared {
+            shared.set_tick(next.min(ticks));
+        }
+        progress(next.min(ticks));
+        self.timed = Some(timed);
+        outcome
     }
 
     /// Says where we are; the leading process also waits for a recorder that has fallen behind.
@@ -193,7 +289,7 @@ impl Loop {
     }
 
     fn report(
-        self,
+        mut self,
         process: &str,
         folder: &RunFolder,
         loop_s: f64,
@@ -212,6 +308,8 @@ impl Loop {
             let path = folder.trail(stage.node().name());
             std::fs::write(&path, stage.trail().to_bytes()).map_err(|cause| RunError::Write { path, cause })?;
         }
+        let round = self.scribe.as_ref().map(|scribe| scribe.block().round());
+        report.realtime = self.timed.take().map(|timed| timed.report(round));
         if let Some(scribe) = self.scribe {
             report.nodes.push(scribe.report());
             let mut scribe = scribe.into_block();

@@ -1,6 +1,7 @@
 //! What a process says of itself when its part of a run is over; the launcher reads it from the run's folder.
 
 use crate::judge::Verdict;
+use crate::realtime::{RealtimeReport, Restart};
 use anhyst_ipc::NodeReport;
 use serde::{Deserialize, Serialize};
 
@@ -17,6 +18,12 @@ pub struct ProcessReport {
     pub recorded_rows: u64,
     /// Rows that the recording lost.
     pub dropped_rows: u64,
+    /// What a real-time process counted besides.
+    #[serde(default)]
+    pub realtime: Option<RealtimeReport>,
+    /// What the launcher knows: processes of this name that died before.
+    #[serde(default)]
+    pub restarts: Vec<Restart>,
     /// From tick 0 to the last.
     pub loop_s: f64,
     /// Why it ended early.

@@ -2,7 +2,9 @@
 
 use crate::judge::{Judge, Verdict};
 use crate::overheard::Overheard;
-use anhyst_ipc::{Block, CoilField, Demand, Estimate, FieldCommand, Measurement, NodeId, Now, SafeField, Truth};
+use anhyst_ipc::{
+    Block, CoilField, Demand, Estimate, FieldCommand, Latency, Measurement, NodeId, Now, SafeField, Truth,
+};
 
 #[cfg(feature = "recorder")]
 use anhyst_recorder::Recorder;
@@ -10,6 +12,8 @@ use anhyst_recorder::Recorder;
 /// Judge and recorder as one block, so that both hear the same tokens.
 pub struct Scribe {
     judge: Judge,
+    /// From sending the measurement to sending the coil's field of the same tick.
+    round: Latency,
     overheard: Vec<Overheard>,
     #[cfg(feature = "recorder")]
     recorder: Option<Recorder>,
@@ -31,6 +35,7 @@ impl Scribe {
     pub fn new(judge: Judge) -> Self {
         Self {
             judge,
+            round: Latency::new(),
             overheard: Vec::new(),
             #[cfg(feature = "recorder")]
             recorder: None,
@@ -56,6 +61,11 @@ impl Scribe {
         }
     }
 
+    /// Rounds of the loop between processes; empty within one.
+    pub fn round(&self) -> &Latency {
+        &self.round
+    }
+
     /// The verdict so far.
     pub fn verdict(&self) -> Verdict {
         self.judge.verdict()
@@ -74,7 +84,10 @@ impl Block for Scribe {
     type Outputs = ();
 
     fn step(&mut self, tick: u64, inputs: Everything) {
-        let (_, Now(truth), Now(estimate), Now(demand), _, Now(field), _) = &inputs;
+        let (Now(measured), Now(truth), Now(estimate), Now(demand), _, Now(field), Now(coil)) = &inputs;
+        if coil.tick == tick && measured.tick == tick && coil.sent_ns > measured.sent_ns && measured.sent_ns > 0 {
+            self.round.record(coil.sent_ns - measured.sent_ns);
+        }
         self.judge.observe(tick, truth, estimate, demand, field);
         for overheard in &mut self.overheard {
             overheard.hear(tick, &inputs);

@@ -62,6 +62,8 @@ struct Harmonic {
     gain: Complex,
     /// Cᵢ.
     amplitude_m: Complex,
+    /// Cᵢ of the tick before.
+    before_m: Complex,
 }
 
 /// The bank of harmonics.
@@ -80,6 +82,7 @@ impl Cancellation {
                 omega: TAU * frequency_hz,
                 gain: Complex::real(2.0 * settings.rate_per_s * tick_s).over(way),
                 amplitude_m: Complex::real(0.0),
+                before_m: Complex::real(0.0),
             }
         };
         Self {
@@ -88,11 +91,19 @@ impl Cancellation {
         }
     }
 
+    /// Forgets the last tick's error: the demand that came with it was not let through, and the error may be why.
+    pub fn take_back(&mut self) {
+        for harmonic in &mut self.harmonics {
+            harmonic.amplitude_m = harmonic.before_m;
+        }
+    }
+
     /// Advances by one tick; `adapt` is false where the error says nothing (missing, or the demand was not applied).
     pub fn step(&mut self, tick: u64, error_m: f64, adapt: bool) -> f64 {
         let now_s = tick as f64 * self.tick_s;
         let mut sum_m = 0.0;
         for harmonic in &mut self.harmonics {
+            harmonic.before_m = harmonic.amplitude_m;
             if adapt {
                 let error = Complex::unit(-harmonic.omega * now_s).scaled(error_m);
                 harmonic.amplitude_m = harmonic.amplitude_m.plus(error.times(harmonic.gain));

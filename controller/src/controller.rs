@@ -245,6 +245,9 @@ impl Controller {
         }
         let error_m = self.error_m;
         let adapt = measured && !applied.limited();
+        if applied == Applied::Open {
+            self.cancellation.iter_mut().for_each(Cancellation::take_back);
+        }
         let cancelling_m = self
             .cancellation
             .as_mut()

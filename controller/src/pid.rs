@@ -8,6 +8,8 @@
 //!
 //! Bumpless: at the first measurement (and after [`Pid::restart`]) I is set so that u is a given value, 0 at first. A PID
 //! without ki keeps I = 0 there, because nothing would ever remove the offset: give it `ease_in_s`.
+//! Where the loop was opened, that value is I of the tick before the one that was not let through: what made the guard act
+//! (a spike of the sensor) reached e and I in its own tick, before anybody knew.
 //! A measurement that is not a number, or beyond ±1 m, is missing: the last error is held, I stands still, D fades.
 
 use crate::anti_windup::{AntiWindup, Applied};
@@ -118,6 +120,8 @@ pub struct Pid {
     tick_s: f64,
     filter: f64,
     integral_m: f64,
+    /// I of the tick before.
+    integral_before_m: f64,
     derivative_m: f64,
     differentiated_m: f64,
     error_m: f64,
@@ -137,6 +141,7 @@ impl Pid {
             tick_s,
             filter: if tau_s > 0.0 { libm::exp(-tick_s / tau_s) } else { 0.0 },
             integral_m: 0.0,
+            integral_before_m: 0.0,
             derivative_m: 0.0,
             differentiated_m: 0.0,
             error_m: 0.0,
@@ -150,6 +155,7 @@ impl Pid {
     pub fn restart(&mut self, output_m: f64) {
         self.begin_m = Some(output_m);
         self.integral_m = output_m;
+        self.integral_before_m = output_m;
         self.derivative_m = 0.0;
         self.excess_m = 0.0;
         self.ticks = 0;
@@ -158,7 +164,7 @@ impl Pid {
     /// Advances by one tick. `applied` tells what became of the demand before, its own limit apart.
     pub fn step(&mut self, reference_m: f64, measured_m: f64, applied: Applied) -> PidOutput {
         if applied == Applied::Open {
-            self.restart(self.integral_m);
+            self.restart(self.integral_before_m);
         }
         let heard = is_measured(measured_m);
         if self.begin_m.is_some() && (!heard || applied == Applied::Open) {
@@ -167,6 +173,7 @@ impl Pid {
             }
             return self.output(self.integral_m, true);
         }
+        self.integral_before_m = self.integral_m;
         let ease = blend(self.ticks as f64 * self.tick_s, self.settings.ease_in_s);
         let stopped = if heard {
             self.error_m = reference_m - measured_m;

@@ -29,8 +29,8 @@ extern "C" {
 #define ANHYST_READS_PLANT_SIM (1u << ANHYST_COIL_FIELD)
 #define ANHYST_READS_ESTIMATOR (1u << ANHYST_MEASUREMENT | 1u << ANHYST_SAFE_FIELD)
 #define ANHYST_READS_CONTROLLER (1u << ANHYST_MEASUREMENT | 1u << ANHYST_FIELD_COMMAND | 1u << ANHYST_SAFE_FIELD)
-#define ANHYST_READS_INVERSE (1u << ANHYST_ESTIMATE | 1u << ANHYST_DEMAND)
-#define ANHYST_READS_GUARD (1u << ANHYST_MEASUREMENT | 1u << ANHYST_FIELD_COMMAND)
+#define ANHYST_READS_INVERSE (1u << ANHYST_ESTIMATE | 1u << ANHYST_DEMAND | 1u << ANHYST_SAFE_FIELD)
+#define ANHYST_READS_GUARD (1u << ANHYST_MEASUREMENT | 1u << ANHYST_ESTIMATE | 1u << ANHYST_DEMAND | 1u << ANHYST_FIELD_COMMAND)
 #define ANHYST_READS_AMPLIFIER (1u << ANHYST_SAFE_FIELD)
 #define ANHYST_READS_RECORDER (1u << ANHYST_MEASUREMENT | 1u << ANHYST_TRUTH | 1u << ANHYST_ESTIMATE | 1u << ANHYST_DEMAND | 1u << ANHYST_FIELD_COMMAND | 1u << ANHYST_SAFE_FIELD | 1u << ANHYST_COIL_FIELD)
 
@@ -145,7 +145,7 @@ typedef struct {
     double coil_field_a_per_m; /* A/m: Field wanted in the coil at t_k+2, before the amplifier's lag is compensated. */
     double start_magnetization_a_per_m; /* A/m: Predicted magnetization at t_k+1, where the inversion starts. */
     double reached_magnetization_a_per_m; /* A/m: Magnetization that the commanded field is predicted to reach. */
-    uint64_t status; /* Bits: 1 the demand needs more field than the limit. */
+    uint64_t status; /* Bits: 1 the demand needs more field than the limit, 2 fallen back to the nominal inverse. */
 } AnhystFieldCommand;
 ANHYST_ASSERT(sizeof(AnhystFieldCommand) == 56, "size of AnhystFieldCommand");
 ANHYST_ASSERT(offsetof(AnhystFieldCommand, tick) == 0, "offset of tick");
@@ -162,7 +162,7 @@ typedef struct {
     uint64_t tick; /* The tick the token belongs to. */
     uint64_t sent_ns; /* ns: Time of sending, CLOCK_MONOTONIC; for statistics only. */
     double field_a_per_m; /* A/m: Field for t_k+2. */
-    uint64_t status; /* Bits: 1 limited in amplitude, 2 limited in slew, 4 ramping to the safe field, 8 at the safe field. */
+    uint64_t status; /* Bits: 1 limited in amplitude, 2 limited in slew, 4 ramping to the safe field, 8 at the safe field, 16 holding the last field, 32 the inverse is to leave the estimate alone (fall back). */
     uint64_t event; /* Number of the event that was raised in this tick; 0: none. */
 } AnhystSafeField;
 ANHYST_ASSERT(sizeof(AnhystSafeField) == 40, "size of AnhystSafeField");
@@ -178,7 +178,7 @@ typedef struct {
     uint64_t tick; /* The tick the token belongs to. */
     uint64_t sent_ns; /* ns: Time of sending, CLOCK_MONOTONIC; for statistics only. */
     double field_a_per_m; /* A/m: Field at t_k+1. */
-    uint64_t status; /* Bits: 1 amplitude limit, 2 slew limit. */
+    uint64_t status; /* Bits: 1 amplitude limit, 2 slew limit, 4 ramping to the safe field because nobody commands, 8 at it for that reason, 16 on the way back to the commands. */
 } AnhystCoilField;
 ANHYST_ASSERT(sizeof(AnhystCoilField) == 32, "size of AnhystCoilField");
 ANHYST_ASSERT(offsetof(AnhystCoilField, tick) == 0, "offset of tick");

@@ -22,6 +22,10 @@ from meeting import Absent, Lost, Meeting
 
 AMPLITUDE_LIMITED = 1 << 0
 SLEW_LIMITED = 1 << 1
+RAMPING = 1 << 2
+SAFE = 1 << 3
+# The way to the safe field when nobody commands.
+RAMP_S = 0.02
 # Bits 16 to 31 are a driver's own.
 NOT_A_NUMBER = 1 << 16
 
@@ -62,6 +66,21 @@ class Amplifier:
         return self.field, status
 
 
+def ramp_to_safety(amplifier, meeting, tick):
+    """The amplifier's own watchdog: nobody commands any more, so the field goes to zero, and whoever still listens hears it."""
+    begin, ticks = amplifier.commands[-1], max(1, math.ceil(RAMP_S / amplifier.tick_s))
+    # What is still on its way through the lag has settled to 1e-9 after 21 of its time constants.
+    settling = 0 if amplifier.decay == 0.0 else math.ceil(-21.0 / math.log(amplifier.decay))
+    last = ticks + len(amplifier.commands) + settling
+    for k in range(1, last + 1):
+        field, status = amplifier.step(begin * max(0.0, 1.0 - k / ticks))
+        status |= SAFE if k == last else RAMPING
+        try:
+            meeting.send(interface.CoilField(tick=tick + k, field_a_per_m=field, status=status))
+        except Lost:
+            pass  # Readers that are gone need no field.
+
+
 def arguments():
     parser = argparse.ArgumentParser(description="A current amplifier for an anhyst run.")
     parser.add_argument("--bandwidth-hz", type=float)
@@ -79,10 +98,15 @@ def main():
         tick_s, given.bandwidth_hz, given.field_limit_a_per_m, given.slew_limit_a_per_m_s, given.delay_ticks
     )
     meeting = Meeting(reads=[interface.SafeField], sends=[interface.CoilField])
+    tick = -1
     try:
         while (safe := meeting.receive(interface.SafeField, limit_s)) is not None:
             field, status = amplifier.step(safe.field_a_per_m)
             meeting.send(interface.CoilField(tick=safe.tick, field_a_per_m=field, status=status))
+            tick = safe.tick
+    except (Lost, TimeoutError):
+        ramp_to_safety(amplifier, meeting, tick)
+        raise
     finally:
         pass  # A real amplifier's output goes to zero here, whatever ended the loop.
     meeting.close()

@@ -14,10 +14,11 @@ MOST_STATUS_READERS = 32
 ANY_AGREEMENT = 0
 
 # Keys of a status; keys and values are u64.
-PHASE = 0  # 0 started, 1 all ports created, 2 connected, 3 at the end
+PHASE = 0  # 0 started, 1 all ports created, 2 connected, 3 at the end, 4 has seen all the others at the end
 ASLEEP = 1  # 1: ring the bell after sending to this process; 0: it is awake and polls
 TICK = 2  # Ticks finished: the heartbeat
 AGREEMENT = 3  # Fingerprint of the scenario; 0: has not read it, goes along with any
+EPOCH = 4  # In real time, from the plant's process: CLOCK_MONOTONIC in ns at which tick 0 begins; 0: not known (yet)
 
 NODES = ("plant-sim", "estimator", "controller", "inverse", "guard", "amplifier", "recorder")
 BELL_SERVICE = "bell/{}"
@@ -91,7 +92,7 @@ class Estimate(ctypes.Structure):
 
     SERVICE = "loop/estimate"
     PRODUCER = "estimator"
-    READERS = {"inverse": 0, "recorder": 0}  # node: ticks late
+    READERS = {"inverse": 0, "guard": 0, "recorder": 0}  # node: ticks late
     _fields_ = [
         ("tick", ctypes.c_uint64),  # The tick the token belongs to.
         ("sent_ns", ctypes.c_uint64),  # ns: Time of sending, CLOCK_MONOTONIC; for statistics only.
@@ -141,7 +142,7 @@ class Demand(ctypes.Structure):
 
     SERVICE = "loop/demand"
     PRODUCER = "controller"
-    READERS = {"inverse": 0, "recorder": 0}  # node: ticks late
+    READERS = {"inverse": 0, "guard": 0, "recorder": 0}  # node: ticks late
     _fields_ = [
         ("tick", ctypes.c_uint64),  # The tick the token belongs to.
         ("sent_ns", ctypes.c_uint64),  # ns: Time of sending, CLOCK_MONOTONIC; for statistics only.
@@ -187,7 +188,7 @@ class FieldCommand(ctypes.Structure):
         ("coil_field_a_per_m", ctypes.c_double),  # A/m: Field wanted in the coil at t_k+2, before the amplifier's lag is compensated.
         ("start_magnetization_a_per_m", ctypes.c_double),  # A/m: Predicted magnetization at t_k+1, where the inversion starts.
         ("reached_magnetization_a_per_m", ctypes.c_double),  # A/m: Magnetization that the commanded field is predicted to reach.
-        ("status", ctypes.c_uint64),  # Bits: 1 the demand needs more field than the limit.
+        ("status", ctypes.c_uint64),  # Bits: 1 the demand needs more field than the limit, 2 fallen back to the nominal inverse.
     ]
 
     @staticmethod
@@ -211,12 +212,12 @@ class SafeField(ctypes.Structure):
 
     SERVICE = "loop/safe_field"
     PRODUCER = "guard"
-    READERS = {"estimator": 1, "controller": 1, "amplifier": 0, "recorder": 0}  # node: ticks late
+    READERS = {"estimator": 1, "controller": 1, "inverse": 1, "amplifier": 0, "recorder": 0}  # node: ticks late
     _fields_ = [
         ("tick", ctypes.c_uint64),  # The tick the token belongs to.
         ("sent_ns", ctypes.c_uint64),  # ns: Time of sending, CLOCK_MONOTONIC; for statistics only.
         ("field_a_per_m", ctypes.c_double),  # A/m: Field for t_k+2.
-        ("status", ctypes.c_uint64),  # Bits: 1 limited in amplitude, 2 limited in slew, 4 ramping to the safe field, 8 at the safe field.
+        ("status", ctypes.c_uint64),  # Bits: 1 limited in amplitude, 2 limited in slew, 4 ramping to the safe field, 8 at the safe field, 16 holding the last field, 32 the inverse is to leave the estimate alone (fall back).
         ("event", ctypes.c_uint64),  # Number of the event that was raised in this tick; 0: none.
     ]
 
@@ -244,7 +245,7 @@ class CoilField(ctypes.Structure):
         ("tick", ctypes.c_uint64),  # The tick the token belongs to.
         ("sent_ns", ctypes.c_uint64),  # ns: Time of sending, CLOCK_MONOTONIC; for statistics only.
         ("field_a_per_m", ctypes.c_double),  # A/m: Field at t_k+1.
-        ("status", ctypes.c_uint64),  # Bits: 1 amplitude limit, 2 slew limit.
+        ("status", ctypes.c_uint64),  # Bits: 1 amplitude limit, 2 slew limit, 4 ramping to the safe field because nobody commands, 8 at it for that reason, 16 on the way back to the commands.
     ]
 
     @staticmethod

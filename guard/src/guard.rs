@@ -61,8 +61,8 @@ pub(crate) struct Given {
     pub field_a_per_m: f64,
     pub amplitude_limited: bool,
     pub slew_limited: bool,
-    /// The command was not followed: the field is the last one.
-    pub held: bool,
+    /// The field is held: not for the one tick of a fall-back, in which the loop stays closed.
+    pub holding: bool,
     pub event: Option<Event>,
 }
 
@@ -208,9 +208,9 @@ impl Guard {
         let event = raised.or(back).or_else(|| self.come_back());
         // The inverse hears it a tick later: this tick's command still relies on the estimate.
         let falls_back = relied_on_estimate && self.fallen_back.is_some();
-        let held = self.state == State::Holding
-            || matches!(self.state, State::Normal | State::Returning)
-                && (falls_back || !heard.command_a_per_m.is_finite());
+        let follows = matches!(self.state, State::Normal | State::Returning);
+        let holding = self.state == State::Holding || follows && !heard.command_a_per_m.is_finite();
+        let held = holding || follows && falls_back;
         let limited = self.limited(heard.command_a_per_m, held);
         self.field_a_per_m = limited.field_a_per_m;
         self.advance_state(&limited, held);
@@ -218,7 +218,7 @@ impl Guard {
             field_a_per_m: limited.field_a_per_m,
             amplitude_limited: limited.amplitude,
             slew_limited: limited.slew,
-            held,
+            holding,
             event,
         }
     }
@@ -237,7 +237,7 @@ impl Guard {
             field_a_per_m: limited.field_a_per_m,
             amplitude_limited: false,
             slew_limited: limited.slew,
-            held: false,
+            holding: false,
             event,
         })
     }

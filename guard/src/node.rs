@@ -55,7 +55,7 @@ impl Guard {
             (given.slew_limited, SLEW),
             (self.state() == State::Ramping, RAMPING),
             (self.state() == State::Safe, SAFE),
-            (given.held, HOLDING),
+            (given.holding, HOLDING),
             (self.fallen_back(), FALLEN_BACK),
         ];
         SafeField {

@@ -163,12 +163,25 @@ impl Inverse {
         };
         nominal.follow(tick, given_a_per_m, &self.hysteresis);
         let without_estimate = fall_back && self.structure != Structure::Gain;
+        let turns = nominal.turns(fall_back);
+        if turns {
+            let reached = self.reached_by(given_a_per_m, without_estimate.then_some(nominal.state), &known);
+            nominal.begin(reached.map_or(0.0, |reached| reached - wanted.magnetization_a_per_m));
+        }
+        let mut asked = wanted;
+        let ahead = nominal.magnetization_a_per_m();
+        if ahead != 0.0 {
+            asked.magnetization_a_per_m += ahead;
+        }
         let mut command = if without_estimate {
-            self.step_nominal(wanted, nominal.state)
+            self.step_nominal(asked, nominal.state)
         } else {
-            self.step(wanted, known)
+            self.step(asked, known)
         };
-        let distance = nominal.distance_a_per_m(fall_back, command.field_a_per_m, given_a_per_m);
+        if turns {
+            nominal.begin_field(given_a_per_m - command.field_a_per_m);
+        }
+        let distance = nominal.take_field_a_per_m();
         // Not added when it is 0: that would turn -0 into 0.
         if distance != 0.0 {
             let limit = self.field_limit_a_per_m;
@@ -177,6 +190,20 @@ impl Inverse {
         }
         self.nominal = Some(nominal);
         command
+    }
+
+    /// Magnetization at t_k+2 if this field is given again, where the new way starts from a state that follows the field.
+    fn reached_by(&self, given_a_per_m: f64, nominal: Option<MagneticState>, known: &Known) -> Option<f64> {
+        let (model, start) = match nominal {
+            Some(state) => (self.hysteresis, state),
+            None if self.structure == Structure::FromEstimate && self.credible(known) => {
+                let model = self.hysteresis.with_shape(known.shape_a_per_m);
+                (model, model.advance(known.state, known.next_field_a_per_m))
+            }
+            None => return None,
+        };
+        let field_a_per_m = given_a_per_m / self.coil_gain + self.bias_a_per_m;
+        Some(model.advance(start, field_a_per_m).magnetization_a_per_m)
     }
 
     fn step_nominal(&mut self, wanted: Wanted, start: MagneticState) -> Command {

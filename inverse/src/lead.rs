@@ -113,8 +113,8 @@ mod tests {
             let command = wanted(time_s) + lead.step(slope * bend * time_s, slope);
             field = second.step(first.step(command).field_a_per_m).field_a_per_m;
         }
-        // Two amplifiers are two ticks of computing and hold: what was commanded in tick 395 is reached in tick 399.
-        let error = field - wanted(tick_s * 396.0);
+        // Each amplifier returns what it was asked for a tick before: tick 399 returns what was commanded in tick 397.
+        let error = field - wanted(tick_s * 397.0);
         let curvature = bend * tick_s * tick_s;
         assert!(
             error.abs() < 2.0 * curvature,

@@ -1,8 +1,11 @@
 //! The way without an estimate: dM/dH = F(H, M) at the material's nominal `a`, along the field that was really given.
 //!
 //! The memory follows the amplifier's model at every tick, whether it is needed or not, so that it is true when it is. The
-//! change to it and back is bumpless: the first answer is the field that was given last, u_k = v_{k−1}, and the distance to
-//! the new way's own answer dies along a straight line, u = u_new + (v − u_new,0)·(1 − j/N), N = [`BLEND_TICKS`].
+//! change to it and back is bumpless: the first answer is the field that was given last, and the distance to the new way's
+//! own answer dies along a straight line of N = [`BLEND_TICKS`] ticks. It is a distance of magnetization,
+//! M_asked = M_wanted + (M(v) − M_wanted,0)·(1 − j/N), M(v) what the field given last would reach: added to the field instead it
+//! would be an error that the memory sees and turns back in every tick, and as the slope differs with the direction, it rings.
+//! Only what is left then (lags, and structures without such a memory) is a distance of field, u + (v − u_0)·(1 − j/N).
 //! H, u, v fields (A/m), M magnetization (A/m). Assumption: the amplifier's constants are known.
 
 use anhyst_model::{Amplifier, AmplifierConstants, Hysteresis, MagneticState, ModelError};
@@ -19,7 +22,9 @@ pub(crate) struct Nominal {
     /// At t_k+1.
     pub state: MagneticState,
     fallen_back: bool,
-    distance_a_per_m: f64,
+    /// Distances at the walk's beginning.
+    magnetization_a_per_m: f64,
+    field_a_per_m: f64,
     blend_ticks: u32,
 }
 
@@ -29,7 +34,8 @@ impl Nominal {
             amplifier: Amplifier::new(*amplifier, tick_s)?,
             state: MagneticState::default(),
             fallen_back: false,
-            distance_a_per_m: 0.0,
+            magnetization_a_per_m: 0.0,
+            field_a_per_m: 0.0,
             blend_ticks: 0,
         })
     }
@@ -43,19 +49,40 @@ impl Nominal {
         self.state = hysteresis.advance(self.state, self.amplifier.next_field_a_per_m());
     }
 
-    /// What has to be added to this tick's answer, A/m; exactly 0 when no walk is under way.
-    pub fn distance_a_per_m(&mut self, fallen_back: bool, answer_a_per_m: f64, last_safe_field_a_per_m: f64) -> f64 {
-        if fallen_back != self.fallen_back {
-            self.fallen_back = fallen_back;
-            let distance = last_safe_field_a_per_m - answer_a_per_m;
-            self.distance_a_per_m = if distance.is_finite() { distance } else { 0.0 };
-            self.blend_ticks = BLEND_TICKS;
-        }
-        if self.blend_ticks == 0 {
-            return 0.0;
-        }
-        let part = f64::from(self.blend_ticks) / f64::from(BLEND_TICKS);
-        self.blend_ticks -= 1;
-        self.distance_a_per_m * part
+    /// True in the tick in which the way changes.
+    pub fn turns(&mut self, fallen_back: bool) -> bool {
+        fallen_back != std::mem::replace(&mut self.fallen_back, fallen_back)
     }
+
+    /// Begins a walk with this distance of magnetization; a distance that is no number is none.
+    pub fn begin(&mut self, distance_a_per_m: f64) {
+        self.magnetization_a_per_m = finite(distance_a_per_m);
+        self.field_a_per_m = 0.0;
+        self.blend_ticks = BLEND_TICKS;
+    }
+
+    /// What the first answer of the walk leaves of the field.
+    pub fn begin_field(&mut self, distance_a_per_m: f64) {
+        self.field_a_per_m = finite(distance_a_per_m);
+    }
+
+    /// To be added to this tick's demand, A/m; exactly 0 when no walk is under way.
+    pub fn magnetization_a_per_m(&self) -> f64 {
+        self.magnetization_a_per_m * self.part()
+    }
+
+    /// To be added to this tick's answer, A/m, which ends the tick of the walk; exactly 0 when none is under way.
+    pub fn take_field_a_per_m(&mut self) -> f64 {
+        let field_a_per_m = self.field_a_per_m * self.part();
+        self.blend_ticks = self.blend_ticks.saturating_sub(1);
+        field_a_per_m
+    }
+
+    fn part(&self) -> f64 {
+        f64::from(self.blend_ticks) / f64::from(BLEND_TICKS)
+    }
+}
+
+fn finite(value: f64) -> f64 {
+    if value.is_finite() { value } else { 0.0 }
 }

@@ -65,6 +65,8 @@ pub trait Inputs: Sized {
     fn open(reader: NodeId, connections: &mut Connections) -> Result<Self::Receivers, LinkError>;
     /// Takes the tokens of `tick`, waiting for them.
     fn receive(receivers: &mut Self::Receivers, tick: u64) -> Result<Self, LinkError>;
+    /// The ticks of the tokens taken last, for a log.
+    fn taken(receivers: &Self::Receivers, ticks: &mut dyn FnMut(u32));
     /// What the links measured.
     fn reports(receivers: &Self::Receivers) -> Vec<crate::LinkReport>;
     /// The arrows into `reader`.
@@ -79,6 +81,8 @@ pub trait Outputs {
     fn open(connections: &mut Connections) -> Result<Self::Senders, LinkError>;
     /// Stamps and sends every token; each is shown to `seen` first.
     fn send(self, senders: &mut Self::Senders, tick: u64, seen: &mut dyn Seen) -> Result<(), LinkError>;
+    /// Shows every token as [`Outputs::send`] does, and sends none.
+    fn show(self, tick: u64, seen: &mut dyn Seen);
     /// Connects to the readers that have appeared.
     fn connect(senders: &mut Self::Senders) -> Result<(), LinkError>;
     /// The channels sent.
@@ -105,6 +109,9 @@ macro_rules! tuples {
             }
             fn receive(($($receiver,)*): &mut Self::Receivers, tick: u64) -> Result<Self, LinkError> {
                 Ok(($($edge::from_token($receiver.receive(tick)?),)*))
+            }
+            fn taken(($($receiver,)*): &Self::Receivers, ticks: &mut dyn FnMut(u32)) {
+                $(ticks($receiver.taken());)*
             }
             fn reports(($($receiver,)*): &Self::Receivers) -> Vec<crate::LinkReport> {
                 vec![$($receiver.report()),*]
@@ -142,6 +149,15 @@ macro_rules! output_tuples {
                     outcome = outcome.and($sender.send($message::from_words(stamp, &words)));
                 )*
                 outcome
+            }
+            #[allow(unused_variables, reason = "the empty tuple shows nothing")]
+            fn show(self, tick: u64, seen: &mut dyn Seen) {
+                let ($($token,)*) = self;
+                $(
+                    let mut words = [0; crate::message::MOST_FIELDS];
+                    $token.write_words(&mut words);
+                    seen.see($message::CHANNEL, tick, &mut words[..$message::FIELDS.len()]);
+                )*
             }
             fn connect(($($sender,)*): &mut Self::Senders) -> Result<(), LinkError> {
                 $($sender.connect()?;)*

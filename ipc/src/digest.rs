@@ -42,6 +42,14 @@ impl Trail {
         self.chain.push(digest.0);
     }
 
+    /// Notes that the ticks before `tick` were left out: the digest stays.
+    pub fn leave_out_until(&mut self, tick: u64) {
+        let last = self.last();
+        while (self.chain.len() as u64) < tick {
+            self.chain.push(last);
+        }
+    }
+
     /// The digest after the last tick.
     pub fn last(&self) -> u64 {
         self.chain.last().copied().unwrap_or_default()

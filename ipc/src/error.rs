@@ -71,6 +71,14 @@ pub enum LinkError {
         /// What iceoryx2 said.
         cause: String,
     },
+    /// The system refused something.
+    #[error("could not {operation}: {cause}")]
+    System {
+        /// What was tried.
+        operation: String,
+        /// What the system says.
+        cause: String,
+    },
     /// A process uses a channel that it has not opened.
     #[error("{process} uses {channel} but has not opened it{how}", how = if *sending { " for sending" } else { " for reading" })]
     NotOpened {

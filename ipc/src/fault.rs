@@ -144,7 +144,7 @@ impl TokenFault {
                 TokenKind::Infinite => number(f64::INFINITY.copysign(x)),
                 TokenKind::GainStep(factor) => number(x * factor),
                 TokenKind::Offset(offset) => number(x + offset),
-                TokenKind::Spike(size) if (tick - self.from_tick) % 2 == 0 => number(x + size),
+                TokenKind::Spike(size) if (tick - self.from_tick).is_multiple_of(2) => number(x + size),
                 TokenKind::Spike(size) => number(x - size),
                 TokenKind::Noise(rms) => number(x + rms * nearly_normal(seed, tick, index as u64)),
                 TokenKind::Saturate(limit) => number(if x.is_nan() { x } else { x.clamp(-limit, limit) }),

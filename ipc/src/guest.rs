@@ -196,7 +196,7 @@ impl Guest {
         for channel in Channel::ALL {
             if nodes.contains(&channel.producer()) {
                 let mouth: Box<dyn Mouth> = with_message!(channel, M => {
-                    Box::new(SharedSender::<M>::open(&self.context, &[])?)
+                    Box::new(SharedSender::<M>::open(&self.context, &[], None)?)
                 });
                 self.mouths.insert(channel, mouth);
             }

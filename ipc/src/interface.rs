@@ -120,7 +120,7 @@ pub fn interface() -> Interface {
             most_status_readers: names::MOST_STATUS_READERS,
         },
         bell_service: names::bell_service("PROCESS"),
-        status_service: names::status_service("PROCESS"),
+        status_service: names::status_service("PROCESS", 0),
         status: status_entries(),
         any_agreement: names::ANY_AGREEMENT,
         layouts: layouts(),
@@ -142,7 +142,7 @@ fn status_entries() -> Vec<StatusEntry> {
         entry(
             names::PHASE,
             "phase",
-            "0 started, 1 all ports created, 2 connected, 3 at the end",
+            "0 started, 1 all ports created, 2 connected, 3 at the end, 4 has seen all the others at the end",
         ),
         entry(
             names::ASLEEP,
@@ -154,6 +154,11 @@ fn status_entries() -> Vec<StatusEntry> {
             names::AGREEMENT,
             "agreement",
             "Fingerprint of the scenario; 0: has not read it, goes along with any",
+        ),
+        entry(
+            names::EPOCH,
+            "epoch",
+            "In real time, from the plant's process: CLOCK_MONOTONIC in ns at which tick 0 begins; 0: not known (yet)",
         ),
     ]
 }

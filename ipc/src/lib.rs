@@ -18,11 +18,14 @@ mod invalid;
 mod link;
 mod message;
 mod messages;
+mod newest;
 mod node;
+mod pace;
 mod raw;
 mod shared;
 mod statistics;
 mod stop;
+mod token_log;
 mod wire;
 
 pub use block::{Block, Edge, Inputs, Now, Outputs, Previous, Seen, wiring};
@@ -34,14 +37,16 @@ pub use fault::{LONGEST_DELAY_TICKS, TokenFault, TokenKind};
 pub use guest::{Guest, GuestSettings, Heard, processes};
 pub use interface::{ChannelDescription, FieldDescription, Interface, ServiceSizes, StatusEntry, interface, layouts};
 pub use invalid::Invalid;
-pub use link::{Connections, Receiver, Sender};
+pub use link::{Connections, Discipline, Receiver, Sender};
 pub use message::{Channel, Field, FieldKind, MOST_FIELDS, Message, NodeId};
 pub use messages::*;
 pub use node::{Node, NodeReport, OneUlp, Stage};
+pub use pace::Pace;
 pub use raw::{MOST_BYTES, RawToken};
 pub use shared::{
     ANY_AGREEMENT, Arrivals, Departures, Layout, Observer, Progress, SharedContext, SharedSettings, Wait, crossing,
 };
-pub use statistics::{LatencySummary, LinkReport};
+pub use statistics::{Bin, Latency, LatencySummary, LinkReport};
 pub use stop::{request_stop, stop_flag, stop_requested};
+pub use token_log::{RecordLayout, TokenLog, TokenLogFile, TokenRecord};
 pub use wire::Wire;

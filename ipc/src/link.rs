@@ -1,6 +1,8 @@
 //! A link, whichever transport carries it, and the connections of one process.
 
 use crate::embedded::Cells;
+use crate::newest::{Newest, noted};
+use crate::pace::Pace;
 use crate::shared::{SharedContext, SharedReceiver, SharedSender};
 use crate::statistics::Latency;
 use crate::wire::Wire;
@@ -9,12 +11,25 @@ use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
+/// Which token a reader takes.
+#[derive(Debug, Clone, Default)]
+pub enum Discipline {
+    /// The token that is due, waited for; anything else is an error.
+    #[default]
+    Lockstep,
+    /// The newest that is not newer than the tick, waited for until the reader's time-out.
+    Newest(Rc<Pace>),
+    /// What was put into the channel's cell last, whatever its tick; the default token before. For replaying what was consumed.
+    AsFed,
+}
+
 /// What the nodes of one process are connected to.
 pub struct Connections {
     local: BTreeSet<NodeId>,
     wires: Vec<Wire>,
     cells: Cells,
     shared: Option<Rc<SharedContext>>,
+    discipline: Discipline,
     any_tick: BTreeSet<Channel>,
 }
 
@@ -26,12 +41,19 @@ impl Connections {
             wires,
             cells: Cells::default(),
             shared,
+            discipline: Discipline::Lockstep,
             any_tick: BTreeSet::new(),
         }
     }
 
+    /// The same with another discipline for the readers that are opened from now on.
+    #[must_use]
+    pub fn with_discipline(self, discipline: Discipline) -> Self {
+        Self { discipline, ..self }
+    }
+
     /// On these channels a token of another tick than the one that is due is taken for what it is, not for a gap: an injected
-    /// fault makes them late on purpose. The reader sees the token's age.
+    /// fault makes them late on purpose. The reader sees the token's age. In real time a reader takes what is newest anyway.
     pub fn accept_any_tick(&mut self, channels: impl IntoIterator<Item = Channel>) {
         self.any_tick.extend(channels);
     }
@@ -74,6 +96,9 @@ impl Connections {
             source,
             reader,
             delay,
+            discipline: self.discipline.clone(),
+            newest: Newest::default(),
+            taken: 0,
             any_tick: self.any_tick.contains(&M::CHANNEL),
             latency: Latency::new(),
         })
@@ -91,7 +116,7 @@ impl Connections {
             .map(|wire| wire.reader)
             .collect();
         let shared = match &self.shared {
-            Some(shared) if !remote.is_empty() => Some(SharedSender::open(shared, &remote)?),
+            Some(shared) if !remote.is_empty() => Some(SharedSender::open(shared, &remote, self.pace())?),
             _ => None,
         };
         Ok(Sender {
@@ -102,6 +127,13 @@ impl Connections {
 }
 
 impl Connections {
+    fn pace(&self) -> Option<Rc<Pace>> {
+        match &self.discipline {
+            Discipline::Newest(pace) => Some(pace.clone()),
+            Discipline::Lockstep | Discipline::AsFed => None,
+        }
+    }
+
     /// The token that was last sent on `M`'s channel within this process.
     pub fn last<M: Message>(&mut self) -> Option<M> {
         self.cells.cell::<M>().get()
@@ -118,7 +150,7 @@ impl<M: Message> Sender<M> {
     /// Sends one token to every reader.
     ///
     /// # Errors
-    /// If it reached fewer readers than are connected.
+    /// In lockstep if it reached fewer readers than are connected; in real time that is counted.
     pub fn send(&mut self, mut token: M) -> Result<(), LinkError> {
         if let Some(shared) = &mut self.shared {
             token.stamp(token.tick(), monotonic_ns());
@@ -147,16 +179,71 @@ pub struct Receiver<M: Message> {
     source: Source<M>,
     reader: NodeId,
     delay: u64,
+    discipline: Discipline,
+    newest: Newest<M>,
+    taken: u32,
     any_tick: bool,
     latency: Latency,
 }
 
 impl<M: Message> Receiver<M> {
-    /// The token that is due at `tick`: of this tick, or of the tick before for a delayed reader (at tick 0 the default).
+    /// The token that is due at `tick`: of this tick, or of the tick before for a delayed reader (at tick 0 the default). In
+    /// real time: the newest that is not newer than that.
     ///
     /// # Errors
-    /// If it does not come within the receive limit, if another one comes, or if the run is told to stop.
+    /// In lockstep if it does not come within the receive limit or another one comes; if the run is told to stop.
     pub fn receive(&mut self, tick: u64) -> Result<M, LinkError> {
+        match self.discipline.clone() {
+            Discipline::Lockstep => self.receive_due(tick),
+            Discipline::Newest(pace) => self.receive_newest(tick, &pace),
+            Discipline::AsFed => Ok(match &self.source {
+                Source::Cell(cell) => cell.get().unwrap_or_default(),
+                Source::Shared(_) => M::default(),
+            }),
+        }
+    }
+
+    /// A token of tick `k` is due within tick `k`: a delayed reader, which reads it a tick later, never waits.
+    fn receive_newest(&mut self, tick: u64, pace: &Pace) -> Result<M, LinkError> {
+        let Some(due) = tick.checked_sub(self.delay) else {
+            self.taken = noted::<M>(None);
+            return Ok(M::default());
+        };
+        match &mut self.source {
+            Source::Cell(cell) => {
+                let token = cell.get();
+                self.taken = noted(token.as_ref());
+                Ok(token.unwrap_or_default())
+            }
+            Source::Shared(shared) => {
+                let had = self.newest.noted_tick();
+                let until_ns = if self.delay == 0 { pace.time_out_ns(tick) } else { 0 };
+                shared.receive_newest(&mut self.newest, due, until_ns)?;
+                let token = self.newest.token();
+                self.taken = self.newest.noted_tick();
+                let now_ns = monotonic_ns();
+                if self.taken != had {
+                    self.latency.record(now_ns.saturating_sub(token.sent_ns()));
+                }
+                if !self.newest.is_of(due) {
+                    pace.note_late();
+                } else if self.delay == 0 {
+                    pace.arrived(tick, now_ns);
+                }
+                if let Some(ahead) = self.newest.ahead_tick() {
+                    pace.seen(ahead);
+                }
+                Ok(token)
+            }
+        }
+    }
+
+    /// The tick of the token taken last, for a log.
+    pub(crate) fn taken(&self) -> u32 {
+        self.taken
+    }
+
+    fn receive_due(&mut self, tick: u64) -> Result<M, LinkError> {
         let Some(due) = tick.checked_sub(self.delay) else {
             return Ok(M::default());
         };
@@ -188,7 +275,7 @@ impl<M: Message> Receiver<M> {
             channel: M::CHANNEL,
             reader: self.reader,
             latency: self.latency.summary(),
-            lost: 0,
+            lost: self.newest.missing(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::block::{Inputs as _, Outputs as _, Seen};
 use crate::fault::{Injector, TokenFault};
+use crate::token_log::TokenLog;
 use crate::{Block, Channel, Connections, Digest, LinkError, LinkReport, NodeId, Trail};
 use serde::{Deserialize, Serialize};
 
@@ -35,6 +36,8 @@ pub trait Stage {
     /// # Errors
     /// If a token is missing, wrong or cannot be delivered.
     fn tick(&mut self, tick: u64) -> Result<(), LinkError>;
+    /// Writes what is consumed and sent into `log` from now on.
+    fn log_tokens(&mut self, _log: TokenLog) {}
     /// From here on a reader that is gone is no error: the run is ending, and whoever still listens is to hear.
     fn end(&mut self);
     /// Answers tick `tick` without hearing anybody, on the way to the safe state. False if there is nothing (more) to do.
@@ -59,6 +62,7 @@ pub struct OneUlp {
 struct Watcher {
     digest: Digest,
     one_ulp_at: Option<u64>,
+    log: Option<TokenLog>,
     injector: Injector,
     /// Where the coil's field stands in what is sent, and its last value.
     field: Option<(Channel, usize)>,
@@ -77,6 +81,7 @@ impl Watcher {
         Self {
             digest: Digest::default(),
             one_ulp_at: one_ulp.filter(|fault| fault.node == B::NODE).map(|fault| fault.tick),
+            log: None,
             injector: Injector::default(),
             field: sent
                 .filter(|channel| matches!(channel.producer(), NodeId::Plant | NodeId::Guard | NodeId::Amplifier))
@@ -98,6 +103,9 @@ impl Seen for Watcher {
             }
             stamp = self.injector.see(channel, tick, words);
             self.digest.add(stamp, words);
+            if let Some(log) = &mut self.log {
+                log.add(words);
+            }
         }
         if let Some((of, index)) = self.field
             && of == channel
@@ -141,6 +149,11 @@ impl<B: Block> Node<B> {
         })
     }
 
+    /// The block, with what it has gathered so far.
+    pub fn block(&self) -> &B {
+        &self.block
+    }
+
     /// Lets these faults happen to what the node sends; those of other nodes' channels are left out. `seed` is of their noise.
     #[must_use]
     pub fn with_faults(mut self, faults: &[TokenFault], seed: u64) -> Self {
@@ -166,8 +179,19 @@ impl<B: Block> Stage for Node<B> {
 
     fn tick(&mut self, tick: u64) -> Result<(), LinkError> {
         let inputs = B::Inputs::receive(&mut self.receivers, tick)?;
+        if let Some(log) = &mut self.watcher.log {
+            log.begin(tick);
+            B::Inputs::taken(&self.receivers, &mut |taken| log.consume(taken));
+        }
         let outputs = self.block.step(tick, inputs);
-        let sent = outputs.send(&mut self.senders, tick, &mut self.watcher);
+        self.trail.leave_out_until(tick);
+        let sent = if self.ending && B::NODE == NodeId::Plant {
+            // What a plant still measured would let the others go on cutting: silence makes the guard take the field away.
+            outputs.show(tick, &mut self.watcher);
+            Ok(())
+        } else {
+            outputs.send(&mut self.senders, tick, &mut self.watcher)
+        };
         self.trail.push(self.watcher.digest);
         self.ticks = tick + 1;
         if self.ending { Ok(()) } else { sent }
@@ -186,6 +210,10 @@ impl<B: Block> Stage for Node<B> {
         let _ = outputs.send(&mut self.senders, tick, &mut self.watcher);
         self.ticks = tick + 1;
         true
+    }
+
+    fn log_tokens(&mut self, log: TokenLog) {
+        self.watcher.log = Some(log);
     }
 
     fn trail(&self) -> &Trail {

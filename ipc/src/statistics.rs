@@ -28,13 +28,19 @@ pub struct LinkReport {
     pub reader: NodeId,
     /// Sending to receiving; empty on a link within one process.
     pub latency: LatencySummary,
-    /// Tokens that never came (always 0 in lockstep: a gap ends the run).
+    /// Tokens that never came: 0 in lockstep, where a gap ends the run; in real time ticks left out by the sender count too.
     pub lost: u64,
 }
 
 /// A histogram of ns, 1 ns to 100 s, two digits; recording never allocates.
 #[derive(Debug, Clone)]
 pub struct Latency(Option<Histogram<u64>>);
+
+impl Default for Latency {
+    fn default() -> Self {
+        Self::new()
+    }
+}
 
 impl Latency {
     /// An empty histogram.
@@ -62,5 +68,32 @@ impl Latency {
             p999_us: us(0.999),
             max_us: histogram.max() as f64 * 1e-3,
         }
+    }
+}
+
+/// How often a time fell between two bounds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Bin {
+    /// Largest time of the bin in µs; the smallest is that of the bin before.
+    pub up_to_us: f64,
+    /// How often.
+    pub count: u64,
+}
+
+impl Latency {
+    /// The histogram itself, three bins an octave from 1 µs on; bins that are empty are left out.
+    pub fn bins(&self) -> Vec<Bin> {
+        let third_of_an_octave = 2.0_f64.cbrt();
+        let counted = self
+            .0
+            .iter()
+            .flat_map(|histogram| histogram.iter_log(1000, third_of_an_octave));
+        counted
+            .map(|value| Bin {
+                up_to_us: value.value_iterated_to() as f64 * 1e-3,
+                count: value.count_since_last_iteration(),
+            })
+            .filter(|bin| bin.count > 0)
+            .collect()
     }
 }

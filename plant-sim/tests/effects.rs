@@ -34,18 +34,28 @@ fn field(k: u32) -> f64 {
 }
 
 // Guards the change from the plain plant to the chain: with an effect of no size a(t) drifts, the field moves and the
-// tip follows as before, but for what a straight line between ticks leaves out of M.
+// tip follows as before, but for what a straight line between ticks leaves out of M: in the mean over a tick a twelfth of its
+// second difference. The rod adds up to half of that by swinging.
 #[test]
 fn an_effect_of_no_size_changes_nothing_but_the_mean_between_ticks() {
     let absent = Effect::identity(EffectKind::EddyCurrent);
     let (mut plain, mut chained) = (plant(&settings(&[])), plant(&settings(&[absent])));
+    let material = Material::terfenol_d();
+    let elements = anhyst_model::RodElements::assemble(&RodConstants::paper(), 8).unwrap();
+    let metres = elements.two_pole(material.strain_per_magnetization()).dc_gain();
+    let mut before = [0.0; 2];
+    let mut bulge = 0.0_f64;
     for k in 1..8000 {
         plain.advance(field(k));
         chained.advance(field(k));
         let (one, other) = (plain.state(), chained.state());
         assert_eq!(one.shape_a_per_m, other.shape_a_per_m);
         let gap_m = one.displacement_m - other.displacement_m;
-        assert!(gap_m.abs() < 2e-9, "tick {k}: {gap_m} m");
+        let magnetization = one.magnetic.magnetization_a_per_m;
+        bulge = bulge.max((magnetization - 2.0 * before[0] + before[1]).abs() / 12.0);
+        before = [magnetization, before[0]];
+        let largest_m = 1.5 * metres * bulge;
+        assert!(gap_m.abs() < largest_m, "tick {k}: {gap_m} m, not within {largest_m} m");
         let gap = one.magnetic.magnetization_a_per_m - other.magnetic.magnetization_a_per_m;
         assert!(gap.abs() < 1e-3, "tick {k}: {gap} A/m");
     }

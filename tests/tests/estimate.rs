@@ -113,7 +113,7 @@ fn what_cannot_be_estimated_is_refused() {
         (&["--range", "7300..6300"], "lower edge"),
         (
             &["--column", "displacement=nothing"],
-            "has no column for the displacement",
+            "there is no column \"nothing\", which was named for the displacement",
         ),
     ] {
         let arguments: Vec<&str> = common.iter().chain(more).copied().collect();

@@ -1,4 +1,4 @@
-//! Guards the whole loop against what a scenario injects: 24 kinds of fault, each in three severities. In every case the
+//! Guards the whole loop against what a scenario injects: 25 kinds of fault, each in three severities. In every case the
 //! stated reaction within the stated ticks, the named event, never a field above the limit, never a number that is none.
 
 use anhyst::assemble;
@@ -61,6 +61,24 @@ fn assert_never_unsafe(scenario: &Scenario, tokens: &[(SafeField, CoilField)], c
     }
 }
 
+/// The largest step of the guard's field since the fault, in A/m, and its tick.
+fn largest_step(tokens: &[(SafeField, CoilField)]) -> (f64, u64) {
+    let steps = tokens[FROM_TICK as usize - 1..].windows(2);
+    steps
+        .map(|pair| {
+            let (before, now) = (pair[0].0, pair[1].0);
+            ((now.field_a_per_m - before.field_a_per_m).abs(), now.tick)
+        })
+        .fold((0.0, 0), |most, step| if step.0 > most.0 { step } else { most })
+}
+
+/// What a fall-back may ask for in one tick. H goes as `a`: the nominal 7012 A/m asks for a tenth more than the cut's 6400 A/m
+/// and more, so the healthy cut's largest step is a tenth larger, and a tenth of its largest field is walked in 100 ticks.
+fn bumpless_step(healthy: &[(SafeField, CoilField)]) -> f64 {
+    let fields = healthy.iter().map(|(safe, _)| safe.field_a_per_m.abs());
+    1.1 * largest_step(healthy).0 + 0.1 * fields.fold(0.0, f64::max) / 100.0
+}
+
 fn first_event(tokens: &[(SafeField, CoilField)]) -> Option<(Event, u64)> {
     let (safe, _) = tokens.iter().find(|(safe, _)| safe.event != 0)?;
     Event::from_number(safe.event).map(|event| (event, safe.tick))
@@ -70,7 +88,7 @@ fn first_event(tokens: &[(SafeField, CoilField)]) -> Option<(Event, u64)> {
 type Case = (&'static str, &'static str, [&'static str; 3], u64, Event, u64);
 
 const ALL: &str = "";
-const CASES: [Case; 24] = [
+const CASES: [Case; 25] = [
     (
         "measurement",
         "displacement_m",
@@ -213,13 +231,24 @@ const CASES: [Case; 24] = [
         Event::CurrentExceeded,
         1,
     ),
+    // The field follows a false demand within two ticks and the rod really jumps: that is seen long before an error of
+    // 4 µm has lasted for 20 ticks.
     (
         "demand",
         "magnetization_a_per_m",
         ["Offset(1.5e5)", "Offset(-2e5)", "GainStep(-1)"],
         2000,
+        Event::DisplacementJump,
+        20,
+    ),
+    // A demand that stands still moves nothing, but the reference goes on.
+    (
+        "demand",
+        "magnetization_a_per_m",
+        ["Freeze"; 3],
+        200,
         Event::TrackingLost,
-        1000,
+        200,
     ),
 ];
 
@@ -227,6 +256,7 @@ const CASES: [Case; 24] = [
 fn every_injected_fault_has_its_event_and_its_reaction() {
     let healthy = run(&scenario("{}", ""));
     assert_eq!(first_event(&healthy), None);
+    let largest_a_per_m = bumpless_step(&healthy);
     let mut run_cases = 0;
     for (channel, field, kinds, for_ticks, event, within) in CASES {
         // Where the kind has no size its severity is how long it lasts.
@@ -251,14 +281,20 @@ fn every_injected_fault_has_its_event_and_its_reaction() {
                 (FROM_TICK..FROM_TICK + within).contains(&tick),
                 "{case}: {raised} at tick {tick}"
             );
-            assert_reaction(&scenario, &tokens, event, tick as usize, &case);
+            assert_reaction(&scenario, &tokens, (event, tick as usize), largest_a_per_m, &case);
             run_cases += 1;
         }
     }
-    assert_eq!(run_cases, 72);
+    assert_eq!(run_cases, 75);
 }
 
-fn assert_reaction(scenario: &Scenario, tokens: &[(SafeField, CoilField)], event: Event, tick: usize, case: &str) {
+fn assert_reaction(
+    scenario: &Scenario,
+    tokens: &[(SafeField, CoilField)],
+    (event, tick): (Event, usize),
+    largest_a_per_m: f64,
+    case: &str,
+) {
     let guard = &scenario.guard;
     let bound = guard.reaction_ticks(event, scenario.tick_s) as usize;
     match guard.reactions.to(event).reaction {
@@ -279,9 +315,15 @@ fn assert_reaction(scenario: &Scenario, tokens: &[(SafeField, CoilField)], event
             );
         }
         Reaction::FallBack => {
+            let (largest, at) = largest_step(tokens);
+            assert!(
+                largest <= largest_a_per_m,
+                "{case}: a step of {largest} A/m in tick {at}, not {largest_a_per_m}"
+            );
             let (before, at) = (tokens[tick - 1].0, tokens[tick].0);
             assert_eq!(at.field_a_per_m, before.field_a_per_m, "{case}");
-            assert_eq!(at.status & (HOLDING | FALL_BACK), HOLDING | FALL_BACK, "{case}");
+            // The loop stays closed: nobody may take the one tick for a hold.
+            assert_eq!(at.status & (HOLDING | FALL_BACK), FALL_BACK, "{case}");
             let back = tokens[tick + 1..]
                 .iter()
                 .find(|(token, _)| token.event != 0)
@@ -293,22 +335,17 @@ fn assert_reaction(scenario: &Scenario, tokens: &[(SafeField, CoilField)], event
     }
 }
 
-/// Open: with every number of the estimate lost the field once steps by 463 A/m, three times what the cut itself asks.
+/// Guards the walk between the ways: added to the field instead of the magnetization it rang, with steps of 463 A/m.
 #[test]
-#[ignore = "open: the controller takes the one held tick of a fall-back for an opened loop"]
 fn falling_back_takes_no_large_step() {
+    let bound = bumpless_step(&run(&scenario("{}", "")));
     let faults = format!("Link(from_tick: {FROM_TICK}, for_ticks: 100, channel: estimate, kind: Nan)");
-    let tokens = run(&scenario("{}", &faults));
-    let steps = tokens[FROM_TICK as usize - 1..]
-        .windows(2)
-        .map(|pair| (pair[1].0.field_a_per_m - pair[0].0.field_a_per_m).abs());
-    let largest = steps.fold(0.0, f64::max);
-    assert!(largest < 250.0, "a step of {largest} A/m");
+    let (largest, tick) = largest_step(&run(&scenario("{}", &faults)));
+    assert!(largest <= bound, "a step of {largest} A/m in tick {tick}, not {bound}");
 }
 
 /// The way back that a scenario asks for: hold through a spike, walk back, track again.
 #[test]
-#[ignore = "open: a spike of 1 mm reaches estimator and PID in its own tick, and the walk back is held once more"]
 fn a_hold_goes_through_a_spike_without_a_step() {
     let reactions = "{displacement_jump: (reaction: Hold, way_back: AfterHealth(for_s: 0.002))}";
     for size in ["6e-6", "1e-3", "1e6"] {

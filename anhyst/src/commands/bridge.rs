@@ -9,7 +9,7 @@ use crate::error::RunError;
 use crate::folder::RunFolder;
 use crate::process::Meeting;
 use crate::report::ProcessReport;
-use crate::scenario::{Clock, Scenario, load};
+use crate::scenario::{Scenario, load};
 use crate::signals;
 use anhyst_bridge::{BridgeError, BridgeSettings, End};
 use std::path::PathBuf;
@@ -31,6 +31,7 @@ pub fn run(arguments: &BridgeArguments) -> miette::Result<Ending> {
         .validate()
         .map_err(|sentence| miette::miette!("{sentence}"))?;
     let scenario = load(&node.scenario, &node.settings)?;
+    super::part::validate_clock(&scenario)?;
     let agreement = scenario
         .agreement()
         .map_err(|error| RunError::Setup(error.to_string()))?;
@@ -76,14 +77,8 @@ pub fn run(arguments: &BridgeArguments) -> miette::Result<Ending> {
     Ok(ending)
 }
 
-/// How long a token may take to come.
-fn receive_limit(clock: &Clock) -> Duration {
-    let Clock::Lockstep { receive_limit_s } = *clock;
-    Duration::from_secs_f64(receive_limit_s)
-}
-
 fn settings(arguments: &BridgeArguments, scenario: &Scenario, meeting: Meeting) -> Result<BridgeSettings, RunError> {
-    let receive_limit = receive_limit(&scenario.clock);
+    let receive_limit = Duration::from_secs_f64(scenario.clock.receive_limit_s());
     let across = &arguments.across;
     let end = match (&across.listen, &across.connect) {
         (Some(endpoint), _) => End::Listen(endpoint.clone()),

@@ -22,6 +22,9 @@ const SHARED_MEMORY_NEEDED_BYTES: u64 = 256 << 20;
 /// # Errors
 /// If leftovers cannot be listed or removed.
 pub fn run(arguments: &DoctorArguments) -> miette::Result<Ending> {
+    if let Some(scenario) = &arguments.realtime {
+        return super::doctor_realtime::run(scenario, arguments);
+    }
     let failed = |cause: std::io::Error| RunError::Setup(format!("shared memory cannot be inspected: {cause}"));
     let leftovers = resources::leftovers().map_err(failed)?;
     let mut findings = vec![shared_memory(), rights(), cores()];

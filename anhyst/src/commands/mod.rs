@@ -6,6 +6,7 @@ pub mod check;
 pub mod compare;
 pub mod diagnose;
 pub mod doctor;
+pub mod doctor_realtime;
 pub mod estimate;
 #[cfg(feature = "recorder")]
 pub mod export;
@@ -16,11 +17,13 @@ pub mod laws;
 pub mod node;
 pub mod paper;
 pub mod part;
-#[cfg(feature = "recorder")]
 pub mod replay;
+#[cfg(feature = "recorder")]
+pub mod replay_recording;
 pub mod run;
 pub mod study;
 pub mod summary;
+mod summary_realtime;
 pub mod verify_amplifier;
 #[cfg(feature = "recorder")]
 pub mod view;

@@ -34,6 +34,11 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
         .into_iter()
         .find(|(_, nodes)| nodes.contains(&node))
         .ok_or_else(|| RunError::Setup(format!("{node} has no process in this scenario")))?;
+    if arguments.rejoin && scenario.clock.realtime().is_none() {
+        return Err(miette::miette!(
+            "--rejoin is for real-time runs: in lockstep the loop ends with the process that died"
+        ));
+    }
     let folder = RunFolder::open(&arguments.out);
     folder.make_result_folders().map_err(|cause| RunError::Write {
         path: folder.path().to_owned(),
@@ -98,5 +103,6 @@ pub fn meeting(arguments: &NodeArguments, agreement: u64) -> miette::Result<Meet
         agreement,
         yields: arguments.yields,
         start_limit: Duration::from_secs_f64(start_limit_s),
+        rejoin: arguments.rejoin,
     })
 }

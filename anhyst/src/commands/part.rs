@@ -27,6 +27,23 @@ pub fn validate(arguments: &RunArguments, scenario: &Scenario) -> miette::Result
             "this build has no bridge (cargo feature `bridge`): it cannot run a part"
         ));
     }
+    if arguments.across.is_part() {
+        validate_clock(scenario)?;
+    }
+    Ok(())
+}
+
+/// Refuses a clock that a link between hosts cannot keep: the bridge checks that every tick of every channel crosses, and
+/// in real time ticks are left out.
+///
+/// # Errors
+/// A sentence.
+pub fn validate_clock(scenario: &Scenario) -> miette::Result<()> {
+    if scenario.clock.realtime().is_some() {
+        return Err(miette::miette!(
+            "clock: Realtime cannot be bridged, only Lockstep: two hosts have two clocks, and the bridge takes no gap in the ticks"
+        ));
+    }
     Ok(())
 }
 

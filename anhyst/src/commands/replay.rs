@@ -1,16 +1,13 @@
-//! `anhyst replay RUN`: feeds a recorded run's tokens to one node and compares its outputs bit by bit.
+//! `anhyst replay RUN`: feeds a run's tokens to one node and compares its outputs bit by bit. The tokens of a real-time run
+//! come from its token logs, those of a lockstep run from its recording.
 
 use super::Ending;
 use crate::cli::ReplayArguments;
 use crate::error::RunError;
 use crate::folder::RunFolder;
+use crate::realtime::{self, Logs, Replayed};
 use crate::scenario::{Scenario, load};
-use anhyst_ipc::{
-    CoilField, Connections, Demand, Estimate, FieldCommand, Measurement, Message, NodeId, SafeField, Sender,
-    TokenFault, Truth,
-};
-use anhyst_recorder::Recording;
-use serde::Serialize;
+use anhyst_ipc::NodeId;
 
 /// The nodes whose inputs and outputs a recording holds.
 const NODES: [NodeId; 6] = [
@@ -21,16 +18,6 @@ const NODES: [NodeId; 6] = [
     NodeId::Guard,
     NodeId::Amplifier,
 ];
-
-/// How one node's replay came out.
-#[derive(Debug, Serialize)]
-struct Replayed {
-    node: NodeId,
-    ticks: u64,
-    same: bool,
-    /// The first tick, channel and field that differ.
-    difference: Option<String>,
-}
 
 /// Runs the command.
 ///
@@ -51,11 +38,13 @@ pub fn run(arguments: &ReplayArguments) -> miette::Result<Ending> {
             known.join(", ")
         ));
     }
-    let recorded = Recorded::read(&folder, &scenario)?;
-    let replayed = nodes
-        .into_iter()
-        .map(|node| replay(node, &scenario, &recorded))
-        .collect::<Result<Vec<_>, _>>()?;
+    let (replayed, held_ticks) = if scenario.clock.realtime().is_some() {
+        let logs = Logs::open(&folder)?;
+        let replayed = nodes.into_iter().map(|node| realtime::replay(node, &scenario, &logs));
+        (replayed.collect::<Result<Vec<_>, _>>()?, u64::MAX)
+    } else {
+        from_recording(&nodes, &scenario, &folder)?
+    };
     if arguments.json {
         crate::say!(
             "{}",
@@ -69,12 +58,9 @@ pub fn run(arguments: &ReplayArguments) -> miette::Result<Ending> {
             }
         }
     }
-    let whole = missing_ticks(&folder, recorded.ticks() as u64);
+    let whole = missing_ticks(&folder, held_ticks);
     if let Some(ticks) = whole {
-        crate::complain!(
-            "the recording holds {} of the {ticks} ticks that the run had",
-            recorded.ticks()
-        );
+        crate::complain!("the recording holds {held_ticks} of the {ticks} ticks that the run had");
     }
     Ok(if whole.is_none() && replayed.iter().all(|result| result.same) {
         Ending::Held
@@ -89,143 +75,19 @@ fn missing_ticks(folder: &RunFolder, recorded: u64) -> Option<u64> {
     summary["ticks"].as_u64().filter(|ticks| *ticks > recorded)
 }
 
-/// Every token of a run, by tick.
-struct Recorded {
-    measurement: Vec<Measurement>,
-    truth: Vec<Truth>,
-    estimate: Vec<Estimate>,
-    demand: Vec<Demand>,
-    field_command: Vec<FieldCommand>,
-    safe_field: Vec<SafeField>,
-    coil_field: Vec<CoilField>,
+/// Replays from the recording; also how many ticks it holds.
+#[cfg(feature = "recorder")]
+fn from_recording(nodes: &[NodeId], scenario: &Scenario, folder: &RunFolder) -> Result<(Vec<Replayed>, u64), RunError> {
+    let recorded = super::replay_recording::Recorded::read(folder, scenario)?;
+    let replayed = nodes
+        .iter()
+        .map(|node| super::replay_recording::replay(*node, scenario, &recorded));
+    Ok((replayed.collect::<Result<_, _>>()?, recorded.ticks() as u64))
 }
 
-impl Recorded {
-    fn read(folder: &RunFolder, scenario: &Scenario) -> Result<Self, RunError> {
-        let recording = Recording::open(&folder.recording())?;
-        let faults = scenario.token_faults()?;
-        Ok(Self {
-            measurement: as_stamped(recording.tokens()?, &faults),
-            truth: as_stamped(recording.tokens()?, &faults),
-            estimate: as_stamped(recording.tokens()?, &faults),
-            demand: as_stamped(recording.tokens()?, &faults),
-            field_command: as_stamped(recording.tokens()?, &faults),
-            safe_field: as_stamped(recording.tokens()?, &faults),
-            coil_field: as_stamped(recording.tokens()?, &faults),
-        })
-    }
-
-    /// Ticks that all channels have: a run that was cut short may have recorded more of one than of another.
-    fn ticks(&self) -> usize {
-        let lengths = [
-            self.measurement.len(),
-            self.truth.len(),
-            self.estimate.len(),
-            self.demand.len(),
-            self.field_command.len(),
-            self.safe_field.len(),
-            self.coil_field.len(),
-        ];
-        lengths.into_iter().min().unwrap_or_default()
-    }
-}
-
-/// The tokens with the ticks that they were sent with: a recording has them in the ticks in which they were heard.
-fn as_stamped<M: Message>(mut tokens: Vec<M>, faults: &[TokenFault]) -> Vec<M> {
-    for token in &mut tokens {
-        let mine = faults.iter().filter(|fault| fault.channel == M::CHANNEL);
-        token.stamp(mine.fold(token.tick(), |tick, fault| fault.stamp(tick)), 0);
-    }
-    tokens
-}
-
-/// One channel of the replay: the recorded token is fed before the node steps, and what the node sends compared after.
-struct Feed<'a, M: Message> {
-    sender: Sender<M>,
-    recorded: &'a [M],
-}
-
-impl<'a, M: Message> Feed<'a, M> {
-    fn open(connections: &mut Connections, recorded: &'a [M]) -> Result<Self, RunError> {
-        Ok(Self {
-            sender: connections.sender::<M>()?,
-            recorded,
-        })
-    }
-
-    fn send(&mut self, tick: usize) -> Result<(), RunError> {
-        Ok(self.sender.send(self.recorded[tick])?)
-    }
-
-    fn difference(&self, tick: usize, connections: &mut Connections) -> Option<String> {
-        let sent = connections.last::<M>()?;
-        let (mut now, mut then) = ([0; anhyst_ipc::MOST_FIELDS], [0; anhyst_ipc::MOST_FIELDS]);
-        sent.write_words(&mut now);
-        self.recorded[tick].write_words(&mut then);
-        let field = M::FIELDS
-            .iter()
-            .zip(now.iter().zip(&then))
-            .find(|(_, (now, then))| now != then)?
-            .0;
-        Some(format!(
-            "tick {tick}, {} of {}: {:?} recorded, {:?} replayed",
-            field.name,
-            M::CHANNEL,
-            self.recorded[tick],
-            sent
-        ))
-    }
-}
-
-fn replay(node: NodeId, scenario: &Scenario, recorded: &Recorded) -> Result<Replayed, RunError> {
-    // All producers count as local, so that the node's inputs are cells that we fill.
-    let mut connections = Connections::new(NodeId::LOOP_ORDER, crate::assemble::wires(), None);
-    connections.accept_any_tick(crate::assemble::late_channels(scenario)?);
-    let mut stage = crate::assemble::stage(node, scenario, &mut connections)?;
-    let mut measurement = Feed::open(&mut connections, &recorded.measurement)?;
-    let mut truth = Feed::open(&mut connections, &recorded.truth)?;
-    let mut estimate = Feed::open(&mut connections, &recorded.estimate)?;
-    let mut demand = Feed::open(&mut connections, &recorded.demand)?;
-    let mut field_command = Feed::open(&mut connections, &recorded.field_command)?;
-    let mut safe_field = Feed::open(&mut connections, &recorded.safe_field)?;
-    let mut coil_field = Feed::open(&mut connections, &recorded.coil_field)?;
-    let ticks = recorded.ticks();
-    for tick in 0..ticks {
-        // What comes before the node in a tick is fed before its step, what comes after it afterwards: a delayed input must
-        // still find the token of the tick before.
-        let before = |channel: anhyst_ipc::Channel| channel.producer() < node;
-        macro_rules! feed {
-            ($wanted:expr; $($feed:ident: $message:ident),*) => {
-                $( if before($message::CHANNEL) == $wanted && $message::CHANNEL.producer() != node { $feed.send(tick)?; } )*
-            };
-        }
-        feed!(true; measurement: Measurement, truth: Truth, estimate: Estimate, demand: Demand, field_command: FieldCommand, safe_field: SafeField, coil_field: CoilField);
-        stage.tick(tick as u64)?;
-        let difference = match node {
-            NodeId::Plant => measurement
-                .difference(tick, &mut connections)
-                .or_else(|| truth.difference(tick, &mut connections)),
-            NodeId::Estimator => estimate.difference(tick, &mut connections),
-            NodeId::Controller => demand.difference(tick, &mut connections),
-            NodeId::Inverse => field_command.difference(tick, &mut connections),
-            NodeId::Guard => safe_field.difference(tick, &mut connections),
-            NodeId::Amplifier => coil_field.difference(tick, &mut connections),
-            NodeId::Recorder => None,
-        };
-        if difference.is_some() {
-            return Ok(Replayed {
-                node,
-                ticks: tick as u64,
-                same: false,
-                difference,
-            });
-        }
-        feed!(false; measurement: Measurement, truth: Truth, estimate: Estimate, demand: Demand, field_command: FieldCommand, safe_field: SafeField, coil_field: CoilField);
-    }
-    Ok(Replayed {
-        node,
-        ticks: ticks as u64,
-        same: true,
-        difference: None,
-    })
+#[cfg(not(feature = "recorder"))]
+fn from_recording(_: &[NodeId], _: &Scenario, _: &RunFolder) -> Result<(Vec<Replayed>, u64), RunError> {
+    Err(RunError::Setup(
+        "this build reads no recordings (cargo feature `recorder`); real-time runs can be replayed".into(),
+    ))
 }

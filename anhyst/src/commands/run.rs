@@ -13,7 +13,7 @@ use anhyst_ipc::NodeId;
 use std::time::Duration;
 
 /// Polls before a waiting process sleeps, on a machine with fewer cores than processes.
-const YIELDS_SHARED: u32 = 20;
+pub const YIELDS_SHARED: u32 = 20;
 /// The same with a core for each.
 const YIELDS_DEDICATED: u32 = 1000;
 

@@ -2,6 +2,7 @@
 
 use crate::folder::RunFolder;
 use crate::judge::Verdict;
+use crate::realtime::RealtimeSummary;
 use crate::report::ProcessReport;
 use crate::scenario::Scenario;
 use anhyst_ipc::{LinkReport, NodeId, NodeReport, combine};
@@ -36,6 +37,9 @@ pub struct Summary {
     pub lost_tokens: u64,
     /// Rows of the recording.
     pub recorded_rows: u64,
+    /// Of a real-time run: what was asked of the system, missed deadlines, distributions, restarts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub realtime: Option<RealtimeSummary>,
     /// Digest of all tokens of all nodes.
     pub digest: String,
     /// Digest of each node, in loop order.
@@ -55,7 +59,14 @@ impl Summary {
             .find_map(|report| report.verdict.clone())
             .unwrap_or_default();
         let failures = verdict.failures(&scenario.expect);
-        let ticks = senders().map(|report| report.ticks).min().unwrap_or_default();
+        let ticks = || senders().map(|report| report.ticks);
+        // In real time a node may leave out the last ticks; the plant leaves out none.
+        let ticks = if scenario.clock.realtime().is_some() {
+            ticks().max()
+        } else {
+            ticks().min()
+        };
+        let ticks = ticks.unwrap_or_default();
         let loop_s = reports.iter().map(|report| report.loop_s).fold(0.0, f64::max);
         let ticks_per_s = if loop_s > 0.0 { ticks as f64 / loop_s } else { 0.0 };
         let links: Vec<LinkReport> = nodes.iter().flat_map(|report| report.links.clone()).collect();
@@ -73,6 +84,7 @@ impl Summary {
             lost_tokens: links.iter().map(|link| link.lost).sum::<u64>()
                 + reports.iter().map(|report| report.dropped_rows).sum::<u64>(),
             recorded_rows: reports.iter().map(|report| report.recorded_rows).sum(),
+            realtime: RealtimeSummary::new(reports),
             digest: combine(senders().map(|report| (report.node.name(), report.digest))),
             node_digests: senders()
                 .map(|report| (report.node.name().to_owned(), format!("{:016x}", report.digest)))
@@ -135,6 +147,10 @@ impl Summary {
         );
         row("digest", self.digest.clone());
         let mut text = table.to_string();
+        if let Some(realtime) = &self.realtime {
+            text.push_str("\n\nreal time\n");
+            text.push_str(&super::summary_realtime::table(realtime));
+        }
         if self.links.iter().any(|link| link.latency.count > 0) {
             text.push_str("\n\nlatency, µs\n");
             text.push_str(&self.latency_table());

@@ -172,8 +172,7 @@ fn refused(path: &Path) -> impl FnOnce(std::io::Error) -> RunError {
 
 /// Silence after which nobody is alive.
 fn receive_limit_s(scenario: &Scenario) -> f64 {
-    let Clock::Lockstep { receive_limit_s } = scenario.clock;
-    receive_limit_s
+    scenario.clock.receive_limit_s()
 }
 
 fn expectation(scenario: &Scenario, tolerances: Tolerances) -> Expectation {

@@ -2,6 +2,7 @@
 //! faults, recording, and what must hold.
 
 mod belief;
+mod clock;
 mod derive;
 mod error;
 mod external;
@@ -10,6 +11,7 @@ mod load;
 mod source;
 mod validate;
 
+pub use clock::{Clock, Pacing, Realtime};
 pub use error::ScenarioError;
 pub use faults::{Fault, LinkFault, ProcessFault, ProcessKind};
 pub use load::{Setting, load, load_model, to_ron};
@@ -78,22 +80,6 @@ pub struct Scenario {
     pub faults: Vec<Fault>,
     /// What must hold.
     pub expect: Expect,
-}
-
-/// How time passes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub enum Clock {
-    /// As fast as the slowest node; every token is waited for, at most this long.
-    Lockstep {
-        /// A token that takes longer ends the run.
-        #[serde(default = "default_receive_limit_s")]
-        receive_limit_s: f64,
-    },
-}
-
-fn default_receive_limit_s() -> f64 {
-    2.0
 }
 
 /// Which nodes share a process.

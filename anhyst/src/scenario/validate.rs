@@ -1,6 +1,6 @@
 //! Checks a scenario as a whole: each setting, and what only shows when settings meet.
 
-use super::{Clock, Placement, Scenario};
+use super::{Placement, Scenario};
 use anhyst_controller::{Controller, LoopShape, TrajectorySettings};
 use anhyst_estimator::{Estimator, EstimatorError, LawSettings};
 use anhyst_ipc::{Invalid, NodeId};
@@ -106,8 +106,7 @@ impl Scenario {
             );
             return Err(Invalid::new("duration_s", sentence));
         }
-        let Clock::Lockstep { receive_limit_s } = self.clock;
-        Invalid::unless_between("clock.receive_limit_s", receive_limit_s, 0.01, 3600.0, "s")?;
+        self.clock.validate(ticks)?;
         if let Placement::Groups(groups) = &self.placement {
             let named: Vec<&NodeId> = groups.iter().flatten().collect();
             if let Some(twice) = named

@@ -324,7 +324,7 @@ fn columns_are_missing_doubled_constant_or_not_wanted() {
     assert_says(
         &good(),
         &["field=H"],
-        &["no column for the field", "\"displacement_m\""],
+        &["no column \"H\"", "named for the field", "\"displacement_m\""],
     );
     assert_says(
         &good(),

@@ -128,7 +128,7 @@ impl Departures {
     pub fn open(settings: SharedSettings, away: &[(String, Vec<NodeId>)], wires: &[Wire]) -> Result<Self, LinkError> {
         let agreement = settings.agreement;
         let crossing = crossing(&nodes(&settings.processes), &nodes(away), wires);
-        let context = SharedContext::create(settings)?;
+        let context = SharedContext::create(settings, false)?;
         let stand_ins = away
             .iter()
             .map(|(process, _)| {
@@ -312,7 +312,7 @@ impl Arrivals {
             .into_iter()
             .map(|(channel, readers)| {
                 let inlet: Box<dyn Inlet> =
-                    with_message!(channel, M => Box::new(SharedSender::<M>::open(&context, &readers)?));
+                    with_message!(channel, M => Box::new(SharedSender::<M>::open(&context, &readers, None)?));
                 Ok((channel, inlet))
             })
             .collect::<Result<_, LinkError>>()?;

@@ -61,14 +61,21 @@ pub struct SharedContext {
     pub(super) status: OwnStatus,
     pub(super) bell: Listener<ipc::Service>,
     pub(super) peers: BTreeMap<String, Rc<Peer>>,
+    /// This process takes the place of one that died while the others ran on.
+    pub(super) rejoins: bool,
     /// Set when the run is ending: how long a last token is still waited for, whatever was asked.
     pub(super) last_wait: Cell<Option<Duration>>,
     // Last: iceoryx2 removes the node's traces when it is dropped, after its ports.
     pub(super) node: Node<ipc::Service>,
 }
 
-/// The phase of a process that has come to the end of its run.
+/// The phase of a process that has come to the end of its run: also one that rejoined waits for the others there.
 const LAST_PHASE: u64 = 3;
+/// The phase of a process that has seen all the others come to the end, and looks at nobody any more.
+const GONE: u64 = 4;
+/// How long a process that took the place of one that died stays for those who have yet to find it at the end. Only where a
+/// second one died, too, and can never say that it has gone, all of it passes.
+const LINGER: Duration = Duration::from_secs(2);
 const STEP: Duration = Duration::from_millis(2);
 
 impl SharedContext {
@@ -77,22 +84,36 @@ impl SharedContext {
     /// # Errors
     /// [`LinkError::Absent`] if a process does not appear within the start limit; [`LinkError::Transport`] if iceoryx2 refuses.
     pub fn open(settings: SharedSettings) -> Result<Self, LinkError> {
-        Self::create(settings)?.with_peers()
+        Self::create(settings, false)?.with_peers()
+    }
+
+    /// Takes the place of a process of this name that died, in a run that goes on: what it has left is removed, and
+    /// barriers are passed without waiting. It polls for tokens, because the senders look at the status of the one that died.
+    ///
+    /// # Errors
+    /// As [`SharedContext::open`].
+    pub fn rejoin(settings: SharedSettings) -> Result<Self, LinkError> {
+        Self::create(settings, true)?.with_peers()
     }
 
     /// The first half of [`SharedContext::open`]: what the other processes wait for.
-    pub(super) fn create(settings: SharedSettings) -> Result<Self, LinkError> {
+    pub(super) fn create(settings: SharedSettings, rejoins: bool) -> Result<Self, LinkError> {
         let node = create_node(&settings.prefix, &settings.root, &settings.process)?;
-        let bell = event(&node, &settings.process)?
-            .listener_builder()
-            .create()
-            .map_err(refused("create a listener"))?;
-        let status = OwnStatus::create(&node, &settings.process, settings.agreement)?;
+        let bell = super::patiently(rejoins, || {
+            let created = event(&node, &settings.process)?.listener_builder().create();
+            created.map_err(refused("create a listener"))
+        })?;
+        let status = if rejoins {
+            OwnStatus::create_again(&node, &settings.process, settings.agreement)?
+        } else {
+            OwnStatus::create(&node, &settings.process, settings.agreement)?
+        };
         Ok(Self {
             settings,
             status,
             bell,
             peers: BTreeMap::new(),
+            rejoins,
             last_wait: Cell::new(None),
             node,
         })
@@ -151,14 +172,36 @@ impl SharedContext {
     /// [`LinkError::Absent`] naming the process that does not follow.
     pub fn barrier(&self, phase: u64) -> Result<(), LinkError> {
         self.status.set_phase(phase);
+        if self.rejoins && phase < LAST_PHASE {
+            return Ok(());
+        }
         let start = Instant::now();
         for (process, peer) in &self.peers {
-            while peer.status.phase() < phase {
+            while peer.status.phase() < phase && !self.later_start_has_finished(process, phase) {
                 self.still_waiting(start, process, phase)?;
                 std::thread::sleep(STEP);
             }
         }
+        if phase == LAST_PHASE {
+            self.status.set_phase(GONE);
+            self.stay_to_be_found();
+        }
         Ok(())
+    }
+
+    /// The status of a process leaves with it. The others opened that of a process that started with them and see it for
+    /// good; that of one that took the place of another they look for only at the end: there it must still be.
+    fn stay_to_be_found(&self) {
+        let start = Instant::now();
+        let found = || self.peers.values().all(|peer| peer.status.phase() >= GONE);
+        while self.rejoins && !found() && start.elapsed() < LINGER && !stop_requested() {
+            std::thread::sleep(STEP);
+        }
+    }
+
+    /// True if a process that took the place of `process` has come to the end. Looked for only there: it takes time.
+    fn later_start_has_finished(&self, process: &str, phase: u64) -> bool {
+        phase == LAST_PHASE && PeerStatus::phase_of_later_starts(&self.node, process) >= phase
     }
 
     /// From here on a token is waited for so long at most, and a request to stop does not end the wait: the last tokens of a
@@ -170,6 +213,49 @@ impl SharedContext {
     /// Publishes the last finished tick: progress for a launcher, credit for a reader that must not fall behind.
     pub fn set_tick(&self, tick: u64) {
         self.status.set_tick(tick);
+    }
+
+    /// Sleeps until another process rings, at most `limit`. The waits of iceoryx2 count in jiffies, which are longer than a
+    /// tick; `ppoll` counts in nanoseconds.
+    pub(super) fn wait_for_bell(&self, limit: Duration) {
+        // SAFETY: the descriptor is the listener's, which lives as long as `self`.
+        let descriptor = unsafe { self.bell.file_descriptor().native_handle() };
+        let mut waited = libc::pollfd {
+            fd: descriptor,
+            events: libc::POLLIN,
+            revents: 0,
+        };
+        let limit = libc::timespec {
+            tv_sec: limit.as_secs() as libc::time_t,
+            tv_nsec: libc::c_long::from(limit.subsec_nanos() as i32),
+        };
+        // SAFETY: one valid pollfd, a valid time, no signal mask. A failure (a signal) is an early wake-up: the caller looks again.
+        let rung = unsafe { libc::ppoll(&raw mut waited, 1, &raw const limit, std::ptr::null()) };
+        if rung > 0 {
+            // What rang is of no interest; what it rang for is looked at next.
+            let _ = self.bell.try_wait(|_| {});
+        }
+    }
+
+    /// Says at which moment of the monotonic clock tick 0 begins; for the process that has the timer.
+    pub fn set_epoch(&self, epoch_ns: u64) {
+        self.status.set_epoch(epoch_ns);
+    }
+
+    /// The moment at which tick 0 begins, as `process` says it; waits until it does.
+    ///
+    /// # Errors
+    /// [`LinkError::Absent`] if it does not say so within the start limit.
+    pub fn epoch_of(&self, process: &str) -> Result<u64, LinkError> {
+        let start = Instant::now();
+        loop {
+            let epoch_ns = self.peers.get(process).map_or(0, |peer| peer.status.epoch_ns());
+            if epoch_ns != 0 {
+                return Ok(epoch_ns);
+            }
+            self.still_waiting(start, process, 2)?;
+            std::thread::sleep(STEP / 4);
+        }
     }
 
     /// The last finished tick of another process, if it belongs to the run.

@@ -20,6 +20,20 @@ pub(crate) use ports::{SharedReceiver, SharedSender};
 
 use crate::{Channel, LinkError};
 use iceoryx2::prelude::ServiceName;
+use std::time::{Duration, Instant};
+
+/// Tries again for a moment if this process takes the place of one that died: iceoryx2 removes what that one has left.
+fn patiently<T>(rejoins: bool, mut attempt: impl FnMut() -> Result<T, LinkError>) -> Result<T, LinkError> {
+    let start = Instant::now();
+    loop {
+        match attempt() {
+            Err(_) if rejoins && start.elapsed() < Duration::from_secs(2) => {
+                std::thread::sleep(Duration::from_millis(2));
+            }
+            outcome => return outcome,
+        }
+    }
+}
 
 /// Names the operation that iceoryx2 refused.
 fn refused<E: std::fmt::Debug>(operation: impl Into<String>) -> impl FnOnce(E) -> LinkError {

@@ -30,6 +30,8 @@ pub const ASLEEP: u64 = 1;
 pub const TICK: u64 = 2;
 /// Key of a status: fingerprint of the scenario.
 pub const AGREEMENT: u64 = 3;
+/// Key of a status: in real time the moment at which tick 0 begins, in ns of the monotonic clock, as the plant's process says it.
+pub const EPOCH: u64 = 4;
 
 /// The agreement of a process that has not read the scenario and goes along with whatever the others run.
 pub const ANY_AGREEMENT: u64 = 0;
@@ -44,7 +46,11 @@ pub fn bell_service(process: &str) -> String {
     format!("bell/{process}")
 }
 
-/// Blackboard on which a process says where it is.
-pub fn status_service(process: &str) -> String {
-    format!("status/{process}")
+/// Blackboard on which a process says where it is. `start` is 0 unless the process takes the place of one that died: then it
+/// counts those of its name before it.
+pub fn status_service(process: &str, start: u64) -> String {
+    match start {
+        0 => format!("status/{process}"),
+        start => format!("status/{process}/{start}"),
+    }
 }

@@ -3,7 +3,9 @@
 use super::context::{Peer, SharedContext, Wait};
 use super::names::{DEEPEST_BUFFER, LOOP_BUFFER, MOST_BORROWED, MOST_NODES, MOST_PUBLISHERS, MOST_SUBSCRIBERS};
 use super::{channel_name, refused};
-use crate::{Channel, LinkError, Message, NodeId, stop_requested};
+use crate::newest::Newest;
+use crate::pace::Pace;
+use crate::{Channel, LinkError, Message, NodeId, monotonic_ns, stop_requested};
 use iceoryx2::port::listener::ListenerWaitError;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
@@ -17,6 +19,9 @@ use std::time::{Duration, Instant};
 
 /// A sleeper looks up at least this often: for a request to stop, and should a bell be missed.
 const LONGEST_NAP: Duration = Duration::from_millis(20);
+
+/// How often a process that took the place of one that died looks for tokens.
+const REJOINED_POLL: Duration = Duration::from_micros(20);
 
 pub(super) fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFactory<ipc::Service, M, ()>, LinkError> {
     let channel = M::CHANNEL;
@@ -51,15 +56,18 @@ pub struct SharedSender<M: Message> {
     readers: Vec<Rc<Peer>>,
     expected: usize,
     channel: Channel,
+    /// In real time: where tokens that did not reach every reader are counted.
+    pace: Option<Rc<Pace>>,
 }
 
 impl<M: Message> SharedSender<M> {
-    pub fn open(context: &Rc<SharedContext>, readers: &[NodeId]) -> Result<Self, LinkError> {
+    pub fn open(context: &Rc<SharedContext>, readers: &[NodeId], pace: Option<Rc<Pace>>) -> Result<Self, LinkError> {
         let service = open_channel::<M>(context)?;
-        let publisher = service
-            .publisher_builder()
-            .create()
-            .map_err(refused("create a publisher"))?;
+        // The only publisher of the channel may be that of a process that died: it is removed within moments.
+        let publisher = super::patiently(context.rejoins, || {
+            let created = service.publisher_builder().create();
+            created.map_err(refused("create a publisher"))
+        })?;
         let mut peers: Vec<Rc<Peer>> = Vec::new();
         for peer in readers.iter().filter_map(|reader| context.peer_of(*reader)) {
             if !peers.iter().any(|known| Rc::ptr_eq(known, &peer)) {
@@ -72,6 +80,7 @@ impl<M: Message> SharedSender<M> {
             readers: peers,
             expected: readers.len(),
             channel: M::CHANNEL,
+            pace,
         })
     }
 
@@ -109,7 +118,11 @@ impl<M: Message> SharedSender<M> {
             .write_payload(token)
             .send()
             .map_err(refused(format!("send {}", self.channel)))?;
-        if reached < self.expected {
+        if let Some(pace) = &self.pace {
+            if reached < self.expected {
+                pace.note_undelivered();
+            }
+        } else if reached < self.expected {
             return Err(LinkError::Undelivered {
                 channel: self.channel,
                 tick,
@@ -120,7 +133,11 @@ impl<M: Message> SharedSender<M> {
         // Pairs with the fence in `SharedReceiver::sleep`.
         fence(Ordering::SeqCst);
         for reader in self.readers.iter().filter(|reader| reader.status.asleep()) {
-            reader.bell.notify().map_err(refused("ring a bell"))?;
+            let rung = reader.bell.notify().map_err(refused("ring a bell"));
+            // In real time a bell may belong to a process that has just died.
+            if self.pace.is_none() {
+                rung?;
+            }
         }
         Ok(())
     }
@@ -174,6 +191,69 @@ impl<M: Message> SharedReceiver<M> {
             std::thread::yield_now();
         }
         self.sleep(tick)
+    }
+
+    /// Brings `newest` to `due`, waiting until `until_ns` of the monotonic clock for its token.
+    pub fn receive_newest(&mut self, newest: &mut Newest<M>, due: u64, until_ns: u64) -> Result<(), LinkError> {
+        if let Some(limit) = self.context.last_wait.get() {
+            return self.receive_last(newest, due, limit);
+        }
+        let mut polls = 0;
+        loop {
+            if newest.advance(due, || self.poll())? {
+                return Ok(());
+            }
+            let now_ns = monotonic_ns();
+            if now_ns >= until_ns {
+                return Ok(());
+            }
+            if stop_requested() {
+                return Err(LinkError::Stopped { tick: due });
+            }
+            match self.context.settings.wait {
+                Wait::Bell { yields } if polls < yields => {
+                    polls += 1;
+                    std::thread::yield_now();
+                }
+                // Senders look at the status of the process that died: nobody rings this one.
+                Wait::Bell { .. } if self.context.rejoins => {
+                    std::thread::sleep(REJOINED_POLL.min(Duration::from_nanos(until_ns - now_ns)));
+                }
+                Wait::Bell { .. } => self.wait_for_bell(newest, due, Duration::from_nanos(until_ns - now_ns))?,
+                Wait::Poll { period } => std::thread::sleep(period.min(Duration::from_nanos(until_ns - now_ns))),
+            }
+        }
+    }
+
+    /// As [`Self::receive_newest`] on the way to the safe field: time no longer decides, and silence is told, not borne.
+    #[cold]
+    fn receive_last(&self, newest: &mut Newest<M>, due: u64, limit: Duration) -> Result<(), LinkError> {
+        let start = Instant::now();
+        while !newest.advance(due, || self.poll())? {
+            if start.elapsed() > limit {
+                return Err(LinkError::Silent {
+                    reader: self.reader,
+                    channel: M::CHANNEL,
+                    tick: due,
+                    waited_s: start.elapsed().as_secs_f64(),
+                });
+            }
+            std::thread::sleep(REJOINED_POLL);
+        }
+        Ok(())
+    }
+
+    /// Sleeps until rung, at most `limit`; not at all if the token of `due` has come meanwhile.
+    fn wait_for_bell(&self, newest: &mut Newest<M>, due: u64, limit: Duration) -> Result<(), LinkError> {
+        self.context.status.set_asleep(true);
+        // Pairs with the fence in `SharedSender::send`, as in `sleep`.
+        fence(Ordering::SeqCst);
+        let settled = newest.advance(due, || self.poll());
+        if matches!(settled, Ok(false)) {
+            self.context.wait_for_bell(limit);
+        }
+        self.context.status.set_asleep(false);
+        settled.map(|_| ())
     }
 
     /// Sleeps once until rung, at most `longest`, and looks at the channel again.

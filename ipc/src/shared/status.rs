@@ -1,14 +1,19 @@
-//! What a process says about itself on its iceoryx2 blackboard: phase of the start, asleep or not, last finished tick.
+//! What a process says about itself on its iceoryx2 blackboard: phase of the start, asleep or not, last finished tick, and
+//! in real time the moment at which tick 0 begins.
 
-use super::names::{AGREEMENT, ASLEEP, MOST_NODES, MOST_STATUS_READERS, PHASE, TICK, status_service};
+use super::names::{AGREEMENT, ASLEEP, EPOCH, MOST_NODES, MOST_STATUS_READERS, PHASE, TICK, status_service};
 use super::refused;
 use crate::LinkError;
 use iceoryx2::port::reader::{EntryHandle, Reader};
 use iceoryx2::port::writer::{EntryHandleMut, Writer};
 use iceoryx2::prelude::*;
 
-fn service_name(process: &str) -> Result<ServiceName, LinkError> {
-    ServiceName::new(&status_service(process)).map_err(refused("name a status service"))
+/// How often a process may be started in one run.
+pub const MOST_STARTS: u64 = 100;
+
+/// The status of the `start`th process of this name: 0 unless it takes the place of one that died.
+fn service_name(process: &str, start: u64) -> Result<ServiceName, LinkError> {
+    ServiceName::new(&status_service(process, start)).map_err(refused("name a status service"))
 }
 
 /// The writing end: one process's own status.
@@ -16,13 +21,18 @@ pub struct OwnStatus {
     phase: EntryHandleMut<ipc::Service, u64, u64>,
     asleep: EntryHandleMut<ipc::Service, u64, u64>,
     tick: EntryHandleMut<ipc::Service, u64, u64>,
+    epoch: EntryHandleMut<ipc::Service, u64, u64>,
     _writer: Writer<ipc::Service, u64>,
 }
 
 impl OwnStatus {
     pub fn create(node: &Node<ipc::Service>, process: &str, agreement: u64) -> Result<Self, LinkError> {
+        Self::create_start(node, process, 0, agreement)
+    }
+
+    fn create_start(node: &Node<ipc::Service>, process: &str, start: u64, agreement: u64) -> Result<Self, LinkError> {
         let service = node
-            .service_builder(&service_name(process)?)
+            .service_builder(&service_name(process, start)?)
             .blackboard_creator::<u64>()
             .max_readers(MOST_STATUS_READERS)
             .max_nodes(MOST_NODES)
@@ -30,6 +40,7 @@ impl OwnStatus {
             .add::<u64>(ASLEEP, 0)
             .add::<u64>(TICK, 0)
             .add::<u64>(AGREEMENT, agreement)
+            .add::<u64>(EPOCH, 0)
             .create()
             .map_err(refused(format!(
                 "create the status of {process} (is a process of that name already running under this prefix?)"
@@ -43,8 +54,23 @@ impl OwnStatus {
             phase: entry(PHASE)?,
             asleep: entry(ASLEEP)?,
             tick: entry(TICK)?,
+            epoch: entry(EPOCH)?,
             _writer: writer,
         })
+    }
+
+    /// The status of a process that takes the place of one that died. iceoryx2 never gives the entries of a dead writer free,
+    /// so it is another service, the first that does not exist yet.
+    pub fn create_again(node: &Node<ipc::Service>, process: &str, agreement: u64) -> Result<Self, LinkError> {
+        let create = |start| Self::create_start(node, process, start, agreement);
+        let mut created = create(1);
+        for start in 2..=MOST_STARTS {
+            if created.is_ok() {
+                break;
+            }
+            created = create(start);
+        }
+        created
     }
 
     pub fn set_phase(&self, phase: u64) {
@@ -58,6 +84,10 @@ impl OwnStatus {
     pub fn set_tick(&self, tick: u64) {
         self.tick.update_with_copy(tick);
     }
+
+    pub fn set_epoch(&self, epoch_ns: u64) {
+        self.epoch.update_with_copy(epoch_ns);
+    }
 }
 
 /// The reading end: another process's status.
@@ -67,15 +97,28 @@ pub struct PeerStatus {
     phase: EntryHandle<ipc::Service, u64, u64>,
     asleep: EntryHandle<ipc::Service, u64, u64>,
     tick: EntryHandle<ipc::Service, u64, u64>,
+    /// None from a driver that keeps no time.
+    epoch: Option<EntryHandle<ipc::Service, u64, u64>>,
     _reader: Reader<ipc::Service, u64>,
 }
 
 impl PeerStatus {
     /// `Ok(None)` while the process has not created its status.
     pub fn open(node: &Node<ipc::Service>, process: &str) -> Result<Option<Self>, LinkError> {
+        Self::open_start(node, process, 0)
+    }
+
+    /// The phase of the newest process of this name, as far as it is further than the one that is known.
+    pub fn phase_of_later_starts(node: &Node<ipc::Service>, process: &str) -> u64 {
+        // Not only up to the first that is not there: what a second dead one has left may have been removed meanwhile.
+        let later = (1..=MOST_STARTS).filter_map(|start| Self::open_start(node, process, start).ok().flatten());
+        later.map(|status| status.phase()).max().unwrap_or_default()
+    }
+
+    fn open_start(node: &Node<ipc::Service>, process: &str, start: u64) -> Result<Option<Self>, LinkError> {
         // Any refusal may be a half-made service of a process that is just starting: the caller's time limit decides.
         let Ok(service) = node
-            .service_builder(&service_name(process)?)
+            .service_builder(&service_name(process, start)?)
             .blackboard_opener::<u64>()
             .open()
         else {
@@ -92,6 +135,7 @@ impl PeerStatus {
             phase: entry(PHASE)?,
             asleep: entry(ASLEEP)?,
             tick: entry(TICK)?,
+            epoch: entry(EPOCH).ok(),
             _reader: reader,
         }))
     }
@@ -106,5 +150,9 @@ impl PeerStatus {
 
     pub fn tick(&self) -> u64 {
         *self.tick.get()
+    }
+
+    pub fn epoch_ns(&self) -> u64 {
+        self.epoch.as_ref().map_or(0, |epoch| *epoch.get())
     }
 }

@@ -1,0 +1,52 @@
+//! Starts again what a real-time loop can do without for a while: estimator, inverse, recorder.
+
+use super::{LaunchError, Options, Running, describe, start_own};
+use crate::folder::RunFolder;
+use crate::realtime::Restart;
+use crate::scenario::Scenario;
+
+/// Starts again what has died and may, as often as the scenario permits.
+///
+/// # Errors
+/// If a process cannot be started.
+pub(super) fn restart(
+    scenario: &Scenario,
+    folder: &RunFolder,
+    options: &Options,
+    children: &mut [Running],
+    tick: u64,
+) -> Result<(), LaunchError> {
+    let Some(realtime) = scenario.clock.realtime() else {
+        return Ok(());
+    };
+    let processes = scenario.placement.processes();
+    let before: usize = children.iter().map(|running| running.restarts.len()).sum();
+    let mut left = (realtime.most_restarts as usize).saturating_sub(before);
+    for running in children.iter_mut().filter(|running| running.failed()) {
+        let nodes = processes.iter().find(|(name, _)| *name == running.name);
+        let Some((_, nodes)) = nodes.filter(|(_, nodes)| nodes.iter().all(|node| realtime.restart.contains(node)))
+        else {
+            continue;
+        };
+        if left == 0 || tick == 0 {
+            // Before the loop runs there is nothing to rejoin.
+            continue;
+        }
+        left -= 1;
+        let how = describe(running.ended);
+        crate::complain!("{} {how} at tick {tick}; it is started again", running.name);
+        let refused = |cause: std::io::Error| LaunchError::Spawn {
+            process: running.name.clone(),
+            cause: cause.to_string(),
+        };
+        running.child = start_own(&running.name, nodes, folder, options, true).map_err(refused)?;
+        running.stops.clear();
+        running.ended = None;
+        running.restarts.push(Restart {
+            process: running.name.clone(),
+            how,
+            tick,
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,13 @@
+//! Real-time runs: what the system is asked for, the loop that does not wait for what is late, and what is counted.
+
+mod empty;
+mod looping;
+mod machine;
+mod replay;
+mod report;
+
+pub use empty::empty_stage;
+pub use looping::{Timed, pace};
+pub use machine::{Attempt, ask};
+pub use replay::{Logs, Replayed, replay};
+pub use report::{Distribution, RealtimeReport, RealtimeSummary, Restart};

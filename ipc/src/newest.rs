@@ -1,0 +1,116 @@
+//! The newest token that is not newer than a tick: what a reader of a real-time loop takes.
+//!
+//! Tokens come in order. The reader takes them until one belongs to a later tick; that one is kept for later. So a reader
+//! never hears of the future, a token that comes late is passed over, and a backlog is worked off in one go.
+
+use crate::Message;
+
+/// Stands for "no token yet" where a tick is noted.
+pub const NO_TOKEN: u32 = u32::MAX;
+
+/// The reading end's memory of one channel.
+#[derive(Debug, Default)]
+pub struct Newest<M: Message> {
+    held: Option<M>,
+    ahead: Option<M>,
+    /// Ticks of the channel that no token came for.
+    missing: u64,
+}
+
+impl<M: Message> Newest<M> {
+    /// Brings the memory to `due` with what `poll` gives; true if nothing newer can come for `due`: its token is there, or
+    /// one of a later tick.
+    ///
+    /// # Errors
+    /// What `poll` says.
+    pub fn advance<E>(&mut self, due: u64, mut poll: impl FnMut() -> Result<Option<M>, E>) -> Result<bool, E> {
+        if let Some(token) = self.ahead.take_if(|token| token.tick() <= due) {
+            self.hold(token);
+        }
+        while self.ahead.is_none() {
+            let Some(token) = poll()? else { break };
+            if token.tick() <= due {
+                self.hold(token);
+            } else {
+                self.ahead = Some(token);
+            }
+        }
+        Ok(self.ahead.is_some() || self.is_of(due))
+    }
+
+    fn hold(&mut self, token: M) {
+        let expected = self.held.as_ref().map_or(0, |held| held.tick() + 1);
+        self.missing += token.tick().saturating_sub(expected);
+        self.held = Some(token);
+    }
+
+    /// True if the token of `due` itself is held.
+    pub fn is_of(&self, due: u64) -> bool {
+        self.held.as_ref().is_some_and(|held| held.tick() == due)
+    }
+
+    /// The held token; the default token before the first.
+    pub fn token(&self) -> M {
+        self.held.unwrap_or_default()
+    }
+
+    /// The tick of the held token for a log, [`NO_TOKEN`] before the first.
+    pub fn noted_tick(&self) -> u32 {
+        noted(self.held.as_ref())
+    }
+
+    /// The tick of the token that waits for its time.
+    pub fn ahead_tick(&self) -> Option<u64> {
+        self.ahead.as_ref().map(Message::tick)
+    }
+
+    /// Ticks that no token came for, up to the one that is held.
+    pub fn missing(&self) -> u64 {
+        self.missing
+    }
+}
+
+/// A token's tick in 32 bits; runs are shorter than 4e9 ticks.
+pub fn noted<M: Message>(token: Option<&M>) -> u32 {
+    token.map_or(NO_TOKEN, |token| u32::try_from(token.tick()).unwrap_or(NO_TOKEN))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::CoilField;
+    use std::collections::VecDeque;
+
+    fn token(tick: u64) -> CoilField {
+        CoilField {
+            tick,
+            field_a_per_m: tick as f64,
+            ..CoilField::default()
+        }
+    }
+
+    /// Takes at `due` from a queue of tokens; gives what is held, and whether it was final.
+    fn take(newest: &mut Newest<CoilField>, queue: &mut VecDeque<CoilField>, due: u64) -> (u32, bool) {
+        let settled = newest.advance(due, || Ok::<_, ()>(queue.pop_front())).unwrap();
+        (newest.noted_tick(), settled)
+    }
+
+    // Guards causality and freshness: never a later token, always the newest that has come.
+    #[test]
+    fn the_newest_not_newer_than_the_tick() {
+        let mut newest = Newest::default();
+        let mut queue = VecDeque::new();
+        assert_eq!(take(&mut newest, &mut queue, 0), (NO_TOKEN, false));
+        assert_eq!(newest.token(), CoilField::default());
+        queue.extend([0, 1, 2, 4].map(token));
+        assert_eq!(take(&mut newest, &mut queue, 1), (1, true));
+        // Token 3 cannot come any more: that 4 has come tells.
+        assert_eq!(take(&mut newest, &mut queue, 3), (2, true));
+        assert_eq!(newest.ahead_tick(), Some(4));
+        assert_eq!(take(&mut newest, &mut queue, 4), (4, true));
+        assert_eq!(take(&mut newest, &mut queue, 5), (4, false));
+        queue.extend([5, 6, 7, 8].map(token));
+        assert_eq!(take(&mut newest, &mut queue, 20), (8, false));
+        assert_eq!(newest.missing(), 1);
+    }
+}

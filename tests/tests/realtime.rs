@@ -1,0 +1,271 @@
+//! Guards a loop that does not wait: whatever is late, dead or restarted, the field stays within its limit, the run comes to
+//! its end, and what happened can be run again bit for bit. No figure of time is judged: machines are shared.
+
+use anhyst::folder::RunFolder;
+use anhyst::realtime::Logs;
+use anhyst_ipc::{CoilField, Estimate, FieldKind, MOST_FIELDS, Message, NodeId, SafeField, Truth};
+use anhyst_tests::{Finished, children, files_with, start};
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use std::path::Path;
+use std::process::Child;
+use std::time::{Duration, Instant};
+
+const LIMIT: Duration = Duration::from_secs(60);
+const FIELD_LIMIT_A_PER_M: f64 = 30e3;
+
+/// A run of 2 s at 1 kHz whose error is not judged.
+fn begin(out: &Path, more: &[&str]) -> Child {
+    let out = out.to_string_lossy();
+    let given = [
+        "run",
+        "scenarios/realtime.ron",
+        "--no-recording",
+        "--json",
+        "--out",
+        &out,
+        "--set",
+        "tick_s=1e-3",
+        "--set",
+        "duration_s=2",
+        "--set",
+        "expect.tolerance_m=1",
+    ];
+    start(&[&given[..], more].concat())
+}
+
+fn summary(finished: &Finished) -> Value {
+    serde_json::from_str(&finished.out).unwrap_or_else(|error| panic!("{error}: {}\n{}", finished.out, finished.err))
+}
+
+/// A living process of the run, once its loop is at work: the controller's log has got its record of tick 100.
+fn process_at_work(launcher: &mut Child, out: &Path, name: &str) -> Pid {
+    let begin = Instant::now();
+    loop {
+        assert!(
+            launcher.try_wait().unwrap().is_none(),
+            "the run ended before it was disturbed"
+        );
+        assert!(begin.elapsed() < LIMIT, "the loop does not start");
+        std::thread::sleep(Duration::from_millis(5));
+        let works = Logs::open(&RunFolder::open(out))
+            .is_ok_and(|logs| (100..200).any(|tick| logs.of(NodeId::Guard).unwrap().record(tick).is_some()));
+        let found = children(launcher.id())
+            .into_iter()
+            .find(|(_, subcommand)| subcommand == name);
+        if let (true, Some((pid, _))) = (works, found) {
+            return Pid::from_raw(pid as i32).unwrap();
+        }
+    }
+}
+
+fn finite<M: Message>(token: &M) -> bool {
+    let mut words = [0; MOST_FIELDS];
+    token.write_words(&mut words);
+    let mut numbers = M::FIELDS
+        .iter()
+        .zip(words)
+        .filter(|(field, _)| field.kind == FieldKind::F64);
+    numbers.all(|(_, word)| f64::from_bits(word).is_finite())
+}
+
+/// What must be so in every run: fields within the limit, no NaN, and nothing left in shared memory.
+fn assert_safe(out: &Path, launcher: u32) {
+    let logs = Logs::open(&RunFolder::open(out)).unwrap();
+    let (guard, amplifier, plant) = (
+        logs.of(NodeId::Guard).unwrap(),
+        logs.of(NodeId::Amplifier).unwrap(),
+        logs.of(NodeId::Plant).unwrap(),
+    );
+    let mut ticks = 0;
+    for tick in 0..guard.ticks() {
+        if let Some(safe) = guard.token::<SafeField>(tick) {
+            assert!(
+                finite(&safe) && safe.field_a_per_m.abs() <= FIELD_LIMIT_A_PER_M,
+                "{safe:?}"
+            );
+            ticks += 1;
+        }
+        if let Some(coil) = amplifier.token::<CoilField>(tick) {
+            assert!(
+                finite(&coil) && coil.field_a_per_m.abs() <= FIELD_LIMIT_A_PER_M,
+                "{coil:?}"
+            );
+        }
+        // The plant's time has no holes.
+        assert!(finite(&plant.token::<Truth>(tick).unwrap()));
+    }
+    assert!(ticks > 100, "only {ticks} ticks");
+    assert_eq!(files_with(&format!("anhyst_{launcher}_")), Vec::<String>::new());
+}
+
+fn assert_replays(out: &Path) {
+    let replayed = Finished::run(&["replay", &out.to_string_lossy(), "--json"], LIMIT).expect(0);
+    let nodes: Vec<Value> = serde_json::from_str(&replayed.out).unwrap();
+    assert_eq!(nodes.len(), 6);
+    for node in nodes {
+        assert!(node["same"] == true && node["ticks"].as_u64() > Some(100), "{node}");
+    }
+}
+
+/// Flips the lowest bit of the last field that `node` sent in the first logged tick from `tick` on.
+fn flip_a_bit(out: &Path, node: NodeId, mut tick: u64) -> u64 {
+    let folder = RunFolder::open(out);
+    let (words, logged) = {
+        let logs = Logs::open(&folder).unwrap();
+        let log = logs.of(node).unwrap();
+        while log.record(tick).is_none() {
+            tick += 1;
+        }
+        (log.layout().words(), tick)
+    };
+    let mut bytes = std::fs::read(folder.tokens(node.name())).unwrap();
+    bytes[8 * (logged as usize + 1) * words - 8] ^= 1;
+    std::fs::write(folder.tokens(node.name()), bytes).unwrap();
+    logged
+}
+
+#[test]
+fn a_real_time_run_replays_bit_for_bit_and_one_bit_is_found() {
+    for pace in ["FreeRunning", "PacedByMeasurement"] {
+        let root = tempfile::tempdir().unwrap();
+        let out = root.path().join("run");
+        let launcher = begin(&out, &["--set", &format!("clock.pace={pace}")]);
+        let id = launcher.id();
+        let finished = Finished::wait(launcher, LIMIT).expect(0);
+        let summary = summary(&finished);
+        assert_eq!(summary["ticks"], 2000, "{pace}");
+        let realtime = &summary["realtime"];
+        assert_eq!(realtime["processes"].as_array().unwrap().len(), 7);
+        assert_eq!(realtime["restarts"].as_array().unwrap().len(), 0);
+        assert_safe(&out, id);
+        assert_replays(&out);
+
+        let tick = flip_a_bit(&out, NodeId::Inverse, 700);
+        let found = Finished::run(&["replay", &out.to_string_lossy(), "--node", "inverse"], LIMIT).expect(1);
+        let expected = format!("inverse: DIFFERS: tick {tick}, status of field_command");
+        assert!(found.out.starts_with(&expected), "{}", found.out);
+    }
+}
+
+/// Guards missed deadlines: a controller that stands still for 0.1 s is not waited for, and leaves out what has passed.
+#[test]
+fn a_stopped_controller_costs_ticks_and_nothing_else() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run");
+    let mut launcher = begin(&out, &[]);
+    let id = launcher.id();
+    let controller = process_at_work(&mut launcher, &out, "controller");
+    kill_process(controller, Signal::STOP).unwrap();
+    std::thread::sleep(Duration::from_millis(100));
+    kill_process(controller, Signal::CONT).unwrap();
+    let finished = Finished::wait(launcher, LIMIT).expect(0);
+    let summary = summary(&finished);
+    let processes = summary["realtime"]["processes"].as_array().unwrap();
+    let of = |name: &str| &processes.iter().find(|process| process[0] == name).unwrap()[1];
+    assert!(
+        of("controller")["left_out_ticks"].as_u64() >= Some(90),
+        "{}",
+        of("controller")
+    );
+    assert!(of("inverse")["late_ticks"].as_u64() >= Some(90), "{}", of("inverse"));
+    assert!(of("inverse")["longest_row"].as_u64() >= Some(90), "{}", of("inverse"));
+    assert_safe(&out, id);
+    assert_replays(&out);
+}
+
+/// Guards restarts: what dies comes back, is heard again, and the run ends well.
+#[test]
+fn killed_estimators_inverses_and_recorders_come_back() {
+    for (name, node) in [
+        ("estimator", Some(NodeId::Estimator)),
+        ("inverse", Some(NodeId::Inverse)),
+        ("recorder", None),
+    ] {
+        let root = tempfile::tempdir().unwrap();
+        let out = root.path().join("run");
+        let mut launcher = begin(&out, &["--set", "duration_s=4"]);
+        let id = launcher.id();
+        let pid = process_at_work(&mut launcher, &out, name);
+        kill_process(pid, Signal::KILL).unwrap();
+        let finished = Finished::wait(launcher, LIMIT).expect(0);
+        let told = format!("{name} was killed by signal 9 at tick ");
+        assert!(
+            finished.err.contains(&told) && finished.err.contains("started again"),
+            "{}",
+            finished.err
+        );
+        let summary = summary(&finished);
+        let restarts = summary["realtime"]["restarts"].as_array().unwrap();
+        assert_eq!(restarts.len(), 1, "{restarts:?}");
+        assert_eq!(restarts[0]["process"], name);
+        assert_safe(&out, id);
+        assert_replays(&out);
+        let Some(node) = node else { continue };
+        let logs = Logs::open(&RunFolder::open(&out)).unwrap();
+        let log = logs.of(node).unwrap();
+        let again: Vec<u64> = (0..log.ticks())
+            .filter(|tick| log.record(*tick).is_some_and(|record| record.start_number == 1))
+            .collect();
+        assert!(again.len() > 100, "{name} came back for {} ticks", again.len());
+        // Its tokens reach the next node: consumed fresh, by the restarted process's peers that knew the old one.
+        let reader = if node == NodeId::Estimator {
+            NodeId::Inverse
+        } else {
+            NodeId::Guard
+        };
+        let reader = logs.of(reader).unwrap();
+        let channel = log.layout().outputs[0];
+        let input = reader
+            .layout()
+            .inputs
+            .iter()
+            .position(|input| *input == channel)
+            .unwrap();
+        let heard = again
+            .iter()
+            .filter(|tick| {
+                reader
+                    .record(**tick)
+                    .is_some_and(|record| record.consumed[input] == Some(**tick))
+            })
+            .count();
+        assert!(
+            heard > 50,
+            "{heard} of {} tokens of the new {name} were heard in time",
+            again.len()
+        );
+        if node == NodeId::Estimator {
+            assert!(log.token::<Estimate>(again[0]).unwrap().shape_a_per_m > 0.0);
+        }
+    }
+}
+
+/// Guards the limits of it: what the loop cannot do without ends the run by name.
+#[test]
+fn a_killed_guard_ends_the_run() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run");
+    let mut launcher = begin(&out, &["--set", "duration_s=60"]);
+    let id = launcher.id();
+    let guard = process_at_work(&mut launcher, &out, "guard");
+    kill_process(guard, Signal::KILL).unwrap();
+    let finished = Finished::wait(launcher, LIMIT).expect(3);
+    assert!(
+        finished.err.contains("guard was killed by signal 9 at tick "),
+        "{}",
+        finished.err
+    );
+    assert_eq!(files_with(&format!("anhyst_{id}_")), Vec::<String>::new());
+}
+
+#[test]
+fn one_process_keeps_time_too() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run");
+    let launcher = begin(&out, &["--embedded"]);
+    let finished = Finished::wait(launcher, LIMIT).expect(0);
+    // It cannot have taken less than the time that it lasts.
+    assert!(finished.took >= Duration::from_secs(2), "{:?}", finished.took);
+    assert_replays(&out);
+}
