@@ -113,6 +113,11 @@ impl RunFolder {
         self.0.join("processes").join("bridge.txt")
     }
 
+    /// The name of the process that died, from a launcher to its bridge.
+    pub fn died(&self) -> PathBuf {
+        self.0.join("processes").join("died.log")
+    }
+
     /// What a process wrote to its standard error.
     pub fn log(&self, process: &str) -> PathBuf {
         self.0.join("processes").join(format!("{process}.log"))

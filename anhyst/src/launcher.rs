@@ -170,6 +170,13 @@ pub fn launch(
     let mut children = Vec::new();
     let outcome = start(scenario, folder, options, &mut children)
         .and_then(|()| watch(scenario, folder, options, &mut children, progress));
+    if let Err(LaunchError::Died { process, .. }) = &outcome
+        && options.across.is_part()
+        && process != BRIDGE
+    {
+        // Before the others are ended: the bridge tells the other host. Without it that host hears only that this one ends.
+        let _ = std::fs::write(folder.died(), process);
+    }
     end(&mut children);
     options.resources.remove().map_err(|error| LaunchError::Cleanup {
         cause: error.to_string(),

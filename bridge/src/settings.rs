@@ -56,6 +56,8 @@ pub struct BridgeSettings {
     pub prefix: String,
     /// Directory of iceoryx2's files of this side.
     pub root: PathBuf,
+    /// Where a launcher writes which process of this side died, before it ends the others.
+    pub died: Option<PathBuf>,
     /// All processes of the run and the nodes in each.
     pub processes: Vec<(String, Vec<NodeId>)>,
     /// The nodes of this side.

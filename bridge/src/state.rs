@@ -89,8 +89,15 @@ impl State {
         self.failed.is_set()
     }
 
+    /// Why the bridge ends. That a process of this side has died is the reason of whatever else was noticed.
     pub fn failure(&self) -> Option<BridgeError> {
-        lock(&self.failure).clone()
+        let noticed = lock(&self.failure).clone()?;
+        let died = self
+            .settings
+            .died
+            .as_ref()
+            .and_then(|path| std::fs::read_to_string(path).ok());
+        Some(died.map_or(noticed, |process| BridgeError::Died { process }))
     }
 
     /// What the other bridge is told.

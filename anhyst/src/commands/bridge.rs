@@ -79,7 +79,7 @@ pub fn run(arguments: &BridgeArguments) -> miette::Result<Ending> {
 
 fn settings(arguments: &BridgeArguments, scenario: &Scenario, meeting: Meeting) -> Result<BridgeSettings, RunError> {
     let receive_limit = Duration::from_secs_f64(scenario.clock.receive_limit_s());
-    let across = &arguments.across;
+    let (node, across) = (&arguments.node, &arguments.across);
     let end = match (&across.listen, &across.connect) {
         (Some(endpoint), _) => End::Listen(endpoint.clone()),
         (None, Some(endpoint)) => End::Connect(endpoint.clone()),
@@ -94,6 +94,7 @@ fn settings(arguments: &BridgeArguments, scenario: &Scenario, meeting: Meeting) 
         run: across.run_name.clone(),
         prefix: meeting.prefix,
         root: meeting.root,
+        died: node.end_with_launcher.then(|| RunFolder::open(&node.out).died()),
         processes: scenario.placement.processes(),
         here: across.here.clone(),
         wires: assemble::wires(),
