@@ -5,7 +5,7 @@
 use crate::beat::PERIOD;
 use crate::greeting::{greet, measure};
 use crate::round_trip::echo;
-use crate::session::{Incoming, Session};
+use crate::session::{Incoming, Session, next};
 use crate::state::{CONNECTED, END, PORTS, State, lock};
 use crate::{Border, BridgeError, BridgeSettings, End, Hello, RoundTrips};
 use anhyst_ipc::{Arrivals, Departures, Progress, RawToken, monotonic_ns, stop_requested};
@@ -72,13 +72,16 @@ pub fn run(settings: BridgeSettings, announce: &mut dyn FnMut(&RoundTrips)) -> R
     })
 }
 
+/// What a thread of the bridge does.
+type Work = Box<dyn FnOnce(&State, &Session) -> Result<(), BridgeError> + Send>;
+
 fn cross(
     state: &Arc<State>,
     session: Arc<Session>,
     incoming: Receiver<Incoming>,
     instance: u64,
 ) -> Result<(), BridgeError> {
-    let spawn = |work: Box<dyn FnOnce(&State, &Session) -> Result<(), BridgeError> + Send>| {
+    let spawn = |work: Work| {
         let (state, session) = (state.clone(), session.clone());
         std::thread::spawn(move || {
             if let Err(error) = work(&state, &session) {
@@ -235,7 +238,7 @@ fn come(state: &State, session: &Session, incoming: &Receiver<Incoming>, instanc
     state.connected.set();
     let mut done_at: Option<Instant> = None;
     while !state.failed() {
-        match incoming.recv_timeout(LOOK) {
+        match next(incoming, state.settings.yields, LOOK) {
             Ok(message) => hear(state, &mut arrivals, message, instance)?,
             Err(_) => listen(state, session)?,
         }

@@ -1,7 +1,7 @@
 //! Before the loop: the bridges meet, compare what they were told, and measure the link.
 
 use crate::round_trip::{COUNT, Plain, WARM_UP};
-use crate::session::{Incoming, Session};
+use crate::session::{Incoming, Session, next};
 use crate::{BridgeError, BridgeSettings, End, Hello, Quantiles, RoundTrips};
 use anhyst_ipc::stop_requested;
 use std::sync::mpsc::Receiver;
@@ -32,7 +32,7 @@ fn wait_for<T>(
             });
         }
         meanwhile()?;
-        if let Ok(message) = incoming.recv_timeout(LOOK)
+        if let Ok(message) = next(incoming, settings.yields, LOOK)
             && let Some(taken) = wanted(message)?
         {
             return Ok(taken);
@@ -132,7 +132,7 @@ fn ping(settings: &BridgeSettings, session: &Session, incoming: &Receiver<Incomi
     let start = Instant::now();
     session.echo()?;
     loop {
-        match incoming.recv_timeout(settings.receive_limit) {
+        match next(incoming, settings.yields, settings.receive_limit) {
             Ok(Incoming::Echo) => return Ok(start.elapsed()),
             // The last introductions may still be on their way.
             Ok(_) => {}

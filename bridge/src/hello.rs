@@ -131,7 +131,8 @@ mod tests {
     #[test]
     fn what_is_not_alike_is_refused_by_name() {
         let (one, other) = NodeId::LOOP_ORDER.split_at(3);
-        let change: [(&str, fn(&mut Hello)); 5] = [
+        type Change = fn(&mut Hello);
+        let change: [(&str, Change); 5] = [
             ("message layouts", |hello| hello.layouts ^= 1),
             ("the scenario", |hello| hello.agreement ^= 1),
             ("a tick of", |hello| hello.tick_s *= 2.0),

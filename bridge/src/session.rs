@@ -10,7 +10,8 @@ use anhyst_ipc::{Channel, MOST_BYTES, RawToken, monotonic_ns};
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::time::Duration;
 use zenoh::Wait;
 use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::{CongestionControl, Priority};
@@ -36,6 +37,21 @@ pub enum Incoming {
         /// How many bytes.
         bytes: usize,
     },
+}
+
+/// The next message of the other bridge: polls and yields so often, then sleeps until it comes.
+///
+/// # Errors
+/// If none comes for `limit`.
+pub fn next(incoming: &Receiver<Incoming>, yields: u32, limit: Duration) -> Result<Incoming, RecvTimeoutError> {
+    for _ in 0..yields {
+        // Waking a thread takes as long as the way through the network card: one that is awake is told at once.
+        if let Ok(message) = incoming.try_recv() {
+            return Ok(message);
+        }
+        std::thread::yield_now();
+    }
+    incoming.recv_timeout(limit)
 }
 
 /// The open session.
