@@ -41,6 +41,7 @@ fn run_info(scenario: &Scenario, folder: &RunFolder) -> Result<RunInfo, RunError
         settling_time_s: scenario.expect.settling_s,
         period_s: period_s(&scenario.controller.trajectory),
         parameter_range,
+        realtime: scenario.clock.realtime().is_some(),
         field_limit_a_per_m: scenario.guard.field_limit_a_per_m,
         events: Event::ALL
             .into_iter()

@@ -164,6 +164,7 @@ impl World {
 fn run_info(path: PathBuf) -> RunInfo {
     RunInfo {
         path,
+        realtime: false,
         run_id: format!("demo-{}", std::process::id()),
         name: "demo: a rises by 800 A/m".into(),
         notes: "A made-up run: at 6 s the field is limited, at 7 s the guard takes it away.".into(),

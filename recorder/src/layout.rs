@@ -21,6 +21,8 @@ pub(crate) struct Layout {
     pub zoom_s: f64,
     /// Half the height of the error plot; None: as the data want it.
     pub error_axis_nm: Option<f64>,
+    /// There are histograms of periods and answers.
+    pub timed: bool,
     /// The tolerance is drawn in the error plot if it fits.
     pub tolerance_nm: f64,
 }

@@ -22,6 +22,7 @@ mod run;
 mod settings;
 mod spread;
 mod streams;
+mod timing;
 mod tokens;
 mod viewer;
 mod views;

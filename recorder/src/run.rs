@@ -57,6 +57,8 @@ pub struct RunInfo {
     pub period_s: Option<f64>,
     /// Smallest and largest shape parameter a, in A/m.
     pub parameter_range: [f64; 2],
+    /// The clock on the wall decides when a tick begins: how the nodes keep time is recorded, too.
+    pub realtime: bool,
     /// Largest field that the guard lets through.
     pub field_limit_a_per_m: f64,
     /// The guard's event numbers in words.

@@ -4,12 +4,13 @@
 use crate::axes::BOX;
 use crate::layout::Layout;
 use crate::loops::HISTORIES;
+use crate::timing::{ANSWERS, PERIODS, QUANTILES};
 use crate::tokens::TIMELINE;
 use rerun::blueprint::components::{Corner2D, LinkAxis};
 use rerun::blueprint::datatypes::{TextLogColumn, TextLogColumnKind, TimelineColumn};
 use rerun::blueprint::{
-    ContainerLike, Horizontal, Spatial2DView, StateTimelineView, Tabs, TextDocumentView, TextLogView, TimeSeriesView,
-    Vertical,
+    BarChartView, ContainerLike, Horizontal, Spatial2DView, StateTimelineView, Tabs, TextDocumentView, TextLogView,
+    TimeSeriesView, Vertical,
 };
 use rerun::datatypes::{Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange};
 use rerun::external::re_sdk_types::blueprint::archetypes::{
@@ -106,7 +107,7 @@ pub(crate) fn arrange(layout: &Layout) -> (ContainerLike, Vec<Property>) {
     let mut desk = Desk::default();
     let left = left(&mut desk, layout);
     let right = right(&mut desk, layout);
-    let bottom = bottom(&mut desk);
+    let bottom = bottom(&mut desk, layout);
     let top = Horizontal::new([left, right]).with_column_shares([1.0, 1.0]);
     let root = Vertical::new([top.into(), bottom]).with_row_shares([2.8, 1.0]);
     (root.into(), desk.properties)
@@ -161,7 +162,7 @@ fn right(desk: &mut Desk, layout: &Layout) -> ContainerLike {
         .into()
 }
 
-fn bottom(desk: &mut Desk) -> ContainerLike {
+fn bottom(desk: &mut Desk, layout: &Layout) -> ContainerLike {
     let events: ContainerLike = TextLogView::new("Events").with_origin("events").into();
     let column = |kind| TextLogColumn {
         visible: true.into(),
@@ -180,6 +181,16 @@ fn bottom(desk: &mut Desk) -> ContainerLike {
         desk.plot("Cutting force [N]", &["/force"], Span::Run),
         TextDocumentView::new("Notes").with_origin("notes").into(),
     ]);
+    if layout.timed {
+        let times = Tabs::new([
+            ContainerLike::from(BarChartView::new("Answers [µs]").with_origin(ANSWERS)),
+            BarChartView::new("Periods [µs]").with_origin(PERIODS).into(),
+            TextDocumentView::new("Times").with_origin(QUANTILES).into(),
+        ]);
+        return Horizontal::new([events, states, times.into(), around.into()])
+            .with_column_shares([1.1, 0.8, 1.0, 0.6])
+            .into();
+    }
     Horizontal::new([events, states, around.into()])
         .with_column_shares([1.3, 1.0, 0.8])
         .into()

@@ -9,6 +9,7 @@ use crate::row::{Block, Presence, Row};
 use crate::run::Level;
 use crate::spread::Spread;
 use crate::streams::Stream;
+use crate::timing::Timing;
 use crate::{RecorderError, RecorderSettings, RunInfo};
 use std::time::Duration;
 
@@ -26,6 +27,7 @@ pub(crate) struct Logger {
     has: Option<Presence>,
     last_tick: u64,
     errors: Spread,
+    timing: Option<Timing>,
 }
 
 impl Logger {
@@ -40,6 +42,7 @@ impl Logger {
         let layout = Layout {
             zoom_s: run.zoom_s(),
             error_axis_nm: settings.error_axis_nm,
+            timed: run.realtime,
             tolerance_nm: run.tolerance_m * 1e9,
         };
         for stream in &streams {
@@ -53,6 +56,7 @@ impl Logger {
             format!("{} starts: {} (tick {tick_us} µs)", run.run_id, run.name),
         );
         Ok(Self {
+            timing: run.realtime.then(Timing::new),
             run,
             layout,
             streams,
@@ -72,6 +76,14 @@ impl Logger {
             };
             self.errors.add(error);
         }
+    }
+
+    fn send_timing(&mut self, always: bool) -> Result<(), RecorderError> {
+        let streams: Vec<_> = self.streams.iter().map(|stream| &stream.rerun).collect();
+        let (run, tick) = (&self.run, self.last_tick);
+        self.timing
+            .as_mut()
+            .map_or(Ok(()), |timing| timing.send(&streams, run, tick, always))
     }
 
     fn send_events(&mut self) -> Result<(), RecorderError> {
@@ -100,6 +112,7 @@ impl Logger {
             ),
         );
         self.send_events()?;
+        self.send_timing(true)?;
         self.layout.error_axis_nm = self.layout.error_axis_nm.or(self.fitting_axis_nm());
         for stream in &self.streams {
             self.layout.send(&stream.rerun)?;
@@ -126,11 +139,15 @@ impl Consumer for Logger {
         for row in &block.rows {
             self.watch.row(row, &self.run);
             self.note_error(row, has);
+            if let Some(timing) = &mut self.timing {
+                timing.row(row, &self.run);
+            }
         }
         for stream in &mut self.streams {
             stream.rows(&self.run, has, &block.rows)?;
         }
         self.last_tick = last.tick;
+        self.send_timing(false)?;
         self.send_events()
     }
 

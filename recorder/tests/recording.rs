@@ -11,6 +11,7 @@ const TICKS: u64 = 50_000;
 fn info(path: PathBuf) -> RunInfo {
     RunInfo {
         path,
+        realtime: false,
         run_id: "test-run".into(),
         name: "test".into(),
         notes: String::new(),
