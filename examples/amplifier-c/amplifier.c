@@ -104,7 +104,8 @@ static void step(Amplifier *amplifier, double command_a_per_m, AnhystCoilField *
     amplifier->target_a = to_a;
     amplifier->current_a = current_a;
 
-    amplifier->heat_a2 = current_a * current_a + (amplifier->heat_a2 - current_a * current_a) * amplifier->thermal_decay;
+    double square_a2 = current_a * current_a;
+    amplifier->heat_a2 = square_a2 + (amplifier->heat_a2 - square_a2) * amplifier->thermal_decay;
     if (amplifier->heat_a2 > c->rated_current_a * c->rated_current_a) amplifier->faults |= TOO_WARM;
     coil->field_a_per_m = current_a * c->field_per_current_per_m;
     coil->status = status | amplifier->faults;
