@@ -24,20 +24,3 @@ pub fn claim(folder: &Path) -> Result<File, RunError> {
         Ok(()) | Err(TryLockError::Error(_)) => Ok(opened),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    // Guards the results of a run: a second writer is refused until the first is gone, and nothing is left in the folder.
-    #[test]
-    fn a_folder_has_one_writer() {
-        let folder = tempfile::tempdir().unwrap();
-        let first = claim(folder.path()).unwrap();
-        let sentence = claim(folder.path()).unwrap_err().to_string();
-        assert!(sentence.contains("another run writes to"), "{sentence}");
-        drop(first);
-        claim(folder.path()).unwrap();
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-    }
-}
