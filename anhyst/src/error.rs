@@ -22,6 +22,12 @@ pub enum RunError {
         /// What the system says.
         cause: std::io::Error,
     },
+    /// Two runs into one folder would overwrite each other's results.
+    #[error("another run writes to {path}: wait for its end, or give this one a folder of its own", path = path.display())]
+    Claimed {
+        /// Which.
+        path: PathBuf,
+    },
     /// The recording cannot be written.
     #[cfg(feature = "recorder")]
     #[error(transparent)]

@@ -1,25 +1,42 @@
 //! The folder of a run: what lies where.
 
+use crate::claim::claim;
+use crate::error::RunError;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
-/// Paths within a run's folder.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct RunFolder(PathBuf);
+/// Paths within a run's folder; whoever created it has it for itself.
+#[derive(Debug)]
+pub struct RunFolder(PathBuf, #[expect(dead_code, reason = "held for its lock")] Option<File>);
 
 impl RunFolder {
-    /// Creates the folder; `wanted` or a new one under `runs/`.
+    /// Creates the folder, `wanted` or a new one under `runs/`, takes an earlier run's results out of it, and keeps others out
+    /// for as long as this lives.
     ///
     /// # Errors
-    /// If the folder cannot be created or `wanted` holds an earlier run.
-    pub fn create(wanted: Option<&Path>, name: &str) -> std::io::Result<Self> {
-        let path = match wanted {
-            Some(path) => path.to_owned(),
-            None => Self::create_unused(name)?,
+    /// If the folder cannot be created, or another run is writing to it.
+    pub fn create(wanted: Option<&Path>, name: &str) -> Result<Self, RunError> {
+        let named = wanted.map_or_else(|| PathBuf::from("runs"), Path::to_path_buf);
+        let refuse = |cause| RunError::Write { path: named, cause };
+        let make = |path: PathBuf| {
+            std::fs::create_dir_all(&path)?;
+            Ok(path)
         };
-        let folder = Self(path);
-        folder.make_result_folders()?;
+        let path = match wanted.map_or_else(|| Self::create_unused(name), |path| make(path.to_owned())) {
+            Ok(path) => path,
+            Err(cause) => return Err(refuse(cause)),
+        };
+        let claimed = claim(&path)?;
+        let folder = Self(path, Some(claimed));
+        folder.empty().map_err(refuse)?;
+        Ok(folder)
+    }
+
+    /// Makes the folders within it, without what an earlier run left there.
+    fn empty(&self) -> std::io::Result<()> {
+        self.make_result_folders()?;
         // An earlier run's results in the same folder would be taken for this one's.
-        for stale in [folder.summary(), folder.recording(), folder.digest()] {
+        for stale in [self.summary(), self.recording(), self.digest()] {
             match std::fs::remove_file(stale) {
                 Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error),
                 _ => {}
@@ -30,10 +47,10 @@ impl RunFolder {
             ("digests", &["u64"]),
             ("tokens", &["bin"]),
         ] {
-            if !folder.0.join(results).is_dir() {
+            if !self.0.join(results).is_dir() {
                 continue;
             }
-            for entry in std::fs::read_dir(folder.0.join(results))? {
+            for entry in std::fs::read_dir(self.0.join(results))? {
                 let path = entry?.path();
                 if path
                     .extension()
@@ -43,7 +60,7 @@ impl RunFolder {
                 }
             }
         }
-        Ok(folder)
+        Ok(())
     }
 
     /// Creates `runs/NAME-UTC`, with a counter if two runs start in one second. Creating is the test: of two runs that start at
@@ -75,7 +92,7 @@ impl RunFolder {
 
     /// A folder that exists already.
     pub fn open(path: &Path) -> Self {
-        Self(path.to_owned())
+        Self(path.to_owned(), None)
     }
 
     /// The folder itself.

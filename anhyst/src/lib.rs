@@ -21,6 +21,7 @@ macro_rules! complain {
 pub mod ablation;
 pub mod across;
 pub mod assemble;
+mod claim;
 pub mod cli;
 pub mod commands;
 pub mod control;

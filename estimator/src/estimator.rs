@@ -9,6 +9,7 @@ use crate::coil_field::{CoilFieldModel, FieldKnowledge};
 use crate::effects::KnownEffects;
 use crate::excitation::{Excitation, ExcitationMonitor};
 use crate::law::{AnyLaw, Correction, Law, Prediction, is_credible};
+use crate::outlier::OutlierTest;
 use crate::rods::Rods;
 use crate::washout::Washout;
 use crate::{EstimatorError, EstimatorSettings, FoldedSettings, Grid, LawSettings};
@@ -24,6 +25,8 @@ pub struct Estimation {
     pub magnetization_a_per_m: f64,
     /// What the law found.
     pub correction: Correction,
+    /// The measurement was left out: it is too far from what was predicted.
+    pub outlier: bool,
     /// What the recent motion says about `a`; nothing where `a` is fixed.
     pub excitation: Excitation,
 }
@@ -42,6 +45,7 @@ pub struct Estimator {
     /// The same filter for the strains, where the law reads them: a law that drives its own rod with them must see
     /// input and output washed alike.
     strain_washout: Option<Washout>,
+    outlier_test: OutlierTest,
     monitor: Option<ExcitationMonitor>,
     law: AnyLaw,
     effects: Option<Box<KnownEffects>>,
@@ -100,16 +104,27 @@ impl Estimator {
                 .map(|corner_hz| Washout::new(corner_hz, members, tick_s))
         };
         let bank = Bank::new(material.hysteresis, grid.shapes_a_per_m())?;
+        let saturation_a_per_m = material.hysteresis.saturation_magnetization_a_per_m;
+        let strain_at = |share: f64| {
+            material
+                .magnetostriction
+                .strain(share * saturation_a_per_m, saturation_a_per_m)
+        };
+        let largest_strain = strain_at(1.0).abs().max(strain_at(-1.0).abs());
+        let stroke_m = (largest_strain * two_pole_per_strain.gain / two_pole_per_strain.stiffness_per_s2).abs();
+        let outlier = settings.outlier;
+        let innovation_limit_m = outlier.innovation_limit_m.unwrap_or(stroke_m);
         Ok(Self {
             field: CoilFieldModel::new(settings.field, amplifier, tick_s)?,
             grid,
             bank,
-            saturation_a_per_m: material.hysteresis.saturation_magnetization_a_per_m,
+            saturation_a_per_m,
             magnetostriction: material.magnetostriction,
             strains: vec![0.0; members],
             rods: Rods::new(two_pole_per_strain, tick_s, members)?.with_spring(Spring::new(effects)),
             washout: washout(),
             strain_washout: washout().filter(|_| matches!(settings.law, LawSettings::Matrix(_))),
+            outlier_test: OutlierTest::new(innovation_limit_m, outlier.at_most_s, tick_s),
             monitor,
             law,
             effects: KnownEffects::new(effects, settings, members, tick_s)?,
@@ -148,10 +163,14 @@ impl Estimator {
             None => self.rods.displacements_m(),
             Some(effects) => effects.sensed(self.rods.displacements_m()),
         };
+        let predicted_m = self.grid.linear(sensed_m, self.law.shape_a_per_m());
+        let outlier = self.outlier_test.leaves_out(measured_displacement_m, predicted_m);
+        // A filter must not see it either: it would remember it.
+        let believed_m = if outlier { f64::NAN } else { measured_displacement_m };
         let (displacements_m, measured_m) = match &mut self.washout {
-            None => (sensed_m, measured_displacement_m),
+            None => (sensed_m, believed_m),
             Some(washout) => {
-                let measured_m = washout.measured(measured_displacement_m);
+                let measured_m = washout.measured(believed_m);
                 (washout.predicted(sensed_m), measured_m)
             }
         };
@@ -176,6 +195,7 @@ impl Estimator {
             field,
             magnetization_a_per_m: self.grid.cubic(self.bank.magnetizations(), correction.shape_a_per_m),
             correction,
+            outlier,
             excitation: excitation.unwrap_or_default(),
         }
     }

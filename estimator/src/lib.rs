@@ -4,7 +4,8 @@
 //! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`GaussNewton`], [`Gradient`],
 //! [`MatrixLaw`], [`ScalarLaw`], [`FixedShape`]).
 //! The paper's scalar and matrix forms stand beside them for simulations of any plant ([`Scalar`], [`Matrix`]).
-//! A monitor of what the motion can say about `a` ([`ExcitationMonitor`]) holds every law while that is too little.
+//! A monitor of what the motion can say about `a` ([`ExcitationMonitor`]) holds every law while that is too little, and a
+//! measurement that no such rod can give is left out.
 //! `node.rs` is the only file that knows messages.
 
 mod coil_field;
@@ -23,6 +24,7 @@ mod matrix;
 mod matrix_law;
 mod modes;
 mod node;
+mod outlier;
 mod rod_output;
 mod rods;
 mod sampled_modes;
@@ -52,7 +54,7 @@ pub use scalar::{Scalar, ScalarPlant, ScalarSettings};
 pub use scalar_law::ScalarLaw;
 pub use settings::{
     EstimatorSettings, ExcitationSettings, FieldSource, FoldedSettings, GaussNewtonSettings, GradientSettings,
-    LawSettings, MatrixSettings, ScalarLawSettings, Tuning,
+    LawSettings, MatrixSettings, OutlierSettings, ScalarLawSettings, Tuning,
 };
 pub use several::{
     CramerRao, EstimatedParameter, Information, MeasuredOutput, MinMaxEstimate, MinMaxParameter, MinMaxSettings,

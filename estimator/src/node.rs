@@ -7,6 +7,7 @@ const ADAPTING: u64 = 1;
 const AT_EDGE: u64 = 2;
 const HELD: u64 = 4;
 const FIXED: u64 = 8;
+const OUTLIER: u64 = 16;
 
 impl Block for Estimator {
     const NODE: NodeId = NodeId::Estimator;
@@ -32,6 +33,7 @@ fn estimate(estimation: &Estimation) -> Estimate {
         (correction.at_edge, AT_EDGE),
         (correction.held, HELD),
         (correction.fixed, FIXED),
+        (estimation.outlier, OUTLIER),
     ];
     Estimate {
         shape_a_per_m: correction.shape_a_per_m,

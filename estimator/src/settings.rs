@@ -4,6 +4,7 @@ mod excitation;
 mod gauss_newton;
 mod gradient;
 mod matrix;
+mod outlier;
 mod scalar;
 mod tuning;
 
@@ -11,6 +12,7 @@ pub use excitation::ExcitationSettings;
 pub use gauss_newton::GaussNewtonSettings;
 pub use gradient::GradientSettings;
 pub use matrix::MatrixSettings;
+pub use outlier::OutlierSettings;
 pub use scalar::ScalarLawSettings;
 pub use tuning::Tuning;
 
@@ -31,6 +33,8 @@ pub struct EstimatorSettings {
     pub washout_hz: Option<f64>,
     /// When a motion informs about `a`; the estimate is held while it does not.
     pub excitation: ExcitationSettings,
+    /// Which measurements are left out.
+    pub outlier: OutlierSettings,
     /// How `a` is corrected.
     pub law: LawSettings,
 }
@@ -252,6 +256,7 @@ impl EstimatorSettings {
         self.excitation
             .validate()
             .map_err(|invalid| invalid.within("excitation"))?;
+        self.outlier.validate().map_err(|invalid| invalid.within("outlier"))?;
         self.law.validate().map_err(|invalid| invalid.within("law"))
     }
 }
@@ -358,6 +363,15 @@ mod tests {
         };
         let memory = monitor.validate().unwrap_err().to_string();
         assert!(memory.starts_with("excitation.memory_s: 0 s"), "{memory}");
+        let outlier = EstimatorSettings {
+            outlier: OutlierSettings {
+                innovation_limit_m: Some(-1e-6),
+                ..OutlierSettings::default()
+            },
+            ..EstimatorSettings::default()
+        };
+        let limit = outlier.validate().unwrap_err().to_string();
+        assert!(limit.starts_with("outlier.innovation_limit_m: -0.000001 m"), "{limit}");
     }
 
     // Guards against misspelt settings that would silently keep their defaults.

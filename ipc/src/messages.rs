@@ -65,7 +65,7 @@ message! {
         /// The same for a true a below the estimate.
         excitation_below_per_a_per_m: f64 in "1/(A/m)",
         /// Bits: 1 adapting (outside the dead zone), 2 at an edge of the parameter's range, 4 held (not informed), 8 fixed by
-        /// the scenario.
+        /// the scenario, 16 the measurement was left out, because it is too far from the predicted.
         status: u64 in "",
     }
 }

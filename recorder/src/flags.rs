@@ -39,7 +39,7 @@ const fn flag(
 }
 
 /// Every status bit of the loop. Within a channel a later entry rules the state lane when several are set.
-pub(crate) const FLAGS: [Flag; 17] = [
+pub(crate) const FLAGS: [Flag; 18] = [
     flag(
         Channel::Estimate,
         1,
@@ -71,6 +71,14 @@ pub(crate) const FLAGS: [Flag; 17] = [
         "fixed",
         "a is fixed by the scenario",
         "a is free",
+    ),
+    flag(
+        Channel::Estimate,
+        16,
+        Level::Warning,
+        "outlier",
+        "leaves a measurement out: too far from the predicted",
+        "believes the measurement again",
     ),
     flag(
         Channel::Demand,

@@ -3,7 +3,7 @@
 //! A test is skipped, with the reason, only where an interpreter, a package or a compiler is missing.
 
 use anhyst_ipc::{Channel, Guest, GuestSettings, Heard};
-use anhyst_tests::{Finished, SharedMemory, anhyst, assert_same, files_with, repository};
+use anhyst_tests::{Finished, SharedMemory, anhyst, assert_same, c_amplifier, files_with, iio_device, python};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -35,51 +35,6 @@ fn folders<const N: usize>() -> (tempfile::TempDir, [PathBuf; N]) {
     let root = tempfile::tempdir().unwrap();
     let folders = std::array::from_fn(|i| root.path().join(format!("run{i}")));
     (root, folders)
-}
-
-/// The interpreter that has iceoryx2: `ANHYST_PYTHON`, or `python3`.
-fn python() -> Option<String> {
-    let python = std::env::var("ANHYST_PYTHON").unwrap_or_else(|_| "python3".into());
-    let probe = Command::new(&python).args(["-c", "import iceoryx2"]).output();
-    match probe {
-        Ok(output) if output.status.success() => Some(python),
-        _ => {
-            eprintln!(
-                "SKIPPED: {python} cannot import iceoryx2; pip install -r examples/amplifier-python/requirements.txt, and name the interpreter in ANHYST_PYTHON"
-            );
-            None
-        }
-    }
-}
-
-/// Compiles the C amplifier against the library that was built with the tests.
-fn c_amplifier(out: &Path) -> Option<PathBuf> {
-    for tool in ["make", "cc"] {
-        if Command::new(tool).arg("--version").output().is_err() {
-            eprintln!("SKIPPED: no {tool} on this machine");
-            return None;
-        }
-    }
-    let executable = anhyst();
-    let release = executable.parent().unwrap();
-    // `cargo build` puts it into the first, `cargo test` into the second; the older one may be of another day.
-    let (_, library) = [release.to_owned(), release.join("deps")]
-        .into_iter()
-        .filter_map(|folder| {
-            let file = folder.join("libanhyst_driver.so").metadata().ok()?;
-            Some((file.modified().ok()?, folder))
-        })
-        .max()
-        .expect("libanhyst_driver.so was built with the tests");
-    let made = Command::new("make")
-        .arg("-C")
-        .arg(repository().join("examples/amplifier-c"))
-        .arg(format!("DRIVER={}", library.display()))
-        .arg(format!("OUT={}", out.display()))
-        .output()
-        .unwrap();
-    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
-    Some(out.join("amplifier"))
 }
 
 /// The bar: one second of the milling scenario, every bit the same.
@@ -118,7 +73,7 @@ fn a_python_amplifier_has_the_same_limits() {
     assert_eq!(found, expected);
 }
 
-/// A driver with dynamics of its own: the run ends well, and twice with the same bits.
+/// A driver with dynamics of its own: told its constants, the loop keeps the scenario's tolerance, twice with the same bits.
 #[test]
 fn a_c_amplifier_takes_part() {
     let (root, [one, two]) = folders();
@@ -130,9 +85,7 @@ fn a_c_amplifier_takes_part() {
         "--set",
         "duration_s=0.6",
         "--set",
-        "amplifier=(bandwidth_hz: 2500)",
-        "--set",
-        "expect.tolerance_m=2e-6",
+        "amplifier=(bandwidth_hz: 2500, field_limit_a_per_m: 54e3, slew_limit_a_per_m_s: 168e6)",
         "--external-command",
         &command,
     ];
@@ -197,14 +150,7 @@ fn a_c_amplifier_goes_to_the_safe_field_when_the_guard_is_silent() {
 #[test]
 fn an_amplifier_behind_iio_files_takes_part() {
     let (root, [out]) = folders();
-    let device = root.path().join("iio:device0");
-    std::fs::create_dir(&device).unwrap();
-    for direction in ["out", "in"] {
-        std::fs::write(device.join(format!("{direction}_voltage0_scale")), "0.305175781\n").unwrap();
-        std::fs::write(device.join(format!("{direction}_voltage0_offset")), "-32768\n").unwrap();
-    }
-    std::fs::write(device.join("out_voltage0_raw"), "32768\n").unwrap();
-    std::os::unix::fs::symlink("out_voltage0_raw", device.join("in_voltage0_raw")).unwrap();
+    let device = iio_device(root.path()).unwrap();
     let driver = anhyst().with_file_name("anhyst-amplifier-hardware");
     let command = format!("amplifier={} --device {}", driver.display(), device.display());
     let more = [

@@ -90,11 +90,10 @@ fn add_external(scenario: &mut Scenario, arguments: &RunArguments) {
 /// Creates the run's folder with the effective scenario in it.
 ///
 /// # Errors
-/// If the folder cannot be written.
+/// If the folder cannot be written, or another run writes to it.
 pub fn prepare(scenario: &Scenario, out: Option<&std::path::Path>) -> Result<RunFolder, RunError> {
     let refuse = |path: std::path::PathBuf| move |cause| RunError::Write { path, cause };
-    let folder = RunFolder::create(out, &scenario.name)
-        .map_err(refuse(out.map_or_else(|| "runs".into(), std::path::Path::to_path_buf)))?;
+    let folder = RunFolder::create(out, &scenario.name)?;
     let text = to_ron(scenario).map_err(|error| RunError::Setup(error.to_string()))?;
     std::fs::write(folder.scenario(), text).map_err(refuse(folder.scenario()))?;
     Ok(folder)

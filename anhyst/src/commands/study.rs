@@ -15,6 +15,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 const RUNS: &str = "runs.jsonl";
+/// What a table says of a share of nothing.
+const NONE: &str = "–";
 
 /// `study`
 #[derive(Debug, Args)]
@@ -213,12 +215,17 @@ fn print(results: &Results) {
 }
 
 fn figure(bar: &Bar) -> [String; 5] {
+    let runs = format!("{} of {}", bar.share.count, bar.share.of);
+    let Some(held) = bar.held else {
+        let none = || NONE.to_owned();
+        return [bar.name.clone(), runs, none(), none(), none()];
+    };
     let [low, high] = bar.share.interval();
     [
         bar.name.clone(),
-        format!("{} of {}", bar.share.count, bar.share.of),
+        runs,
         format!("{:.1} %", 100.0 * bar.share.value()),
         format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high),
-        if bar.held { "yes" } else { "no" }.to_owned(),
+        if held { "yes" } else { "no" }.to_owned(),
     ]
 }

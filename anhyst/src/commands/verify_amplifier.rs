@@ -2,6 +2,7 @@
 
 use super::summary::plain_table;
 use super::{Ending, progress_bar};
+use crate::claim::claim;
 use crate::error::RunError;
 use crate::external;
 use crate::resources::Resources;
@@ -13,6 +14,7 @@ use crate::{resources, signals};
 use anhyst_diagnosis::DiagnosisError;
 use anhyst_ipc::{Invalid, SharedSettings, Wait};
 use clap::Args;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -78,7 +80,7 @@ const SPARE_TICKS: usize = 100_000;
 /// Bad input, or results that cannot be written.
 pub fn run(arguments: &VerifyAmplifierArguments) -> miette::Result<Ending> {
     signals::install();
-    let (scenario, agreement, path) = effective(arguments)?;
+    let (scenario, agreement, path, _claimed) = effective(arguments)?;
     let expected = expectation(&scenario, arguments.tolerances);
     let resources = meeting_place(arguments)?;
     // What a user named may be somebody else's, too: only what is surely ours is removed.
@@ -126,8 +128,9 @@ fn tester_name() -> String {
     names.join("+")
 }
 
-/// The scenario as both sides must have it: one process stands for all others, and the options are in it.
-fn effective(arguments: &VerifyAmplifierArguments) -> miette::Result<(Scenario, u64, PathBuf)> {
+/// The scenario as both sides must have it: one process stands for all others, and the options are in it. The file that keeps
+/// others out of its folder comes last.
+fn effective(arguments: &VerifyAmplifierArguments) -> miette::Result<(Scenario, u64, PathBuf, File)> {
     let start_limit_s = arguments.start_limit_s;
     if !(0.1..=86_400.0).contains(&start_limit_s) {
         return Err(miette::miette!(
@@ -154,6 +157,7 @@ fn effective(arguments: &VerifyAmplifierArguments) -> miette::Result<(Scenario, 
     let test_s = (ticks(&expected)? + SPARE_TICKS) as f64 * scenario.tick_s;
     scenario.duration_s = scenario.duration_s.max(test_s);
     std::fs::create_dir_all(&arguments.out).map_err(refused(&arguments.out))?;
+    let claimed = claim(&arguments.out)?;
     let path = std::path::absolute(arguments.out.join("scenario.ron")).map_err(refused(&arguments.out))?;
     let written = to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?;
     std::fs::write(&path, written).map_err(refused(&path))?;
@@ -162,7 +166,7 @@ fn effective(arguments: &VerifyAmplifierArguments) -> miette::Result<(Scenario, 
     let agreement = scenario
         .agreement()
         .map_err(|error| RunError::Setup(error.to_string()))?;
-    Ok((scenario, agreement, path))
+    Ok((scenario, agreement, path, claimed))
 }
 
 fn refused(path: &Path) -> impl FnOnce(std::io::Error) -> RunError {

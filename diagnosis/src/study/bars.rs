@@ -52,8 +52,8 @@ pub struct Bar {
     pub share: Share,
     pub at_least: f64,
     pub at_most: f64,
-    /// By the share itself, not by its interval; false where nothing counted.
-    pub held: bool,
+    /// By the share itself, not by its interval; none where nothing counted.
+    pub held: Option<bool>,
 }
 
 impl Bar {
@@ -64,7 +64,7 @@ impl Bar {
             share,
             at_least,
             at_most,
-            held: value >= at_least && value <= at_most,
+            held: (share.of > 0).then_some(value >= at_least && value <= at_most),
         }
     }
 }
@@ -131,6 +131,6 @@ mod tests {
     /// Guards against passing by having measured nothing.
     #[test]
     fn nothing_counted_is_nothing_held() {
-        assert!(bars(&[]).iter().all(|bar| !bar.held));
+        assert!(bars(&[]).iter().all(|bar| bar.held.is_none()));
     }
 }

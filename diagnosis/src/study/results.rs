@@ -57,7 +57,7 @@ impl Results {
 
     /// Whether every bar with runs to judge by held.
     pub fn held(&self) -> bool {
-        self.bars.iter().all(|bar| bar.held || bar.share.of == 0)
+        self.bars.iter().all(|bar| bar.held != Some(false))
     }
 }
 

@@ -89,10 +89,10 @@ fn bars(bars: &[Bar]) -> String {
 }
 
 fn verdict(bar: &Bar) -> &'static str {
-    match (bar.share.of, bar.held) {
-        (0, _) => "no runs",
-        (_, true) => "yes",
-        (_, false) => "**no**",
+    match bar.held {
+        None => "no runs",
+        Some(true) => "yes",
+        Some(false) => "**no**",
     }
 }
 

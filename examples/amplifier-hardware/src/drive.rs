@@ -1,9 +1,11 @@
 //! v = H / (c g),  |v| ≤ limit,  |Δv| ≤ slew limit·T;  H' = c m v_monitor
 //!
 //! H wanted field (A/m), c field per current (1/m), g amplifier's gain (A/V), v command voltage (V), T tick (s); H' field by
-//! the current monitor, m its gain (A/V). Faults, latched: a field that is not finite, a converter that refuses, a monitor
-//! that is further than a limit from the command for longer than a time, a silent guard. In a fault v goes to zero at the slew
-//! limit and stays there. Assumption: the amplifier's own lag is short against the following time.
+//! the current monitor, m its gain (A/V). Token k comes at t_k and is put out at t_k+1, because computing takes its tick: the
+//! answer to it, the field at t_k+1, is made of token k−1. A field that is not finite is replaced by the last good one.
+//! Faults, latched: too many fields in a row that are not finite, a converter that refuses, a monitor that is further than a
+//! limit from the command for longer than a time, a silent guard. In a fault v goes to zero at the slew limit and stays there.
+//! Assumption: amplifier and monitor are settled within the tick; a lag shows in `anhyst verify-amplifier --paced`.
 
 use crate::converter::{Converter, ConverterError};
 
@@ -11,7 +13,11 @@ use crate::converter::{Converter, ConverterError};
 pub const AMPLITUDE_LIMITED: u64 = 1 << 0;
 /// The command changed faster than allowed.
 pub const SLEW_LIMITED: u64 = 1 << 1;
-/// Fault: the guard's field was no number. A driver's own bits are 16 to 31.
+/// On the way to zero because nobody commands.
+pub const RAMPING: u64 = 1 << 2;
+/// At zero for that reason.
+pub const SAFE: u64 = 1 << 3;
+/// The guard's field was no number; latched, too many were. A driver's own bits are 16 to 31.
 pub const NOT_A_NUMBER: u64 = 1 << 16;
 /// Fault: the converter refused.
 pub const CONVERTER: u64 = 1 << 17;
@@ -44,6 +50,9 @@ pub struct Constants {
     /// How long it may be larger, s.
     #[arg(long, default_value_t = 2e-3)]
     pub following_time_s: f64,
+    /// So many fields in a row may be no numbers: the last good one is held meanwhile.
+    #[arg(long, default_value_t = 20)]
+    pub broken_ticks: u32,
 }
 
 impl Constants {
@@ -73,6 +82,8 @@ pub struct Drive<C> {
     converter: C,
     constants: Constants,
     tick_s: f64,
+    due_a_per_m: f64,
+    broken_ticks: u32,
     command_v: f64,
     apart_s: f64,
     faults: u64,
@@ -89,28 +100,29 @@ impl<C: Converter> Drive<C> {
             converter,
             constants,
             tick_s,
+            due_a_per_m: 0.0,
+            broken_ticks: 0,
             command_v: 0.0,
             apart_s: 0.0,
             faults: 0,
         })
     }
 
-    /// One tick towards a field: the field by the monitor, and a status.
+    /// Takes the field that is wanted after this tick, and puts out the one before it: the field by the monitor, and a status.
     pub fn step(&mut self, wanted_a_per_m: f64) -> (f64, u64) {
-        if !wanted_a_per_m.is_finite() {
-            self.faults |= NOT_A_NUMBER;
-        }
+        let due_a_per_m = self.due_a_per_m;
+        let broken = self.accept(wanted_a_per_m);
         let constants = self.constants;
         let field_per_volt = constants.field_per_current_per_m * constants.gain_a_per_v;
         let wanted_v = if self.faults == 0 {
-            wanted_a_per_m / field_per_volt
+            due_a_per_m / field_per_volt
         } else {
             0.0
         };
         let limited_v = wanted_v.clamp(-constants.limit_v, constants.limit_v);
         let most_v = constants.slew_limit_v_per_s * self.tick_s;
         let next_v = limited_v.clamp(self.command_v - most_v, self.command_v + most_v);
-        let mut status = if limited_v == wanted_v { 0 } else { AMPLITUDE_LIMITED };
+        let mut status = broken | if limited_v == wanted_v { 0 } else { AMPLITUDE_LIMITED };
         status |= if next_v == limited_v { 0 } else { SLEW_LIMITED };
         if self.converter.write_volts(next_v).is_err() {
             self.faults |= CONVERTER;
@@ -129,6 +141,20 @@ impl<C: Converter> Drive<C> {
         (monitor_a_per_m, status | self.faults)
     }
 
+    /// Keeps a field for the next tick, or the one before it in place of no number; what the status says about it.
+    fn accept(&mut self, wanted_a_per_m: f64) -> u64 {
+        if wanted_a_per_m.is_finite() {
+            self.broken_ticks = 0;
+            self.due_a_per_m = wanted_a_per_m;
+            return 0;
+        }
+        self.broken_ticks += 1;
+        if self.broken_ticks > self.constants.broken_ticks {
+            self.faults |= NOT_A_NUMBER;
+        }
+        NOT_A_NUMBER
+    }
+
     /// `followed_v` is the command that the monitored current belongs to.
     fn watch(&mut self, followed_v: f64) {
         let apart = (followed_v - self.command_v).abs() > self.constants.following_limit_v;
@@ -138,17 +164,24 @@ impl<C: Converter> Drive<C> {
         }
     }
 
-    /// Takes the output to zero on our own clock and latches `fault` (0: a regular end).
-    pub fn make_safe(&mut self, fault: u64) {
+    /// Takes the output to zero on our own clock, and `tell`s each tick's field and status; latches `fault` (0: a regular end).
+    pub fn make_safe(&mut self, fault: u64, tell: &mut dyn FnMut(f64, u64)) {
         self.faults |= fault;
+        let field_per_volt = self.constants.field_per_current_per_m * self.constants.gain_a_per_v;
         let most_v = self.constants.slew_limit_v_per_s * self.tick_s;
-        while self.command_v != 0.0 {
+        loop {
             self.command_v -= self.command_v.clamp(-most_v, most_v);
-            // A converter that refuses is asked again: there is nothing better to do.
-            let _ = self.converter.write_volts(self.command_v);
+            // A converter that refuses is asked again in the next tick: there is nothing better to do.
+            let written = self.converter.write_volts(self.command_v);
+            let zero = self.command_v == 0.0;
+            // Nobody knows what is put out by a converter that refuses.
+            let said = if zero && written.is_ok() { SAFE } else { RAMPING };
+            tell(self.command_v * field_per_volt, self.faults | said);
+            if zero {
+                return;
+            }
             std::thread::sleep(std::time::Duration::from_secs_f64(self.tick_s));
         }
-        let _ = self.converter.write_volts(0.0);
     }
 }
 
@@ -193,16 +226,18 @@ mod tests {
             slew_limit_v_per_s: 10e3,
             following_limit_v: 0.5,
             following_time_s: 1e-3,
+            broken_ticks: 5,
         };
         constants.validate().unwrap();
         Drive::start(Board::default(), constants, 1e-4).unwrap()
     }
 
-    /// Guards units and both limits: 2000 A/m are 1 V; 1 V a tick; 5 V at most.
+    /// Guards the loop's timing, units and both limits: the field of the tick before; 2000 A/m are 1 V; 1 V a tick; 5 V at most.
     #[test]
     fn fields_become_volts_within_limits() {
         let mut drive = drive();
-        assert_eq!(drive.step(2000.0), (2000.0, 0));
+        assert_eq!(drive.step(2000.0), (0.0, 0));
+        assert_eq!(drive.step(6000.0), (2000.0, 0));
         assert_eq!(drive.step(6000.0), (4000.0, SLEW_LIMITED));
         for _ in 0..10 {
             drive.step(1e6);
@@ -215,13 +250,16 @@ mod tests {
     fn faults_end_at_zero_and_stay() {
         let mut drive = drive();
         drive.step(2000.0);
-        drive.step(f64::NAN);
+        for _ in 0..6 {
+            drive.step(f64::NAN);
+        }
         assert_eq!(drive.converter.volts, 0.0);
+        assert_eq!(drive.step(2000.0), (0.0, NOT_A_NUMBER));
         assert_eq!(drive.step(2000.0), (0.0, NOT_A_NUMBER));
 
         let mut drive = self::drive();
         drive.converter.stuck = true;
-        for _ in 0..13 {
+        for _ in 0..14 {
             drive.step(4000.0);
         }
         assert_eq!(drive.faults(), NOT_FOLLOWING);
@@ -231,8 +269,24 @@ mod tests {
         assert_eq!(drive.converter.volts, 0.0);
 
         let mut drive = self::drive();
-        drive.step(2000.0);
-        drive.make_safe(SILENT);
+        drive.step(6000.0);
+        drive.step(6000.0);
+        drive.step(6000.0);
+        let mut told = Vec::new();
+        drive.make_safe(SILENT, &mut |field_a_per_m, status| told.push((field_a_per_m, status)));
         assert_eq!((drive.converter.volts, drive.faults()), (0.0, SILENT));
+        assert_eq!(told, [(2000.0, SILENT | RAMPING), (0.0, SILENT | SAFE)]);
+    }
+
+    /// Guards the coil against a few broken tokens: no step, and no latched fault that ends the run.
+    #[test]
+    fn a_few_fields_that_are_no_numbers_are_bridged() {
+        let mut drive = drive();
+        drive.step(1000.0);
+        for broken in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::NAN, f64::NAN] {
+            assert_eq!(drive.step(broken), (1000.0, NOT_A_NUMBER));
+        }
+        assert_eq!(drive.step(1500.0), (1000.0, 0));
+        assert_eq!((drive.step(1500.0), drive.faults()), ((1500.0, 0), 0));
     }
 }

@@ -76,9 +76,21 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         start_limit: Duration::from_secs_f64(start_limit_s),
     })
     .map_err(say)?;
-    let outcome = serve(&mut guest, &mut drive, Duration::from_secs_f64(silence_limit_s));
+    let mut tick = 0;
+    let outcome = serve(
+        &mut guest,
+        &mut drive,
+        Duration::from_secs_f64(silence_limit_s),
+        &mut tick,
+    );
     // Whatever ended the loop, the coil comes first.
-    drive.make_safe(if outcome.is_ok() { 0 } else { SILENT });
+    match outcome {
+        Ok(()) => drive.make_safe(0, &mut |_, _| {}),
+        // Readers that are gone need no field.
+        Err(_) => drive.make_safe(SILENT, &mut |field_a_per_m, status| {
+            let _ = answer(&mut guest, &mut tick, field_a_per_m, status);
+        }),
+    }
     outcome?;
     guest.close().map_err(say)?;
     match drive.faults() {
@@ -100,33 +112,38 @@ fn number(name: &str, default: Option<f64>) -> Result<f64, String> {
     }
 }
 
-/// Answers every safe field until the run is over.
+/// Answers every safe field until the run is over; `next` is the tick of the next answer.
 fn serve<C: converter::Converter>(
     guest: &mut Guest,
     drive: &mut Drive<C>,
     silence_limit: Duration,
+    next: &mut u64,
 ) -> Result<(), String> {
     let mut words = [0; 2 + anhyst_ipc::MOST_FIELDS];
-    let mut answer = [0; 2 + anhyst_ipc::MOST_FIELDS];
     loop {
         let heard = guest.receive(Channel::SafeField, silence_limit, &mut words);
-        let tick = match heard.map_err(|error| error.to_string())? {
+        *next = match heard.map_err(|error| error.to_string())? {
             Heard::Token(tick) => tick,
             Heard::Silence => return Err(format!("the guard has been silent for {silence_limit:?}")),
             Heard::End => return Ok(()),
         };
-        let safe = SafeField::from_words(tick, &words[2..]);
+        let safe = SafeField::from_words(*next, &words[2..]);
         let (field_a_per_m, status) = drive.step(safe.field_a_per_m);
-        let coil = CoilField {
-            tick,
-            field_a_per_m,
-            status,
-            ..CoilField::default()
-        };
-        answer[0] = tick;
-        coil.write_words(&mut answer[2..]);
-        guest
-            .send(Channel::CoilField, &answer)
-            .map_err(|error| error.to_string())?;
+        answer(guest, next, field_a_per_m, status).map_err(|error| error.to_string())?;
     }
+}
+
+/// Says what is in the coil, and counts.
+fn answer(guest: &mut Guest, tick: &mut u64, field_a_per_m: f64, status: u64) -> Result<(), LinkError> {
+    let coil = CoilField {
+        tick: *tick,
+        field_a_per_m,
+        status,
+        ..CoilField::default()
+    };
+    let mut words = [0; 2 + anhyst_ipc::MOST_FIELDS];
+    words[0] = *tick;
+    coil.write_words(&mut words[2..]);
+    *tick += 1;
+    guest.send(Channel::CoilField, &words)
 }

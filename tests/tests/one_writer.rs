@@ -1,0 +1,82 @@
+//! Guards results: two runs into one folder at the same time would overwrite each other's.
+
+use anhyst_tests::{Finished, start};
+use std::path::Path;
+use std::process::Child;
+use std::time::{Duration, Instant};
+
+const LIMIT: Duration = Duration::from_secs(120);
+
+/// Killed when dropped, so that a failing test leaves nothing running.
+struct Ended(Child);
+
+impl Drop for Ended {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+fn embedded<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
+    let base = [
+        "run",
+        "scenarios/milling.ron",
+        "--no-recording",
+        "--embedded",
+        "--out",
+        out,
+    ];
+    [&base[..], more].concat()
+}
+
+/// The second is refused with one sentence and changes nothing; a run that was killed keeps nobody out.
+#[test]
+fn a_folder_takes_one_run_at_a_time() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("run");
+    let out = folder.to_string_lossy().into_owned();
+    // Longer than this test lives.
+    let mut first = Ended(start(&embedded(&out, &["--set", "duration_s=2000"])));
+    let scenario = folder.join("scenario.ron");
+    let begin = Instant::now();
+    while !std::fs::read_to_string(&scenario).is_ok_and(|text| text.contains("duration_s: 2000")) {
+        assert!(begin.elapsed() < LIMIT, "the first run does not begin");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let before = listing(&folder);
+    let short = ["--set", "duration_s=0.1", "--set", "expect.settling_s=0.05"];
+    let second = Finished::run(&embedded(&out, &short), LIMIT).expect(2);
+    let sentence = format!("another run writes to {out}: wait for its end, or give this one a folder of its own");
+    assert!(second.err.contains(&sentence), "{}", second.err);
+    let verify = [
+        "verify-amplifier",
+        "scenarios/amplifier.ron",
+        "--out",
+        &out,
+        "--command",
+        "exit 1",
+    ];
+    let third = Finished::run(&verify, LIMIT).expect(2);
+    assert!(third.err.contains(&sentence), "{}", third.err);
+    assert_eq!(listing(&folder), before);
+    assert!(first.0.try_wait().unwrap().is_none(), "the first run goes on");
+    drop(first);
+    let fourth = Finished::run(&embedded(&out, &short), LIMIT);
+    assert!(matches!(fourth.code, Some(0 | 1)), "{}", fourth.err);
+}
+
+/// Files of a folder with what is in them, but for the logs that grow.
+fn listing(folder: &Path) -> Vec<(String, String)> {
+    let entries = std::fs::read_dir(folder).unwrap().map(Result::unwrap);
+    let mut files: Vec<_> = entries
+        .filter(|entry| entry.path().is_file())
+        .map(|entry| {
+            (
+                entry.file_name().to_string_lossy().into_owned(),
+                std::fs::read_to_string(entry.path()).unwrap(),
+            )
+        })
+        .collect();
+    files.sort();
+    files
+}
