@@ -49,6 +49,12 @@ impl<M: Message> Newest<M> {
         self.held.as_ref().is_some_and(|held| held.tick() == due)
     }
 
+    /// For how many ticks up to `due` nothing has come; one that comes later than its tick ends the silence, too.
+    pub fn behind(&self, due: u64) -> u64 {
+        let heard = self.ahead.as_ref().or(self.held.as_ref());
+        (due + 1).saturating_sub(heard.map_or(0, |token| token.tick() + 1))
+    }
+
     /// The held token; the default token before the first.
     pub fn token(&self) -> M {
         self.held.unwrap_or_default()
@@ -102,11 +108,13 @@ mod tests {
         let mut queue = VecDeque::new();
         assert_eq!(take(&mut newest, &mut queue, 0), (NO_TOKEN, false));
         assert_eq!(newest.token(), CoilField::default());
+        assert_eq!((newest.behind(0), newest.behind(4)), (1, 5));
         queue.extend([0, 1, 2, 4].map(token));
         assert_eq!(take(&mut newest, &mut queue, 1), (1, true));
         // Token 3 cannot come any more: that 4 has come tells.
         assert_eq!(take(&mut newest, &mut queue, 3), (2, true));
         assert_eq!(newest.ahead_tick(), Some(4));
+        assert_eq!((newest.behind(3), newest.behind(10)), (0, 6));
         assert_eq!(take(&mut newest, &mut queue, 4), (4, true));
         assert_eq!(take(&mut newest, &mut queue, 5), (4, false));
         queue.extend([5, 6, 7, 8].map(token));
