@@ -113,3 +113,16 @@ fn parent(pid: u32) -> Option<u32> {
     // The command's name, in brackets, may hold blanks: what follows its last bracket does not.
     status.rsplit(')').next()?.split_whitespace().nth(1)?.parse().ok()
 }
+
+/// The interpreter that has iceoryx2: `ANHYST_PYTHON`, or `python3`. None, with the reason said, if it has not.
+pub fn python() -> Option<String> {
+    let python = std::env::var("ANHYST_PYTHON").unwrap_or_else(|_| "python3".into());
+    let probe = Command::new(&python).args(["-c", "import iceoryx2"]).output();
+    if probe.is_ok_and(|output| output.status.success()) {
+        return Some(python);
+    }
+    eprintln!(
+        "SKIPPED: {python} cannot import iceoryx2: see examples/amplifier-python/requirements.txt and ANHYST_PYTHON"
+    );
+    None
+}

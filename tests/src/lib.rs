@@ -4,6 +4,6 @@ mod command;
 mod identity;
 mod resources;
 
-pub use command::{Finished, anhyst, children, repository, start};
+pub use command::{Finished, anhyst, children, python, repository, start};
 pub use identity::{assert_same, first_difference, trail};
 pub use resources::{SharedMemory, files_with};
