@@ -14,6 +14,9 @@ use std::time::{Duration, Instant};
 const LIMIT: Duration = Duration::from_secs(60);
 const FIELD_LIMIT_A_PER_M: f64 = 30e3;
 const TICK_S: f64 = 1e-3;
+/// Status bits of a coil field: on the way to the safe field by itself, and there.
+const RAMPING: u64 = 4;
+const SAFE: u64 = 8;
 /// How long a foreign process may be silent, in ticks: 2 s.
 const SILENCE_LIMIT_TICKS: u64 = 2000;
 const OURS: [NodeId; 5] = [
@@ -146,8 +149,8 @@ fn an_amplifier_behind_iio_files_takes_part() {
     assert_eq!(raw.trim(), "32768", "the output is at zero after the run");
 }
 
-/// Waits until the plant has taken coil fields for a hundred ticks; then the amplifier's process.
-fn amplifier_at_work(launcher: &mut Child, out: &Path) -> Pid {
+/// Waits until the plant has taken a coil field like this.
+fn wait_for(launcher: &mut Child, out: &Path, like: impl Fn(&CoilField) -> bool) {
     let begin = Instant::now();
     loop {
         assert!(
@@ -156,16 +159,56 @@ fn amplifier_at_work(launcher: &mut Child, out: &Path) -> Pid {
         );
         assert!(begin.elapsed() < LIMIT, "the loop does not start");
         std::thread::sleep(Duration::from_millis(5));
-        let works = logs(out).is_some_and(|logs| {
+        let found = logs(out).is_some_and(|logs| {
             let plant = logs.of(NodeId::Plant).unwrap();
-            let mut some = (0..plant.ticks()).step_by(50);
-            some.any(|tick| plant.consumed::<CoilField>(tick).is_some_and(|coil| coil.tick > 90))
+            let mut some = (0..plant.ticks()).step_by(5);
+            some.any(|tick| plant.consumed::<CoilField>(tick).is_some_and(|coil| like(&coil)))
         });
-        let mut found = children(launcher.id()).into_iter();
-        if let (true, Some((pid, _))) = (works, found.find(|(_, first)| first.ends_with("amplifier.py"))) {
-            return Pid::from_raw(pid as i32).unwrap();
+        if found {
+            return;
         }
     }
+}
+
+/// A living process of the run, once the plant has taken coil fields for a hundred ticks.
+fn at_work(launcher: &mut Child, out: &Path, name: &str) -> Pid {
+    wait_for(launcher, out, |coil| coil.tick > 90);
+    let mut found = children(launcher.id()).into_iter();
+    let (pid, _) = found.find(|(_, first)| first.ends_with(name)).unwrap();
+    Pid::from_raw(pid as i32).unwrap()
+}
+
+/// Guards the coil where our side is hung: the amplifier needs nobody to take the field away, and comes back when it may.
+#[test]
+fn while_the_guard_is_silent_the_amplifier_goes_to_the_safe_field() {
+    let Some(python) = python() else { return };
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run");
+    let amplifier = format!("{python} examples/amplifier-python/amplifier.py");
+    let mut launcher = begin(&out, &amplifier, "6", "FreeRunning");
+    let guard = at_work(&mut launcher, &out, "guard");
+    kill_process(guard, Signal::STOP).unwrap();
+    wait_for(&mut launcher, &out, |coil| {
+        coil.status & SAFE != 0 && coil.field_a_per_m == 0.0
+    });
+    kill_process(guard, Signal::CONT).unwrap();
+    assert_took_part(&out, launcher, 0.0);
+    let (_, last) = taken_by_the_plant(&out).pop().unwrap();
+    assert_eq!(last.status & (RAMPING | SAFE), 0, "{last:?}");
+}
+
+/// Guards the end of a run with a process that was started again: the driver finds it under its new status.
+#[test]
+fn a_restarted_estimator_does_not_keep_a_driver_waiting() {
+    let Some(python) = python() else { return };
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run");
+    let amplifier = format!("{python} examples/amplifier-python/amplifier.py");
+    let mut launcher = begin(&out, &amplifier, "4", "FreeRunning");
+    kill_process(at_work(&mut launcher, &out, "estimator"), Signal::KILL).unwrap();
+    assert_took_part(&out, launcher, 0.0);
+    let log = std::fs::read_to_string(RunFolder::open(&out).log("amplifier")).unwrap();
+    assert_eq!(log, "", "the amplifier came to its end by itself");
 }
 
 /// Guards the end: dead is seen by the launcher, hung by whoever reads; both are told by name, and the current dies.
@@ -181,7 +224,7 @@ fn an_amplifier_that_dies_or_hangs_ends_the_run_by_name() {
         let amplifier = format!("{python} examples/amplifier-python/amplifier.py");
         let mut launcher = begin(&out, &amplifier, "40", "FreeRunning");
         let id = launcher.id();
-        kill_process(amplifier_at_work(&mut launcher, &out), signal).unwrap();
+        kill_process(at_work(&mut launcher, &out, "amplifier.py"), signal).unwrap();
         let finished = Finished::wait(launcher, LIMIT).expect(3);
         assert!(finished.err.contains(told), "{}", finished.err);
         assert_safe(&out, id, 0.0);
