@@ -57,6 +57,9 @@ impl<M: Message> Edge for Previous<M> {
     }
 }
 
+/// Is told of a token that was taken: its tick, and what writes its fields.
+pub type Note<'a> = dyn FnMut(u32, &dyn Fn(&mut [u64])) + 'a;
+
 /// A tuple of edges.
 pub trait Inputs: Sized {
     /// The opened links.
@@ -66,7 +69,7 @@ pub trait Inputs: Sized {
     /// Takes the tokens of `tick`, waiting for them.
     fn receive(receivers: &mut Self::Receivers, tick: u64) -> Result<Self, LinkError>;
     /// The tokens taken last, for a log: the tick of each, and what writes its fields.
-    fn taken(receivers: &Self::Receivers, note: &mut dyn FnMut(u32, &dyn Fn(&mut [u64])));
+    fn taken(receivers: &Self::Receivers, note: &mut Note);
     /// What the links measured.
     fn reports(receivers: &Self::Receivers) -> Vec<crate::LinkReport>;
     /// The arrows into `reader`.
@@ -110,7 +113,7 @@ macro_rules! tuples {
             fn receive(($($receiver,)*): &mut Self::Receivers, tick: u64) -> Result<Self, LinkError> {
                 Ok(($($edge::from_token($receiver.receive(tick)?),)*))
             }
-            fn taken(($($receiver,)*): &Self::Receivers, note: &mut dyn FnMut(u32, &dyn Fn(&mut [u64]))) {
+            fn taken(($($receiver,)*): &Self::Receivers, note: &mut Note) {
                 $(note($receiver.taken(), &|words| $receiver.write_taken(words));)*
             }
             fn reports(($($receiver,)*): &Self::Receivers) -> Vec<crate::LinkReport> {

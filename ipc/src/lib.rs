@@ -28,7 +28,7 @@ mod stop;
 mod token_log;
 mod wire;
 
-pub use block::{Block, Edge, Inputs, Now, Outputs, Previous, Seen, wiring};
+pub use block::{Block, Edge, Inputs, Note, Now, Outputs, Previous, Seen, wiring};
 pub use clock::monotonic_ns;
 pub use digest::{Digest, Trail, combine, fingerprint};
 pub use embedded::Cells;

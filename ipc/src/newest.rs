@@ -49,10 +49,9 @@ impl<M: Message> Newest<M> {
         self.held.as_ref().is_some_and(|held| held.tick() == due)
     }
 
-    /// For how many ticks up to `due` nothing has come; one that comes later than its tick ends the silence, too.
+    /// For how many ticks up to `due` there was no token: one of a later tick does not count, however long it waits.
     pub fn behind(&self, due: u64) -> u64 {
-        let heard = self.ahead.as_ref().or(self.held.as_ref());
-        (due + 1).saturating_sub(heard.map_or(0, |token| token.tick() + 1))
+        (due + 1).saturating_sub(self.held.as_ref().map_or(0, |held| held.tick() + 1))
     }
 
     /// The held token; the default token before the first.
@@ -114,7 +113,7 @@ mod tests {
         // Token 3 cannot come any more: that 4 has come tells.
         assert_eq!(take(&mut newest, &mut queue, 3), (2, true));
         assert_eq!(newest.ahead_tick(), Some(4));
-        assert_eq!((newest.behind(3), newest.behind(10)), (0, 6));
+        assert_eq!((newest.behind(2), newest.behind(10)), (0, 8));
         assert_eq!(take(&mut newest, &mut queue, 4), (4, true));
         assert_eq!(take(&mut newest, &mut queue, 5), (4, false));
         queue.extend([5, 6, 7, 8].map(token));
