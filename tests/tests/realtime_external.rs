@@ -227,6 +227,7 @@ fn an_amplifier_that_dies_or_hangs_ends_the_run_by_name() {
         kill_process(at_work(&mut launcher, &out, "amplifier.py"), signal).unwrap();
         let finished = Finished::wait(launcher, LIMIT).expect(3);
         assert!(finished.err.contains(told), "{}", finished.err);
+        assert!(!finished.err.contains("started again"), "{}", finished.err);
         assert_safe(&out, id, 0.0);
         let taken = taken_by_the_plant(&out);
         let oldest_ticks = taken.iter().map(|(tick, coil)| tick - coil.tick).max();
