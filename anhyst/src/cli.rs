@@ -223,6 +223,9 @@ pub struct DoctorArguments {
     /// Ticks per second.
     #[arg(long, default_value_t = 5000.0, requires = "realtime")]
     pub rate_hz: f64,
+    /// Change a value of the scenario (repeatable).
+    #[arg(long = "set", value_name = "PATH=VALUE", requires = "realtime")]
+    pub settings: Vec<Setting>,
     /// Print JSON instead of sentences.
     #[arg(long)]
     pub json: bool,

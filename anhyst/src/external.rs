@@ -52,7 +52,7 @@ impl FromStr for Nodes {
 }
 
 /// The environment variables that a driver is told things by, and their meaning.
-pub const VARIABLES: [(&str, &str); 9] = [
+pub const VARIABLES: [(&str, &str); 10] = [
     ("ANHYST_PROCESS", "name of the driver's process"),
     ("ANHYST_SERVICE_PREFIX", "prefix of the run's iceoryx2 resources"),
     ("ANHYST_ROOT", "directory of iceoryx2's files"),
@@ -63,9 +63,16 @@ pub const VARIABLES: [(&str, &str); 9] = [
     ("ANHYST_TICK_S", "time between two ticks, s"),
     (
         "ANHYST_TICKS",
-        "length of the run in ticks; for information, the end is told by phase 3",
+        "length of the run in ticks: a plant stops after so many, to others phase 3 tells the end",
     ),
-    ("ANHYST_RECEIVE_LIMIT_S", "how long a token may take in lockstep, s"),
+    (
+        "ANHYST_CLOCK",
+        "`lockstep`; in real time `free_running` or `paced_by_measurement`; if it is not set: lockstep",
+    ),
+    (
+        "ANHYST_RECEIVE_LIMIT_S",
+        "how long a token may take in lockstep, and in real time a foreign process be silent, s",
+    ),
     (
         "ANHYST_START_LIMIT_S",
         "how long the processes may take to find each other, s",
@@ -91,6 +98,7 @@ pub fn environment(
         names.join(","),
         format!("{:e}", scenario.tick_s),
         scenario.ticks().to_string(),
+        scenario.clock.name().to_owned(),
         receive_limit_s.to_string(),
         start_limit.as_secs_f64().to_string(),
         yields.to_string(),

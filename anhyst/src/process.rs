@@ -140,6 +140,12 @@ fn open(
     let mut connections =
         Connections::new(nodes.iter().copied(), assemble::wires(), shared.clone()).with_discipline(discipline);
     connections.accept_any_tick(assemble::late_channels(scenario)?);
+    let comes_back = |node: &NodeId| realtime.is_some_and(|realtime| realtime.restart.contains(node));
+    // Whoever is started again cannot end the run: the others do.
+    if !nodes.iter().all(comes_back) {
+        let limit_ticks = scenario.clock.receive_limit_s() / scenario.tick_s;
+        connections.end_if_silent(scenario.external_nodes(), limit_ticks.ceil() as u64);
+    }
     let mut stages = Vec::new();
     let mut scribe = None;
     for node in nodes {
@@ -192,7 +198,7 @@ fn log_tokens(
             };
             std::fs::create_dir_all(parent).map_err(refused)?;
         }
-        let layout = RecordLayout::of(stage.node(), &assemble::wires());
+        let layout = RecordLayout::of(stage.node(), &assemble::wires()).with_copies_of(&scenario.external_nodes());
         stage.log_tokens(TokenLog::open(&path, layout, scenario.ticks(), rejoins)?);
     }
     Ok(())

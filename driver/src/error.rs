@@ -41,7 +41,9 @@ impl From<LinkError> for Failure {
             LinkError::Gap { .. } => GAP,
             LinkError::Undelivered { .. } => UNDELIVERED,
             LinkError::Absent { .. } => ABSENT,
-            LinkError::UnknownProcess { .. } | LinkError::NotOpened { .. } => BAD_ARGUMENT,
+            LinkError::UnknownProcess { .. } | LinkError::UnknownClock { .. } | LinkError::NotOpened { .. } => {
+                BAD_ARGUMENT
+            }
             _ => TRANSPORT,
         };
         Self {

@@ -20,10 +20,18 @@ typedef struct AnhystHandle AnhystHandle;
 AnhystHandle *anhyst_open_checked(const char *process, const char *prefix, const char *root, const char *processes,
                                   uint32_t reads, double start_limit_s, uint64_t layouts);
 
-/* Waits at most timeout_us for the channel's next token and copies it to `token`: ANHYST_OK, _SILENCE, _END or an error. */
+/* Waits at most timeout_us for the channel's next token and copies it to `token`: ANHYST_OK, _SILENCE, _END or an error.
+   In real time (ANHYST_CLOCK is not lockstep) it waits for a token newer than the one taken last and takes the newest: those
+   between are dropped, which is no error. Answer with its tick. A plant takes what is there: timeout_us 0. */
 int32_t anhyst_receive(AnhystHandle *handle, uint32_t channel, void *token, uint64_t timeout_us);
 
-/* Sends a copy of `token` to every reader; `sent_ns` is set by the library. ANHYST_OK or an error. */
+/* In real time: sleeps until tick `tick` begins on CLOCK_MONOTONIC; in lockstep it returns at once. For a plant without a timer
+   of its own; the first call of a plant says that tick 0 begins in 20 ms. A plant with a timer does not call it: then tick 0
+   begins with the first measurement that it sends. ANHYST_OK or an error. */
+int32_t anhyst_wait_for_tick(AnhystHandle *handle, uint64_t tick);
+
+/* Sends a copy of `token` to every reader; `sent_ns` is set by the library. ANHYST_OK or an error. In real time a reader that
+   is gone is none: it may come back, or the launcher ends the run. */
 int32_t anhyst_send(AnhystHandle *handle, uint32_t channel, const void *token);
 
 /* Leaves the loop and frees the handle, which may be NULL. After ANHYST_END it waits for the others to finish. */

@@ -59,7 +59,7 @@ pub unsafe extern "C" fn anhyst_open_checked(
             ));
         }
         let settings = options::settings(process, prefix, root, processes, reads, start_limit_s)?;
-        let guest = Guest::open(settings)?;
+        let guest = Guest::open_timed(settings, options::clock()?)?;
         handle = Box::into_raw(Box::new(AnhystHandle { guest }));
         Ok(OK)
     });
@@ -110,6 +110,20 @@ pub unsafe extern "C" fn anhyst_send(handle: *mut AnhystHandle, channel_number: 
         // SAFETY: by the caller's promise `token` is the channel's struct, which has so many words.
         unsafe { read_words(token, &mut words[..Guest::words(channel)])? };
         handle.guest.send(channel, &words)?;
+        Ok(OK)
+    })
+}
+
+/// In real time sleeps until a tick begins.
+///
+/// # Safety
+/// As for [`anhyst_receive`], without `token`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn anhyst_wait_for_tick(handle: *mut AnhystHandle, tick: u64) -> i32 {
+    guarded(|| {
+        // SAFETY: by the caller's promise a live handle of this thread, or null.
+        let handle = unsafe { handle.as_mut() }.ok_or_else(Failure::no_handle)?;
+        handle.guest.wait_for_tick(tick)?;
         Ok(OK)
     })
 }

@@ -1,7 +1,7 @@
 //! Who a driver is: from its arguments, else from the environment that the launcher sets.
 
 use crate::error::Failure;
-use anhyst_ipc::{Channel, GuestSettings};
+use anhyst_ipc::{Channel, GuestClock, GuestSettings};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -25,6 +25,14 @@ fn number(variable: &str, default: f64) -> Result<f64, Failure> {
     };
     text.parse()
         .map_err(|_| Failure::bad(format!("{variable}={text} is no number")))
+}
+
+/// How time passes: lockstep unless the environment tells otherwise.
+pub fn clock() -> Result<GuestClock, Failure> {
+    match from_environment("ANHYST_CLOCK") {
+        Some(name) => Ok(GuestClock::told(&name, number("ANHYST_TICK_S", f64::NAN)?)?),
+        None => Ok(GuestClock::Lockstep),
+    }
 }
 
 /// A guest's settings.

@@ -1,6 +1,8 @@
 //! Guards the boundary to C: what a C author gets wrong comes back as a number and a sentence, never as a crash.
 
-use anhyst_driver::{anhyst_close, anhyst_last_error, anhyst_open_checked, anhyst_receive, anhyst_send};
+use anhyst_driver::{
+    anhyst_close, anhyst_last_error, anhyst_open_checked, anhyst_receive, anhyst_send, anhyst_wait_for_tick,
+};
 use std::ffi::{CStr, CString};
 use std::ptr::{null, null_mut};
 
@@ -66,9 +68,10 @@ fn null_is_survived() {
         [
             anhyst_receive(null_mut(), 5, token.as_mut_ptr().cast(), 0),
             anhyst_send(null_mut(), 6, null()),
+            anhyst_wait_for_tick(null_mut(), 0),
         ]
     };
-    assert_eq!(results, [BAD_ARGUMENT; 2]);
+    assert_eq!(results, [BAD_ARGUMENT; 3]);
     assert_eq!(last_error(), "the handle is null");
     // SAFETY: null may be closed.
     assert_eq!(unsafe { anhyst_close(null_mut()) }, 0);

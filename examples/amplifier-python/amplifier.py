@@ -15,6 +15,7 @@ import math
 import os
 import signal
 import sys
+import time
 from collections import deque
 
 import anhyst_interface as interface
@@ -24,8 +25,13 @@ AMPLITUDE_LIMITED = 1 << 0
 SLEW_LIMITED = 1 << 1
 RAMPING = 1 << 2
 SAFE = 1 << 3
-# The way to the safe field when nobody commands.
+RETURNING = 1 << 4
+# The way to the safe field when nobody commands, and in real time the way back.
 RAMP_S = 0.02
+# In real time nobody has commanded for so long: unless AMPLIFIER_WATCHDOG_S tells otherwise, 20 ticks.
+SILENT_TICKS = 20
+# No pause is made up for tick by tick for longer.
+MOST_TICKS = 100_000
 # Bits 16 to 31 are a driver's own.
 NOT_A_NUMBER = 1 << 16
 
@@ -81,6 +87,36 @@ def ramp_to_safety(amplifier, meeting, tick):
             pass  # Readers that are gone need no field.
 
 
+def follow(amplifier, meeting, limit_s):
+    """Real time: the newest command counts, for all ticks that have passed since the last. While nobody commands, the
+    amplifier's own clock goes on: the command fades to zero, and back when somebody commands again. Silence of `limit_s` ends it.
+    """
+    tick_s = amplifier.tick_s
+    silent_s = float(os.environ.get("AMPLIFIER_WATCHDOG_S", SILENT_TICKS * tick_s))
+    tick, command, share, alone_ticks, heard_s = -1, 0.0, 1.0, 0, time.monotonic()
+    while True:
+        patience_s = silent_s + alone_ticks * tick_s if tick >= 0 else limit_s
+        try:
+            safe = meeting.receive(interface.SafeField, max(0.0, heard_s + patience_s - time.monotonic()))
+            if safe is None:
+                return
+            passed, tick, command = max(1, safe.tick - tick), safe.tick, safe.field_a_per_m
+            share, fading = min(1.0, share + tick_s / RAMP_S), 0.0
+            alone_ticks, heard_s = 0, time.monotonic()
+        except TimeoutError:
+            silence_s = time.monotonic() - heard_s
+            if silence_s >= limit_s:
+                raise
+            passed, fading = max(1, int((silence_s - silent_s) / tick_s) - alone_ticks), tick_s / RAMP_S
+            tick, alone_ticks = tick + passed, alone_ticks + passed
+        for _ in range(min(passed, MOST_TICKS)):
+            share = max(0.0, share - fading)
+            field, status = amplifier.step(share * command)
+        if share < 1.0:
+            status |= RETURNING if fading == 0.0 else RAMPING if share > 0.0 else SAFE
+        meeting.send(interface.CoilField(tick=tick, field_a_per_m=field, status=status))
+
+
 def arguments():
     parser = argparse.ArgumentParser(description="A current amplifier for an anhyst run.")
     parser.add_argument("--bandwidth-hz", type=float)
@@ -100,12 +136,16 @@ def main():
     meeting = Meeting(reads=[interface.SafeField], sends=[interface.CoilField])
     tick = -1
     try:
-        while (safe := meeting.receive(interface.SafeField, limit_s)) is not None:
+        if meeting.realtime:
+            follow(amplifier, meeting, limit_s)
+        # In lockstep: one token a tick, until there are no more.
+        while not meeting.realtime and (safe := meeting.receive(interface.SafeField, limit_s)) is not None:
             field, status = amplifier.step(safe.field_a_per_m)
             meeting.send(interface.CoilField(tick=safe.tick, field_a_per_m=field, status=status))
             tick = safe.tick
     except (Lost, TimeoutError):
-        ramp_to_safety(amplifier, meeting, tick)
+        if not meeting.realtime:
+            ramp_to_safety(amplifier, meeting, tick)
         raise
     finally:
         pass  # A real amplifier's output goes to zero here, whatever ended the loop.

@@ -57,6 +57,9 @@ impl<M: Message> Edge for Previous<M> {
     }
 }
 
+/// Is told of a token that was taken: its tick, and what writes its fields.
+pub type Note<'a> = dyn FnMut(u32, &dyn Fn(&mut [u64])) + 'a;
+
 /// A tuple of edges.
 pub trait Inputs: Sized {
     /// The opened links.
@@ -65,8 +68,8 @@ pub trait Inputs: Sized {
     fn open(reader: NodeId, connections: &mut Connections) -> Result<Self::Receivers, LinkError>;
     /// Takes the tokens of `tick`, waiting for them.
     fn receive(receivers: &mut Self::Receivers, tick: u64) -> Result<Self, LinkError>;
-    /// The ticks of the tokens taken last, for a log.
-    fn taken(receivers: &Self::Receivers, ticks: &mut dyn FnMut(u32));
+    /// The tokens taken last, for a log: the tick of each, and what writes its fields.
+    fn taken(receivers: &Self::Receivers, note: &mut Note);
     /// What the links measured.
     fn reports(receivers: &Self::Receivers) -> Vec<crate::LinkReport>;
     /// The arrows into `reader`.
@@ -110,8 +113,8 @@ macro_rules! tuples {
             fn receive(($($receiver,)*): &mut Self::Receivers, tick: u64) -> Result<Self, LinkError> {
                 Ok(($($edge::from_token($receiver.receive(tick)?),)*))
             }
-            fn taken(($($receiver,)*): &Self::Receivers, ticks: &mut dyn FnMut(u32)) {
-                $(ticks($receiver.taken());)*
+            fn taken(($($receiver,)*): &Self::Receivers, note: &mut Note) {
+                $(note($receiver.taken(), &|words| $receiver.write_taken(words));)*
             }
             fn reports(($($receiver,)*): &Self::Receivers) -> Vec<crate::LinkReport> {
                 vec![$($receiver.report()),*]

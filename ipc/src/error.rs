@@ -89,6 +89,14 @@ pub enum LinkError {
         /// True if it wanted to send.
         sending: bool,
     },
+    /// No way to keep time.
+    #[error("ANHYST_CLOCK={name} with ANHYST_TICK_S={tick_s}: known are {clocks}, with a tick of 1e-6 to 1 s", clocks = crate::CLOCKS.join(", "))]
+    UnknownClock {
+        /// Its name.
+        name: String,
+        /// Time between two ticks.
+        tick_s: f64,
+    },
     /// A name is none of a process of the run.
     #[error("\"{name}\" is no process of this run; its processes are {processes}")]
     UnknownProcess {

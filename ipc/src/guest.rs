@@ -1,9 +1,10 @@
 //! A process that brings its own nodes: a driver, a rig, another language. It opens channels by number, needs neither
-//! blocks nor the loop's wiring nor the scenario, and keeps the same rules as everybody else: two phases of the start, one
-//! token a tick and channel, gaps are errors.
+//! blocks nor the loop's wiring nor the scenario, and keeps the same rules as everybody else: two phases of the start, then
+//! in lockstep one token a tick and channel, gaps being errors, and in real time the newest token, older ones being dropped.
 
+use crate::guest_clock::GuestClock;
 use crate::shared::{ANY_AGREEMENT, SharedContext, SharedReceiver, SharedSender, SharedSettings, Wait};
-use crate::{Channel, LinkError, Message, NodeId, monotonic_ns, stop_requested};
+use crate::{Channel, LinkError, Message, NodeId, Pace, monotonic_ns, stop_requested};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -15,6 +16,8 @@ const HEAD: usize = 2;
 const LOOK: Duration = Duration::from_millis(20);
 /// A plant waits for the recorder when it is so many ticks ahead: half of the recorder's buffer.
 const CREDIT_TICKS: u64 = 4096;
+/// From the moment at which a plant says when tick 0 begins to that tick: the others need to hear of it.
+const RUN_UP_NS: u64 = 20_000_000;
 
 /// Calls `$body` with the message type of a channel.
 macro_rules! with_message {
@@ -69,17 +72,24 @@ pub enum Heard {
 
 trait Ear {
     fn receive(&self, limit: Duration, words: &mut [u64]) -> Result<Option<u64>, LinkError>;
+    fn poll(&self, words: &mut [u64]) -> Result<Option<u64>, LinkError>;
+}
+
+fn put<M: Message>(token: Option<M>, words: &mut [u64]) -> Option<u64> {
+    let token = token?;
+    words[0] = token.tick();
+    words[1] = token.sent_ns();
+    token.write_words(&mut words[HEAD..]);
+    Some(token.tick())
 }
 
 impl<M: Message> Ear for SharedReceiver<M> {
     fn receive(&self, limit: Duration, words: &mut [u64]) -> Result<Option<u64>, LinkError> {
-        let Some(token) = self.receive_within(limit)? else {
-            return Ok(None);
-        };
-        words[0] = token.tick();
-        words[1] = token.sent_ns();
-        token.write_words(&mut words[HEAD..]);
-        Ok(Some(token.tick()))
+        Ok(put(self.receive_within(limit)?, words))
+    }
+
+    fn poll(&self, words: &mut [u64]) -> Result<Option<u64>, LinkError> {
+        Ok(put(SharedReceiver::poll(self)?, words))
     }
 }
 
@@ -105,6 +115,19 @@ struct Opened {
     due: u64,
 }
 
+impl Opened {
+    /// In real time: `tick` has come and is in `words`; the newest that is there replaces it. None if it is no newer than the
+    /// token taken last.
+    fn newest(&mut self, mut tick: u64, words: &mut [u64]) -> Result<Option<u64>, LinkError> {
+        while let Some(newer) = self.ear.poll(words)? {
+            tick = newer;
+        }
+        let is_news = tick >= self.due;
+        self.due = self.due.max(tick + 1);
+        Ok(is_news.then_some(tick))
+    }
+}
+
 /// A foreign process's place in the loop. It sends on every channel that its nodes produce.
 pub struct Guest {
     ears: BTreeMap<Channel, Opened>,
@@ -113,6 +136,10 @@ pub struct Guest {
     recorder: Option<String>,
     start_limit: Duration,
     ended: bool,
+    /// In real time.
+    pace: Option<Rc<Pace>>,
+    /// In real time, once it is known: when tick 0 begins.
+    epoch_ns: Option<u64>,
     // Last: the node goes after its ports.
     context: Rc<SharedContext>,
 }
@@ -149,6 +176,14 @@ impl Guest {
     /// # Errors
     /// A name that does not belong to the run, a process that does not come, or what iceoryx2 refuses.
     pub fn open(settings: GuestSettings) -> Result<Self, LinkError> {
+        Self::open_timed(settings, GuestClock::Lockstep)
+    }
+
+    /// As [`Guest::open`], for a run with this clock.
+    ///
+    /// # Errors
+    /// As [`Guest::open`].
+    pub fn open_timed(settings: GuestSettings, clock: GuestClock) -> Result<Self, LinkError> {
         let processes = processes(settings.processes.as_deref())?;
         let Some((_, nodes)) = processes.iter().find(|(name, _)| *name == settings.process) else {
             let names: Vec<&str> = processes.iter().map(|(name, _)| name.as_str()).collect();
@@ -175,6 +210,11 @@ impl Guest {
             recorder: context.process_of(NodeId::Recorder).map(str::to_owned),
             start_limit: settings.start_limit,
             ended: false,
+            pace: match clock {
+                GuestClock::Lockstep => None,
+                GuestClock::Realtime { tick } => Some(Rc::new(Pace::new(&nodes, tick, false))),
+            },
+            epoch_ns: None,
             context,
         };
         guest.open_channels(&nodes, &settings.reads)?;
@@ -196,7 +236,7 @@ impl Guest {
         for channel in Channel::ALL {
             if nodes.contains(&channel.producer()) {
                 let mouth: Box<dyn Mouth> = with_message!(channel, M => {
-                    Box::new(SharedSender::<M>::open(&self.context, &[], None)?)
+                    Box::new(SharedSender::<M>::open(&self.context, &[], self.pace.clone())?)
                 });
                 self.mouths.insert(channel, mouth);
             }
@@ -209,10 +249,11 @@ impl Guest {
         HEAD + with_message!(channel, M => M::FIELDS.len())
     }
 
-    /// Waits at most `limit` for the next token and writes it to `words`, [`Guest::words`] long.
+    /// Waits at most `limit` for the next token and writes it to `words`, [`Guest::words`] long. In real time: for one that is
+    /// newer than the token taken last, and takes the newest; those between are dropped, and the tick tells how many.
     ///
     /// # Errors
-    /// [`LinkError::Gap`] if a token of another tick came (it is in `words`, and the count goes on from it),
+    /// In lockstep [`LinkError::Gap`] if a token of another tick came (it is in `words`, and the count goes on from it),
     /// [`LinkError::NotOpened`], [`LinkError::Stopped`], or what iceoryx2 refuses.
     pub fn receive(&mut self, channel: Channel, limit: Duration, words: &mut [u64]) -> Result<Heard, LinkError> {
         let start = Instant::now();
@@ -224,9 +265,15 @@ impl Guest {
         let opened = self.ears.get_mut(&channel).ok_or_else(not_opened)?;
         loop {
             // Looked at before the channel: what was sent before the end is then found.
-            let ended = self.context.finished(channel.producer());
+            let ended = self.context.finished(channel.producer(), self.pace.is_some());
             let left = limit.saturating_sub(start.elapsed());
             if let Some(tick) = opened.ear.receive(left.min(LOOK), words)? {
+                if self.pace.is_some() {
+                    match opened.newest(tick, words)? {
+                        Some(tick) => return Ok(Heard::Token(tick)),
+                        None => continue,
+                    }
+                }
                 let expected = std::mem::replace(&mut opened.due, tick + 1);
                 if tick == expected {
                     return Ok(Heard::Token(tick));
@@ -254,7 +301,7 @@ impl Guest {
     /// Sends a token: tick in the first word, the second is set here, then the fields.
     ///
     /// # Errors
-    /// [`LinkError::Undelivered`] if a reader is gone, [`LinkError::Absent`] if the recorder has fallen behind for too long,
+    /// In lockstep [`LinkError::Undelivered`] if a reader is gone (in real time it may come back), [`LinkError::Absent`] if the recorder has fallen behind for too long,
     /// [`LinkError::NotOpened`], or what iceoryx2 refuses.
     pub fn send(&mut self, channel: Channel, words: &[u64]) -> Result<(), LinkError> {
         let mouth = self.mouths.get_mut(&channel).ok_or_else(|| LinkError::NotOpened {
@@ -262,11 +309,52 @@ impl Guest {
             channel,
             sending: true,
         })?;
+        if channel == Channel::Measurement && self.pace.is_some() && self.epoch_ns.is_none() {
+            // A plant with a timer of its own, which has just begun: tick 0 began with it.
+            let now_ns = monotonic_ns();
+            self.epoch_ns = Some(now_ns);
+            self.context.set_epoch(now_ns);
+        }
         mouth.send(words)?;
         let done = words[0] + 1;
         self.context.set_tick(done);
-        if channel == Channel::Measurement {
+        if channel == Channel::Measurement && self.pace.is_none() {
             self.wait_for_credit(done)?;
+        }
+        Ok(())
+    }
+
+    /// In real time: when tick 0 begins, in ns of the monotonic clock; 0 in lockstep. The process that has the plant says so,
+    /// at the latest with its first measurement: here it becomes 20 ms from now. The others hear it.
+    ///
+    /// # Errors
+    /// [`LinkError::Absent`] if the plant does not say so within the start limit.
+    pub fn epoch_ns(&mut self) -> Result<u64, LinkError> {
+        let Some(pace) = &self.pace else { return Ok(0) };
+        if let Some(epoch_ns) = self.epoch_ns {
+            return Ok(epoch_ns);
+        }
+        let epoch_ns = if self.mouths.contains_key(&Channel::Measurement) {
+            let epoch_ns = monotonic_ns() + RUN_UP_NS;
+            self.context.set_epoch(epoch_ns);
+            epoch_ns
+        } else {
+            let plant = self.context.process_of(NodeId::Plant).unwrap_or_default().to_owned();
+            self.context.epoch_of(&plant)?
+        };
+        pace.anchor(0, epoch_ns);
+        self.epoch_ns = Some(epoch_ns);
+        Ok(epoch_ns)
+    }
+
+    /// In real time: sleeps until `tick` begins, at once if it has; in lockstep it does nothing. For a plant without a timer.
+    ///
+    /// # Errors
+    /// As [`Guest::epoch_ns`].
+    pub fn wait_for_tick(&mut self, tick: u64) -> Result<(), LinkError> {
+        self.epoch_ns()?;
+        if let Some(pace) = &self.pace {
+            pace.sleep_until_start(tick);
         }
         Ok(())
     }

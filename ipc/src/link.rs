@@ -31,6 +31,8 @@ pub struct Connections {
     shared: Option<Rc<SharedContext>>,
     discipline: Discipline,
     any_tick: BTreeSet<Channel>,
+    /// In real time: these senders are not watched by anybody else, and silent so many ticks they end the run.
+    watched: (Vec<NodeId>, u64),
 }
 
 impl Connections {
@@ -43,6 +45,7 @@ impl Connections {
             shared,
             discipline: Discipline::Lockstep,
             any_tick: BTreeSet::new(),
+            watched: (Vec::new(), 0),
         }
     }
 
@@ -56,6 +59,12 @@ impl Connections {
     /// fault makes them late on purpose. The reader sees the token's age. In real time a reader takes what is newest anyway.
     pub fn accept_any_tick(&mut self, channels: impl IntoIterator<Item = Channel>) {
         self.any_tick.extend(channels);
+    }
+
+    /// In real time a token that does not come is no error: the older one is taken. But a foreign process may die or hang
+    /// unseen: whoever reads from one of these `senders` ends when it has been silent for more than `limit_ticks`.
+    pub fn end_if_silent(&mut self, senders: Vec<NodeId>, limit_ticks: u64) {
+        self.watched = (senders, limit_ticks);
     }
 
     /// Meets the other processes: all have opened their links, all connect (`connect` does it for this process's senders),
@@ -92,6 +101,7 @@ impl Connections {
             })?;
             Source::Shared(SharedReceiver::open(shared, reader)?)
         };
+        let watched = self.watched.0.contains(&M::CHANNEL.producer());
         Ok(Receiver {
             source,
             reader,
@@ -100,6 +110,9 @@ impl Connections {
             newest: Newest::default(),
             taken: 0,
             any_tick: self.any_tick.contains(&M::CHANNEL),
+            silence_limit_ticks: watched.then_some(self.watched.1),
+            late: 0,
+            first_due: None,
             latency: Latency::new(),
         })
     }
@@ -183,6 +196,10 @@ pub struct Receiver<M: Message> {
     newest: Newest<M>,
     taken: u32,
     any_tick: bool,
+    silence_limit_ticks: Option<u64>,
+    late: u64,
+    /// Not 0 in a process that was started again.
+    first_due: Option<u64>,
     latency: Latency,
 }
 
@@ -191,7 +208,8 @@ impl<M: Message> Receiver<M> {
     /// real time: the newest that is not newer than that.
     ///
     /// # Errors
-    /// In lockstep if it does not come within the receive limit or another one comes; if the run is told to stop.
+    /// In lockstep if it does not come within the receive limit or another one comes; in real time if its sender is watched
+    /// ([`Connections::end_if_silent`]) and silent; if the run is told to stop.
     pub fn receive(&mut self, tick: u64) -> Result<M, LinkError> {
         match self.discipline.clone() {
             Discipline::Lockstep => self.receive_due(tick),
@@ -227,11 +245,22 @@ impl<M: Message> Receiver<M> {
                 }
                 if !self.newest.is_of(due) {
                     pace.note_late();
+                    self.late += 1;
                 } else if self.delay == 0 {
                     pace.arrived(tick, now_ns);
                 }
                 if let Some(ahead) = self.newest.ahead_tick() {
                     pace.seen(ahead);
+                }
+                let first_due = *self.first_due.get_or_insert(due);
+                let missed_ticks = self.newest.behind(due).min(due + 1 - first_due);
+                if self.silence_limit_ticks.is_some_and(|limit| missed_ticks > limit) {
+                    return Err(LinkError::Silent {
+                        reader: self.reader,
+                        channel: M::CHANNEL,
+                        tick: due,
+                        waited_s: pace.span_s(missed_ticks),
+                    });
                 }
                 Ok(token)
             }
@@ -241,6 +270,11 @@ impl<M: Message> Receiver<M> {
     /// The tick of the token taken last, for a log.
     pub(crate) fn taken(&self) -> u32 {
         self.taken
+    }
+
+    /// The fields of that token, for the log of one who hears a foreign process.
+    pub(crate) fn write_taken(&self, words: &mut [u64]) {
+        self.newest.token().write_words(words);
     }
 
     fn receive_due(&mut self, tick: u64) -> Result<M, LinkError> {
@@ -276,6 +310,7 @@ impl<M: Message> Receiver<M> {
             reader: self.reader,
             latency: self.latency.summary(),
             lost: self.newest.missing(),
+            late: self.late,
         }
     }
 }

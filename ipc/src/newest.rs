@@ -49,6 +49,11 @@ impl<M: Message> Newest<M> {
         self.held.as_ref().is_some_and(|held| held.tick() == due)
     }
 
+    /// For how many ticks up to `due` there was no token: one of a later tick does not count, however long it waits.
+    pub fn behind(&self, due: u64) -> u64 {
+        (due + 1).saturating_sub(self.held.as_ref().map_or(0, |held| held.tick() + 1))
+    }
+
     /// The held token; the default token before the first.
     pub fn token(&self) -> M {
         self.held.unwrap_or_default()
@@ -102,11 +107,13 @@ mod tests {
         let mut queue = VecDeque::new();
         assert_eq!(take(&mut newest, &mut queue, 0), (NO_TOKEN, false));
         assert_eq!(newest.token(), CoilField::default());
+        assert_eq!((newest.behind(0), newest.behind(4)), (1, 5));
         queue.extend([0, 1, 2, 4].map(token));
         assert_eq!(take(&mut newest, &mut queue, 1), (1, true));
         // Token 3 cannot come any more: that 4 has come tells.
         assert_eq!(take(&mut newest, &mut queue, 3), (2, true));
         assert_eq!(newest.ahead_tick(), Some(4));
+        assert_eq!((newest.behind(2), newest.behind(10)), (0, 8));
         assert_eq!(take(&mut newest, &mut queue, 4), (4, true));
         assert_eq!(take(&mut newest, &mut queue, 5), (4, false));
         queue.extend([5, 6, 7, 8].map(token));

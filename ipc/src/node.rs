@@ -181,7 +181,7 @@ impl<B: Block> Stage for Node<B> {
         let inputs = B::Inputs::receive(&mut self.receivers, tick)?;
         if let Some(log) = &mut self.watcher.log {
             log.begin(tick);
-            B::Inputs::taken(&self.receivers, &mut |taken| log.consume(taken));
+            B::Inputs::taken(&self.receivers, &mut |taken, fields| log.consume(taken, fields));
         }
         let outputs = self.block.step(tick, inputs);
         self.trail.leave_out_until(tick);

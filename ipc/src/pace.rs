@@ -72,6 +72,11 @@ impl Pace {
         self.follows_tokens
     }
 
+    /// How long so many ticks last, s.
+    pub fn span_s(&self, ticks: u64) -> f64 {
+        ticks as f64 * self.period_ns as f64 * 1e-9
+    }
+
     /// When `tick` begins.
     pub fn start_ns(&self, tick: u64) -> u64 {
         let (anchor_tick, anchor_ns) = (self.anchor_tick.get(), self.anchor_ns.get());

@@ -30,6 +30,9 @@ pub struct LinkReport {
     pub latency: LatencySummary,
     /// Tokens that never came: 0 in lockstep, where a gap ends the run; in real time ticks left out by the sender count too.
     pub lost: u64,
+    /// Ticks in which the token was not there in time, and an older one was taken; 0 in lockstep, which waits.
+    #[serde(default)]
+    pub late: u64,
 }
 
 /// A histogram of ns, 1 ns to 100 s, two digits; recording never allocates.

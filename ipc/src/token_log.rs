@@ -1,7 +1,8 @@
 //! What a node consumed and sent in every tick of a real-time run, in a memory-mapped file: enough to run it again bit for bit.
 //!
 //! Record of tick k, little-endian words of 8 bytes, at its place in the file: (start number << 48) | (k + 1), 0 for a tick
-//! that was left out; the ticks of the tokens consumed, two a word, [`NO_TOKEN`] for none; the fields of the tokens sent.
+//! that was left out; the ticks of the tokens consumed, two a word, [`NO_TOKEN`] for none; the fields of those among them
+//! whose sender keeps no log; the fields of the tokens sent.
 //! The mapping is shared with the file: a process that is killed loses nothing, and no step makes a system call.
 
 use crate::newest::NO_TOKEN;
@@ -31,6 +32,8 @@ pub fn fields_of(channel: Channel) -> usize {
 pub struct RecordLayout {
     /// The channels consumed, in the order of the block's inputs.
     pub inputs: Vec<Channel>,
+    /// Those among them whose tokens are kept whole, because their sender keeps no log: a foreign process.
+    pub copied: Vec<Channel>,
     /// The channels sent.
     pub outputs: Vec<Channel>,
 }
@@ -42,12 +45,25 @@ impl RecordLayout {
         let outputs = Channel::ALL.into_iter().filter(|channel| channel.producer() == node);
         Self {
             inputs: inputs.map(|wire| wire.channel).collect(),
+            copied: Vec::new(),
             outputs: outputs.collect(),
         }
     }
 
+    /// The same, with the tokens that come from `foreign` nodes kept whole.
+    #[must_use]
+    pub fn with_copies_of(mut self, foreign: &[NodeId]) -> Self {
+        let inputs = self.inputs.iter().copied();
+        self.copied = inputs.filter(|channel| foreign.contains(&channel.producer())).collect();
+        self
+    }
+
     fn input_words(&self) -> usize {
         self.inputs.len().div_ceil(2)
+    }
+
+    fn copied_words(&self) -> usize {
+        self.copied.iter().map(|channel| fields_of(*channel)).sum()
     }
 
     fn output_words(&self) -> usize {
@@ -56,7 +72,7 @@ impl RecordLayout {
 
     /// Words of a record.
     pub fn words(&self) -> usize {
-        1 + self.input_words() + self.output_words()
+        1 + self.input_words() + self.copied_words() + self.output_words()
     }
 
     /// Bytes of a run's file.
@@ -121,13 +137,22 @@ impl TokenLog {
         self.next_word = 1 + self.layout.input_words();
     }
 
-    /// Notes the tick of the token taken from the next input.
-    pub fn consume(&mut self, tick: u32) {
+    /// Notes the tick of the token taken from the next input; `fields` writes its fields, if they are to be kept.
+    pub fn consume(&mut self, tick: u32, fields: &dyn Fn(&mut [u64])) {
         let (word, half) = (1 + self.next_input / 2, self.next_input % 2);
         self.first_of_pair = if half == 0 { tick } else { self.first_of_pair };
         let second = if half == 0 { NO_TOKEN } else { tick };
         self.put(word, u64::from(self.first_of_pair) | u64::from(second) << 32);
+        let channel = self.layout.inputs.get(self.next_input).copied();
         self.next_input += 1;
+        if let Some(channel) = channel.filter(|channel| self.layout.copied.contains(channel)) {
+            let mut words = [0; MOST_FIELDS];
+            fields(&mut words);
+            for word in &words[..fields_of(channel)] {
+                self.put(self.next_word, *word);
+                self.next_word += 1;
+            }
+        }
     }
 
     /// Adds the fields of one token; the last one completes the record, which is before that token is sent.
@@ -148,6 +173,11 @@ impl TokenLog {
             bytes.copy_from_slice(&value.to_le_bytes());
         }
     }
+}
+
+fn words_before(channels: &[Channel], channel: Channel) -> usize {
+    let before = channels.iter().take_while(|known| **known != channel);
+    before.map(|known| fields_of(*known)).sum()
 }
 
 fn word_at(bytes: &[u8], index: usize) -> u64 {
@@ -240,21 +270,37 @@ impl TokenLogFile {
     /// The token that the node sent on `M`'s channel in `tick`.
     pub fn token<M: Message>(&self, tick: u64) -> Option<M> {
         self.record(tick)?;
-        let before = self.layout.outputs.iter().take_while(|channel| **channel != M::CHANNEL);
-        let offset: usize = before.map(|channel| fields_of(*channel)).sum();
-        let first = tick as usize * self.layout.words() + 1 + self.layout.input_words() + offset;
+        let place = self.layout.copied_words() + words_before(&self.layout.outputs, M::CHANNEL);
+        Some(M::from_words(tick, &self.fields::<M>(tick, place)))
+    }
+
+    /// The token of a foreign process that the node consumed on `M`'s channel in `tick`; none if it is not kept whole, or if
+    /// there was none yet.
+    pub fn consumed<M: Message>(&self, tick: u64) -> Option<M> {
+        let input = self.layout.inputs.iter().position(|channel| *channel == M::CHANNEL)?;
+        let sent = self.record(tick)?.consumed.get(input).copied().flatten()?;
+        if !self.layout.copied.contains(&M::CHANNEL) {
+            return None;
+        }
+        let place = words_before(&self.layout.copied, M::CHANNEL);
+        Some(M::from_words(sent, &self.fields::<M>(tick, place)))
+    }
+
+    /// The fields that stand `place` words behind the ticks of the tokens consumed in `tick`.
+    fn fields<M: Message>(&self, tick: u64, place: usize) -> [u64; MOST_FIELDS] {
+        let first = tick as usize * self.layout.words() + 1 + self.layout.input_words() + place;
         let mut words = [0; MOST_FIELDS];
         for (index, word) in words.iter_mut().enumerate().take(M::FIELDS.len()) {
             *word = word_at(&self.map, first + index);
         }
-        Some(M::from_words(tick, &words))
+        words
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{SafeField, Wire};
+    use crate::{Measurement, SafeField, Wire};
 
     fn layout() -> RecordLayout {
         let wire = |channel| Wire {
@@ -268,22 +314,30 @@ mod tests {
         )
     }
 
-    fn write(log: &mut TokenLog, tick: u64, field: f64) {
+    fn write(log: &mut TokenLog, tick: u64, second: u32, field: f64) {
         log.begin(tick);
-        [tick as u32, NO_TOKEN].into_iter().for_each(|taken| log.consume(taken));
+        // What the second input has heard would be its first field, if its tokens are kept.
+        log.consume(tick as u32, &|_| panic!("is not kept"));
+        log.consume(second, &|words| words[0] = 42);
         log.add(&[field.to_bits(), 3, 0]);
     }
 
     // Guards the format: what was written comes back to the bit, ticks left out are known as such, a restart is told.
     #[test]
     fn records_come_back_and_restarts_are_told() {
+        for layout in [layout(), layout().with_copies_of(&[NodeId::Plant])] {
+            records_come_back(&layout);
+        }
+    }
+
+    fn records_come_back(layout: &RecordLayout) {
         let path = std::env::temp_dir().join(format!("anhyst-token-log-{}.bin", std::process::id()));
-        let mut log = TokenLog::open(&path, layout(), 10, false).unwrap();
-        write(&mut log, 2, f64::from_bits(0x7ff8_dead_beef_0001));
+        let mut log = TokenLog::open(&path, layout.clone(), 10, false).unwrap();
+        write(&mut log, 2, NO_TOKEN, f64::from_bits(0x7ff8_dead_beef_0001));
         drop(log);
-        let mut log = TokenLog::open(&path, layout(), 10, true).unwrap();
-        write(&mut log, 7, -0.0);
-        let file = TokenLogFile::open(&path, layout()).unwrap();
+        let mut log = TokenLog::open(&path, layout.clone(), 10, true).unwrap();
+        write(&mut log, 7, 6, -0.0);
+        let file = TokenLogFile::open(&path, layout.clone()).unwrap();
         std::fs::remove_file(&path).unwrap();
         assert_eq!(file.ticks(), 10);
         assert_eq!(file.record(3), None);
@@ -294,6 +348,11 @@ mod tests {
         };
         assert_eq!(file.record(2), Some(expected));
         assert_eq!(file.record(7).unwrap().start_number, 1);
+        assert_eq!(file.consumed::<Measurement>(2), None);
+        let heard = file
+            .consumed::<Measurement>(7)
+            .map(|token| (token.tick, token.displacement_m.to_bits()));
+        assert_eq!(heard, (!layout.copied.is_empty()).then_some((6, 42)));
         let token = file.token::<SafeField>(2).unwrap();
         assert_eq!(
             (token.field_a_per_m.to_bits(), token.status),

@@ -42,7 +42,7 @@ struct Compared {
 /// A scenario that cannot be used at this rate, or a process that failed.
 pub fn run(path: &Path, arguments: &DoctorArguments) -> miette::Result<Ending> {
     crate::signals::install();
-    let scenario = load(path, &[])?;
+    let scenario = load(path, &arguments.settings)?;
     resources::sweep();
     let run_one = |empty_blocks| one(&timed(&scenario, arguments, empty_blocks)?);
     let compared = Compared {

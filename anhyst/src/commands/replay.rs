@@ -39,8 +39,16 @@ pub fn run(arguments: &ReplayArguments) -> miette::Result<Ending> {
         ));
     }
     let (replayed, held_ticks) = if scenario.clock.realtime().is_some() {
-        let logs = Logs::open(&folder)?;
-        let replayed = nodes.into_iter().map(|node| realtime::replay(node, &scenario, &logs));
+        let foreign = scenario.external_nodes();
+        let logs = Logs::open_but(&folder, &foreign)?;
+        let (theirs, ours): (Vec<NodeId>, Vec<NodeId>) = nodes.into_iter().partition(|node| foreign.contains(node));
+        for node in &theirs {
+            crate::complain!("{node} was external and is not replayed: it keeps no log of what it consumed");
+        }
+        if ours.is_empty() {
+            return Err(miette::miette!("nothing that was asked for can be replayed"));
+        }
+        let replayed = ours.into_iter().map(|node| realtime::replay(node, &scenario, &logs));
         (replayed.collect::<Result<Vec<_>, _>>()?, u64::MAX)
     } else {
         from_recording(&nodes, &scenario, &folder)?

@@ -2,7 +2,7 @@
 
 use crate::folder::RunFolder;
 use crate::judge::Verdict;
-use crate::realtime::RealtimeSummary;
+use crate::realtime::{ForeignCount, RealtimeSummary};
 use crate::report::ProcessReport;
 use crate::scenario::Scenario;
 use anhyst_ipc::{LinkReport, NodeId, NodeReport, combine};
@@ -84,7 +84,10 @@ impl Summary {
             lost_tokens: links.iter().map(|link| link.lost).sum::<u64>()
                 + reports.iter().map(|report| report.dropped_rows).sum::<u64>(),
             recorded_rows: reports.iter().map(|report| report.recorded_rows).sum(),
-            realtime: RealtimeSummary::new(reports),
+            realtime: RealtimeSummary::new(reports).map(|realtime| RealtimeSummary {
+                external: ForeignCount::of(&scenario.external_nodes(), &links),
+                ..realtime
+            }),
             digest: combine(senders().map(|report| (report.node.name(), report.digest))),
             node_digests: senders()
                 .map(|report| (report.node.name().to_owned(), format!("{:016x}", report.digest)))

@@ -46,6 +46,11 @@ pub fn table(summary: &RealtimeSummary) -> String {
         let (p50, p99, max) = (summary.p50_us, summary.p99_us, summary.max_us);
         text += &format!("\n{name}: p50 {p50:.1}, p99 {p99:.1}, max {max:.1} µs");
     }
+    for seen in &summary.external {
+        let (node, channel, reader) = (seen.node, seen.channel, seen.reader);
+        let (late, missing) = (seen.late_ticks, seen.missing_ticks);
+        text += &format!("\n{node} is external; its {channel} at {reader}: {late} ticks late, {missing} never came");
+    }
     for attempt in asked(summary) {
         text += &format!("\n{attempt}");
     }

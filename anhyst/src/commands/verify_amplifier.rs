@@ -148,6 +148,10 @@ fn effective(arguments: &VerifyAmplifierArguments) -> miette::Result<(Scenario, 
     scenario.fault = None;
     scenario.faults.clear();
     scenario.external.clear();
+    // The bench waits for every answer; --paced paces the commands.
+    scenario.clock = Clock::Lockstep {
+        receive_limit_s: scenario.clock.receive_limit_s(),
+    };
     if let Some(receive_limit_s) = arguments.silence_s {
         Invalid::unless_between("--silence-s", receive_limit_s, 0.02, 600.0, "s").map_err(RunError::from)?;
         scenario.clock = Clock::Lockstep { receive_limit_s };

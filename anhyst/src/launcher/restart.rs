@@ -22,7 +22,11 @@ pub(super) fn restart(
     let processes = scenario.placement.processes();
     let before: usize = children.iter().map(|running| running.restarts.len()).sum();
     let mut left = (realtime.most_restarts as usize).saturating_sub(before);
-    for running in children.iter_mut().filter(|running| running.failed()) {
+    // A foreign process is somebody else's to start.
+    for running in children
+        .iter_mut()
+        .filter(|running| running.failed() && !running.foreign)
+    {
         let nodes = processes.iter().find(|(name, _)| *name == running.name);
         let Some((_, nodes)) = nodes.filter(|(_, nodes)| nodes.iter().all(|node| realtime.restart.contains(node)))
         else {

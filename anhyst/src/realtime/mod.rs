@@ -10,4 +10,4 @@ pub use empty::empty_stage;
 pub use looping::{Timed, pace};
 pub use machine::{Attempt, ask};
 pub use replay::{Logs, Replayed, replay};
-pub use report::{Distribution, RealtimeReport, RealtimeSummary, Restart};
+pub use report::{Distribution, ForeignCount, RealtimeReport, RealtimeSummary, Restart};

@@ -33,10 +33,20 @@ impl Logs {
     /// # Errors
     /// If one is missing or cut off.
     pub fn open(folder: &RunFolder) -> Result<Self, RunError> {
+        Self::open_but(folder, &[])
+    }
+
+    /// Opens the logs of all nodes but the `foreign` ones, which keep none.
+    ///
+    /// # Errors
+    /// As [`Logs::open`].
+    pub fn open_but(folder: &RunFolder, foreign: &[NodeId]) -> Result<Self, RunError> {
         let wires = crate::assemble::wires();
-        let nodes = NodeId::LOOP_ORDER.into_iter().filter(|node| *node != NodeId::Recorder);
+        let keeps = |node: &NodeId| *node != NodeId::Recorder && !foreign.contains(node);
+        let nodes = NodeId::LOOP_ORDER.into_iter().filter(keeps);
         let logs = nodes.map(|node| -> Result<_, RunError> {
-            let log = TokenLogFile::open(&folder.tokens(node.name()), RecordLayout::of(node, &wires))?;
+            let layout = RecordLayout::of(node, &wires).with_copies_of(foreign);
+            let log = TokenLogFile::open(&folder.tokens(node.name()), layout)?;
             Ok((node, log))
         });
         Ok(Self(logs.collect::<Result<_, RunError>>()?))
@@ -58,6 +68,11 @@ impl Logs {
             RunError::Setup(format!("{channel} of tick {tick} was consumed but is not in {path}"))
         })
     }
+}
+
+/// The token of tick `sent` that the node with this log consumed in `tick`.
+fn consumed<M: Message>(tick: u64, sent: u64, own: &TokenLogFile, logs: &Logs) -> Result<M, RunError> {
+    own.consumed(tick).map_or_else(|| logs.token(sent), Ok)
 }
 
 /// A node on the bench: its stage, and a sender for each of its inputs.
@@ -90,15 +105,23 @@ impl Bench {
         })
     }
 
-    fn feed(&mut self, channel: Channel, tick: u64, logs: &Logs) -> Result<(), RunError> {
+    /// Gives the node the token that it consumed on `channel` in `tick`: of its sender's log, or of its own if that has none.
+    fn feed(
+        &mut self,
+        channel: Channel,
+        tick: u64,
+        sent: u64,
+        own: &TokenLogFile,
+        logs: &Logs,
+    ) -> Result<(), RunError> {
         match channel {
-            Channel::Measurement => self.measurement.send(logs.token(tick)?)?,
-            Channel::Truth => self.truth.send(logs.token(tick)?)?,
-            Channel::Estimate => self.estimate.send(logs.token(tick)?)?,
-            Channel::Demand => self.demand.send(logs.token(tick)?)?,
-            Channel::FieldCommand => self.field_command.send(logs.token(tick)?)?,
-            Channel::SafeField => self.safe_field.send(logs.token(tick)?)?,
-            Channel::CoilField => self.coil_field.send(logs.token(tick)?)?,
+            Channel::Measurement => self.measurement.send(consumed(tick, sent, own, logs)?)?,
+            Channel::Truth => self.truth.send(consumed(tick, sent, own, logs)?)?,
+            Channel::Estimate => self.estimate.send(consumed(tick, sent, own, logs)?)?,
+            Channel::Demand => self.demand.send(consumed(tick, sent, own, logs)?)?,
+            Channel::FieldCommand => self.field_command.send(consumed(tick, sent, own, logs)?)?,
+            Channel::SafeField => self.safe_field.send(consumed(tick, sent, own, logs)?)?,
+            Channel::CoilField => self.coil_field.send(consumed(tick, sent, own, logs)?)?,
         }
         Ok(())
     }
@@ -156,7 +179,7 @@ pub fn replay(node: NodeId, scenario: &Scenario, logs: &Logs) -> Result<Replayed
         }
         for (channel, consumed) in layout.inputs.iter().zip(&record.consumed) {
             if let Some(consumed) = consumed {
-                bench.feed(*channel, *consumed, logs)?;
+                bench.feed(*channel, record.tick, *consumed, log, logs)?;
             }
         }
         bench.stage.tick(record.tick)?;

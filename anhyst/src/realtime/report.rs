@@ -2,7 +2,7 @@
 
 use super::Attempt;
 use crate::report::ProcessReport;
-use anhyst_ipc::{Bin, Latency, LatencySummary, NodeId};
+use anhyst_ipc::{Bin, Channel, Latency, LatencySummary, LinkReport, NodeId};
 use serde::{Deserialize, Serialize};
 
 /// A distribution of times.
@@ -65,6 +65,37 @@ pub struct Restart {
     pub tick: u64,
 }
 
+/// How a reader of ours saw a foreign process, which leaves no report.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ForeignCount {
+    /// Whose tokens.
+    pub node: NodeId,
+    /// On which channel.
+    pub channel: Channel,
+    /// Who read them.
+    pub reader: NodeId,
+    /// Ticks in which the token was not there in time.
+    pub late_ticks: u64,
+    /// Ticks whose token never came.
+    pub missing_ticks: u64,
+}
+
+impl ForeignCount {
+    /// Of the links of a run, those from these nodes.
+    pub fn of(foreign: &[NodeId], links: &[LinkReport]) -> Vec<Self> {
+        let theirs = links.iter().filter(|link| foreign.contains(&link.channel.producer()));
+        theirs
+            .map(|link| Self {
+                node: link.channel.producer(),
+                channel: link.channel,
+                reader: link.reader,
+                late_ticks: link.late,
+                missing_ticks: link.lost,
+            })
+            .collect()
+    }
+}
+
 /// What a real-time run comes to.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct RealtimeSummary {
@@ -76,6 +107,9 @@ pub struct RealtimeSummary {
     pub longest_row: u64,
     /// Processes that were started again.
     pub restarts: Vec<Restart>,
+    /// Foreign processes, as their readers saw them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub external: Vec<ForeignCount>,
 }
 
 impl RealtimeSummary {
@@ -96,6 +130,7 @@ impl RealtimeSummary {
             longest_row: longest_row.unwrap_or_default(),
             restarts: reports.iter().flat_map(|report| report.restarts.clone()).collect(),
             processes,
+            external: Vec::new(),
         })
     }
 

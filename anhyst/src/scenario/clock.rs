@@ -1,6 +1,6 @@
 //! How time passes in a run: three named ways.
 
-use anhyst_ipc::{Invalid, NodeId};
+use anhyst_ipc::{CLOCKS, Invalid, NodeId};
 use serde::{Deserialize, Serialize};
 
 /// How time passes.
@@ -84,7 +84,17 @@ impl Clock {
         }
     }
 
-    /// How long a process waits for another one that does not answer.
+    /// Its name, as foreign processes are told it.
+    pub fn name(&self) -> &'static str {
+        let [lockstep, free_running, paced_by_measurement] = CLOCKS;
+        match self.realtime().map(|realtime| realtime.pace) {
+            None => lockstep,
+            Some(Pacing::FreeRunning) => free_running,
+            Some(Pacing::PacedByMeasurement) => paced_by_measurement,
+        }
+    }
+
+    /// How long a process waits for another one that does not answer; in real time only where it does not live in our hands.
     pub fn receive_limit_s(&self) -> f64 {
         match self {
             Clock::Lockstep { receive_limit_s } => *receive_limit_s,

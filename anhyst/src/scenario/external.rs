@@ -27,7 +27,7 @@ impl Scenario {
     /// Checks that what is external can be.
     ///
     /// # Errors
-    /// The recorder, or any node of an embedded or real-time run.
+    /// The recorder, or any node of an embedded run.
     pub fn validate_external(&self) -> Result<(), Invalid> {
         if self.external.is_empty() {
             return Ok(());
@@ -35,11 +35,6 @@ impl Scenario {
         if self.placement == Placement::Embedded {
             let sentence =
                 "an embedded run has one process and no links for an external one: use placement Separate or Groups";
-            return Err(Invalid::new("external", sentence.to_owned()));
-        }
-        if self.clock.realtime().is_some() {
-            let sentence =
-                "an external process waits for every token, which a real-time run does not: use clock Lockstep";
             return Err(Invalid::new("external", sentence.to_owned()));
         }
         if self.external_nodes().contains(&NodeId::Recorder) {

@@ -8,7 +8,7 @@ mod converter;
 mod drive;
 mod iio;
 
-use anhyst_ipc::{Channel, CoilField, Guest, GuestSettings, Heard, LinkError, Message, SafeField};
+use anhyst_ipc::{Channel, CoilField, Guest, GuestClock, GuestSettings, Heard, LinkError, Message, SafeField};
 use clap::Parser;
 use drive::{Constants, Drive, SILENT};
 use std::path::PathBuf;
@@ -66,7 +66,9 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     let converter = iio::Iio::open(&arguments.device, &arguments.output, &arguments.input);
     let drive = converter.and_then(|iio| Drive::start(iio, arguments.constants, tick_s));
     let mut drive = drive.map_err(|error| error.to_string())?;
-    let mut guest = Guest::open(GuestSettings {
+    let clock = std::env::var("ANHYST_CLOCK").unwrap_or_else(|_| "lockstep".into());
+    let clock = GuestClock::told(&clock, tick_s).map_err(say)?;
+    let settings = GuestSettings {
         process: variable("ANHYST_PROCESS")?,
         prefix: variable("ANHYST_SERVICE_PREFIX")?,
         root: variable("ANHYST_ROOT")?.into(),
@@ -74,8 +76,8 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         reads: vec![Channel::SafeField],
         yields: 20,
         start_limit: Duration::from_secs_f64(start_limit_s),
-    })
-    .map_err(say)?;
+    };
+    let mut guest = Guest::open_timed(settings, clock).map_err(say)?;
     let mut tick = 0;
     let outcome = serve(
         &mut guest,

@@ -263,9 +263,16 @@ impl SharedContext {
         self.peers.get(process).map(|peer| peer.status.tick())
     }
 
-    /// True once the process of `node` has sent its last token.
-    pub(crate) fn finished(&self, node: NodeId) -> bool {
-        self.peer_of(node).is_some_and(|peer| peer.status.phase() >= LAST_PHASE)
+    /// True once the process of `node` has sent its last token; in real time also if it is one that took the place of another,
+    /// which is told by the plant's: that one is never started again.
+    pub(crate) fn finished(&self, node: NodeId, realtime: bool) -> bool {
+        let at_end = |node| self.peer_of(node).is_some_and(|peer| peer.status.phase() >= LAST_PHASE);
+        at_end(node)
+            || realtime
+                && at_end(NodeId::Plant)
+                && self
+                    .process_of(node)
+                    .is_some_and(|name| self.later_start_has_finished(name, LAST_PHASE))
     }
 
     /// How far another process has come in the start, if it belongs to the run: 0 appeared, 1 ports created, 2 connected.

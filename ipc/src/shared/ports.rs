@@ -170,7 +170,8 @@ impl<M: Message> SharedReceiver<M> {
         })
     }
 
-    fn poll(&self) -> Result<Option<M>, LinkError> {
+    /// A token if one is there.
+    pub fn poll(&self) -> Result<Option<M>, LinkError> {
         let sample = self
             .subscriber
             .receive()

@@ -1,0 +1,59 @@
+//! How a foreign process is told to keep time.
+
+use crate::LinkError;
+use std::time::Duration;
+
+/// Shortest and longest time between two ticks that a guest keeps time with.
+const TICK_S: std::ops::RangeInclusive<f64> = 1e-6..=1.0;
+
+/// How time passes in a guest's run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GuestClock {
+    /// Every token is waited for, and none may be lost.
+    Lockstep,
+    /// A late token is not waited for, and the newest counts.
+    Realtime {
+        /// Time between two ticks.
+        tick: Duration,
+    },
+}
+
+impl GuestClock {
+    /// The clock that `ANHYST_CLOCK` names, one of [`CLOCKS`], with `ANHYST_TICK_S`.
+    ///
+    /// # Errors
+    /// [`LinkError::UnknownClock`] for another name, or a tick outside of [1e-6, 1] s.
+    pub fn told(clock: &str, tick_s: f64) -> Result<Self, LinkError> {
+        match CLOCKS.iter().position(|name| *name == clock) {
+            Some(0) => Ok(Self::Lockstep),
+            Some(_) if TICK_S.contains(&tick_s) => Ok(Self::Realtime {
+                tick: Duration::from_secs_f64(tick_s),
+            }),
+            _ => Err(LinkError::UnknownClock {
+                name: clock.into(),
+                tick_s,
+            }),
+        }
+    }
+}
+
+/// The names of the three ways to keep time, as foreign processes are told them.
+pub const CLOCKS: [&str; 3] = ["lockstep", "free_running", "paced_by_measurement"];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Guards what a driver is told: a name that this build does not know is refused, not taken for lockstep.
+    #[test]
+    fn clocks_have_names() {
+        let tick = Duration::from_millis(1);
+        let told = CLOCKS.map(|name| GuestClock::told(name, 1e-3));
+        let timed = Ok(GuestClock::Realtime { tick });
+        assert_eq!(told, [Ok(GuestClock::Lockstep), timed.clone(), timed]);
+        for (name, tick_s) in [("Lockstep", 1e-3), ("free_running", f64::NAN), ("free_running", 0.0)] {
+            let refused = GuestClock::told(name, tick_s).unwrap_err().to_string();
+            assert!(refused.contains(&format!("ANHYST_CLOCK={name}")), "{refused}");
+        }
+    }
+}
