@@ -12,13 +12,14 @@
 //! | Holding   | last field | 0                   | its way back                    | Returning | `rearmed` or `resumed` |
 //! | Ramping   | safe field | the ramp's          | the safe field is reached       | Safe      |               |
 //! | Safe      | safe field | the ramp's          | its way back                    | Returning | `rearmed` or `resumed` |
-//! | Returning | command    | the ramp's          | the command is reached          | Normal    |               |
-//! | Returning | command    | the ramp's          | a fault asks for a hold or ramp | that one  | the fault     |
+//! | Returning | command + d | the limit, if any  | d = 0                           | Normal    |               |
+//! | Returning | command + d | the limit, if any  | a fault asks for a hold or ramp | that one  | the fault     |
 //!
 //! The way back is a request ([`Guard::rearm`]: `rearmed`) while no fault is noticed, or so much time without a fault as the
 //! response says (`resumed`). A fault is latched: in Ramping and Safe nothing that is heard changes the field, and no
-//! further event of a hold or a ramp is raised. Coming back is bumpless because Returning walks to the command at the ramp's
-//! slew. Falling back goes beside these states: the field of the tick is the last one once more, and from the next tick on
+//! further event of a hold or a ramp is raised. Coming back is bumpless: d begins as the difference between the field and the
+//! command, and shrinks by the ramp's step a tick. So the command is reached in the time of two ramps at most, however
+//! fast it moves within the slew limit; a field that only walked towards it could chase it for ever. Falling back goes beside these states: the field of the tick is the last one once more, and from the next tick on
 //! the inverse hears it and walks to its nominal answer, until the estimate has been well for the stated time.
 
 use crate::limits::{Limited, Limits};
@@ -110,6 +111,8 @@ pub struct Guard {
     /// What asked to fall back in the tick before.
     estimate_fault: Option<Event>,
     just_rearmed: bool,
+    /// Of Returning: what is still between command and field; `None` before its first tick.
+    offset_a_per_m: Option<f64>,
     /// Of Holding, Ramping and Safe.
     latch: Latch,
     /// The inverse is told to leave the estimate alone.
@@ -146,6 +149,7 @@ impl Guard {
             fault: None,
             estimate_fault: None,
             just_rearmed: false,
+            offset_a_per_m: None,
             latch: Latch::UntilReset,
             fallen_back: None,
             healthy_ticks: 0,
@@ -211,9 +215,14 @@ impl Guard {
         let follows = matches!(self.state, State::Normal | State::Returning);
         let holding = self.state == State::Holding || follows && !heard.command_a_per_m.is_finite();
         let held = holding || follows && falls_back;
-        let limited = self.limited(heard.command_a_per_m, held);
+        let limited = if self.state == State::Returning && !held {
+            self.approach(heard.command_a_per_m)
+        } else {
+            self.offset_a_per_m = None;
+            self.limited(heard.command_a_per_m, held)
+        };
         self.field_a_per_m = limited.field_a_per_m;
-        self.advance_state(&limited, held);
+        self.advance_state();
         Given {
             field_a_per_m: limited.field_a_per_m,
             amplitude_limited: limited.amplitude,
@@ -232,7 +241,7 @@ impl Guard {
         (self.state, self.latch) = (State::Ramping, Latch::UntilReset);
         let limited = self.limited(self.field_a_per_m, false);
         self.field_a_per_m = limited.field_a_per_m;
-        self.advance_state(&limited, false);
+        self.advance_state();
         Some(Given {
             field_a_per_m: limited.field_a_per_m,
             amplitude_limited: false,
@@ -320,21 +329,44 @@ impl Guard {
     fn limited(&self, command_a_per_m: f64, held: bool) -> Limited {
         let (target, step) = match self.state {
             _ if held => (self.field_a_per_m, None),
-            State::Normal | State::Holding => (command_a_per_m, self.limits.step_limit_a_per_m),
-            State::Returning => (command_a_per_m, Some(self.ramp_step_a_per_m)),
+            State::Normal | State::Holding | State::Returning => (command_a_per_m, self.limits.step_limit_a_per_m),
             State::Ramping | State::Safe => (self.settings.safe_field_a_per_m, Some(self.ramp_step_a_per_m)),
         };
         self.limits.towards(self.field_a_per_m, target, step)
     }
 
-    fn advance_state(&mut self, limited: &Limited, held: bool) {
+    /// A tick of Returning: the command, and what is left of the difference that there was.
+    fn approach(&mut self, command_a_per_m: f64) -> Limited {
+        let limit = self.limits.field_limit_a_per_m;
+        let wanted = command_a_per_m.clamp(-limit, limit);
+        let before = self.offset_a_per_m.unwrap_or(self.field_a_per_m - wanted);
+        let left = before - before.clamp(-self.ramp_step_a_per_m, self.ramp_step_a_per_m);
+        // The command itself once it is reached: a difference of nothing must not round.
+        let target = if left == 0.0 { wanted } else { wanted + left };
+        let limited = self
+            .limits
+            .towards(self.field_a_per_m, target, self.limits.step_limit_a_per_m);
+        // What the slew limit holds back is difference again: it shrinks by the ramp's step, too.
+        self.offset_a_per_m = Some(if limited.slew {
+            limited.field_a_per_m - wanted
+        } else {
+            left
+        });
+        Limited {
+            amplitude: wanted != command_a_per_m,
+            slew: limited.slew || left != 0.0,
+            ..limited
+        }
+    }
+
+    fn advance_state(&mut self) {
         self.following_ticks = match self.state {
             State::Normal => self.following_ticks.saturating_add(1),
             _ => 0,
         };
         match self.state {
             State::Ramping if self.field_a_per_m == self.settings.safe_field_a_per_m => self.state = State::Safe,
-            State::Returning if !limited.slew && !held => self.state = State::Normal,
+            State::Returning if self.offset_a_per_m == Some(0.0) => self.state = State::Normal,
             _ => {}
         }
     }

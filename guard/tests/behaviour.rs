@@ -203,7 +203,7 @@ fn old_tokens_are_used_up_to_their_limit() {
     assert_eq!(Event::from_number(bench.step_as_is().event), Some(Event::CommandStale));
 }
 
-/// The way back is explicit, refused while the cause lasts, and has no step larger than the ramp's.
+/// The way back is explicit, refused while the cause lasts, and towards a command at rest has no step larger than the ramp's.
 #[test]
 fn coming_back_is_explicit_and_bumpless() {
     let settings = GuardSettings {
@@ -236,6 +236,44 @@ fn coming_back_is_explicit_and_bumpless() {
         bench.step(-8000.0).field_a_per_m,
         -8000.0,
         "without a slew limit Normal follows at once"
+    );
+}
+
+/// Whatever the command does, the difference from it shrinks by the ramp's step a tick: a field that walks towards a command
+/// that moves faster than it could chase it for ever.
+#[test]
+fn a_fast_command_is_reached_in_a_stated_time() {
+    let settings = GuardSettings {
+        slew_limit_a_per_m_s: None,
+        ..settings()
+    };
+    let step = settings.ramp_slew_a_per_m_s() * TICK_S;
+    // Its largest step is five times the ramp's.
+    let command = |tick: u32| 8000.0 * (f64::from(tick) * 5.0 * step / 8000.0).sin();
+    let mut bench = Bench::new(&settings);
+    bench.step(8000.0);
+    bench.step(f64::NAN);
+    for _ in 0..500 {
+        bench.step(8000.0);
+    }
+    let begin = (0..).find(|tick| command(*tick) > 7900.0).unwrap();
+    bench.guard.rearm().unwrap();
+    let mut difference = command(begin).abs();
+    let mut ticks = 0;
+    while bench.guard.state() != State::Normal {
+        let wanted = command(begin + ticks);
+        let now = (bench.step(wanted).field_a_per_m - wanted).abs();
+        assert!(
+            now <= (difference - step).max(0.0) + 1e-9,
+            "{ticks}: {now} after {difference}"
+        );
+        difference = now;
+        ticks += 1;
+    }
+    assert_eq!(difference, 0.0);
+    assert!(
+        f64::from(ticks) <= 2.0 * settings.field_limit_a_per_m / step,
+        "{ticks} ticks"
     );
 }
 

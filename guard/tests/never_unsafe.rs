@@ -70,6 +70,7 @@ proptest! {
         let limit = settings.field_limit_a_per_m;
         let ramp = settings.ramp_slew_a_per_m_s();
         let mut before = 0.0;
+        let mut command_before: f64 = 0.0;
         for (tick, (command, measurement, command_age, measurement_age, rearm)) in run.iter().enumerate() {
             let tick = tick as u64;
             let state = guard.state();
@@ -83,14 +84,21 @@ proptest! {
             let field = safe.field_a_per_m;
             prop_assert!(field.is_finite(), "{field} A/m");
             prop_assert!(field.abs() <= limit, "{field} A/m is beyond {limit} A/m");
-            let slew = if state == State::Normal && guard.state() == State::Normal {
-                settings.slew_limit_a_per_m_s.unwrap_or(f64::INFINITY)
+            let slew_limit = settings.slew_limit_a_per_m_s.unwrap_or(f64::INFINITY);
+            let command = command.field_a_per_m.clamp(-limit, limit);
+            // On the way back the field moves as the command does, and a ramp's step besides.
+            let follows = state == State::Returning && command.is_finite() && command_before.is_finite();
+            let with_command = if follows { (command - command_before).abs() } else { 0.0 };
+            let most = if state == State::Normal && guard.state() == State::Normal {
+                slew_limit * TICK_S
             } else {
-                ramp
+                (ramp * TICK_S + with_command).min(slew_limit * TICK_S)
             };
+            command_before = command;
             let step: f64 = field - before;
-            // One rounding of the field is all that is granted.
-            prop_assert!(step.abs() <= slew * TICK_S + limit * f64::EPSILON, "a step of {step} A/m in {state:?}");
+            // Roundings of the field are all that is granted: one, and on the way back one each of sum and difference.
+            let rounding = limit * f64::EPSILON * if follows { 4.0 } else { 1.0 };
+            prop_assert!(step.abs() <= most + rounding, "a step of {step} A/m in {state:?}, not {most} A/m");
             before = field;
         }
     }
