@@ -1,6 +1,6 @@
 //! Guards the field whatever process dies or hangs, and whenever: each in turn, 50 random instants. The run ends with exit
 //! status 3 and the culprit's name, nothing is left in shared memory, and the last field is the safe one within the ticks
-//! that docs/safety.md states.
+//! that docs/safety.md states. With the feature `recorder` the runs are recorded, and the recordings readable up to the fault.
 
 use anhyst_tests::{Finished, files_with, start};
 use serde_json::Value;
@@ -77,7 +77,8 @@ fn run(case: &Case) {
         case.tick, case.kind
     );
     let out_text = out.to_string_lossy().into_owned();
-    let arguments = ["run", "scenarios/milling.ron", "--no-recording", "--out", &out_text];
+    let arguments = ["run", "scenarios/milling.ron", "--out", &out_text];
+    let quiet = (!cfg!(feature = "recorder")).then_some("--no-recording");
     let settings = [
         fault.as_str(),
         "duration_s=0.4",
@@ -87,7 +88,7 @@ fn run(case: &Case) {
         "watchdog.ramp_time_s=0.005",
     ];
     let settings = settings.iter().flat_map(|setting| ["--set", *setting]);
-    let launcher = start(&arguments.into_iter().chain(settings).collect::<Vec<_>>());
+    let launcher = start(&arguments.into_iter().chain(quiet).chain(settings).collect::<Vec<_>>());
     let prefix = format!("anhyst_{}_", launcher.id());
     let what = format!("{} {} at tick {}", case.name, case.kind, case.tick);
     let finished = Finished::wait(launcher, Duration::from_secs(60)).expect(3);
@@ -98,6 +99,25 @@ fn run(case: &Case) {
     );
     assert_eq!(files_with(&prefix), Vec::<String>::new(), "{what}");
     assert_safe(case, &out, &what);
+    #[cfg(feature = "recorder")]
+    assert_readable(case, &out, &what);
+}
+
+/// Every tick before the fault is in the recording. Of a recorder that was killed itself, the file: ticks are written 4000 at a
+/// time, and it died before.
+#[cfg(feature = "recorder")]
+fn assert_readable(case: &Case, out: &Path, what: &str) {
+    let opened = anhyst_recorder::Recording::open(&out.join("recording.rrd"));
+    let recording = opened.unwrap_or_else(|error| panic!("{what}: {error}"));
+    if case.name == "recorder" || case.tick == 0 {
+        return;
+    }
+    let tokens: Vec<anhyst_ipc::Measurement> = recording.tokens().unwrap_or_else(|error| panic!("{what}: {error}"));
+    // The fault's own tick is the last that all nodes may have finished.
+    let ticks = tokens.len() as u64;
+    assert!(ticks >= case.tick, "{what}: the recording ends after {ticks} ticks");
+    let in_order = (0..).zip(&tokens).all(|(tick, token)| token.tick == tick);
+    assert!(in_order, "{what}: a tick is missing");
 }
 
 fn report(out: &Path, process: &str, what: &str) -> Value {
