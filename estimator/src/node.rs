@@ -15,13 +15,13 @@ impl Block for Estimator {
     type Outputs = (Estimate,);
 
     fn step(&mut self, tick: u64, (Now(measured), Previous(safe)): Self::Inputs) -> Self::Outputs {
-        let estimation = Estimator::step(
-            self,
-            tick,
-            safe.field_a_per_m,
-            measured.coil_field_a_per_m,
-            measured.displacement_m,
-        );
+        // A measurement of another tick says where the rod was then: compared with where it is now, it would mislead.
+        let (coil_a_per_m, displacement_m) = if measured.tick == tick {
+            (measured.coil_field_a_per_m, measured.displacement_m)
+        } else {
+            (f64::NAN, f64::NAN)
+        };
+        let estimation = Estimator::step(self, tick, safe.field_a_per_m, coil_a_per_m, displacement_m);
         (estimate(&estimation),)
     }
 }
@@ -97,6 +97,7 @@ mod tests {
         };
         let mut fixed = make(LawSettings::FixedShape { shape_a_per_m: 7012.0 });
         let silent = Measurement {
+            tick: 1,
             displacement_m: f64::NAN,
             ..Measurement::default()
         };
@@ -114,6 +115,49 @@ mod tests {
         let mut folded = make(LawSettings::default());
         let (first,) = Block::step(&mut folded, 0, (Now(silent), Previous(SafeField::default())));
         assert_eq!((first.shape_a_per_m, first.status), (6800.0, HELD));
+    }
+
+    // Guards real time: where measurements are late, the old one that is there does not move the estimate.
+    #[test]
+    fn an_old_measurement_is_none() {
+        let two_pole = TwoPole {
+            gain: 6.965e6,
+            damping_per_s: 7.8899e3,
+            stiffness_per_s2: 6.4251e7,
+            force_gain_per_kg: 0.0,
+        };
+        let (material, amplifier) = (Material::terfenol_d(), AmplifierConstants::default());
+        let make = |law| {
+            let settings = EstimatorSettings {
+                law,
+                ..EstimatorSettings::default()
+            };
+            Estimator::new(&settings, &material, two_pole, amplifier, 5e-4).unwrap()
+        };
+        let shape_a_per_m = 7012.0;
+        let mut actuator = make(LawSettings::FixedShape { shape_a_per_m });
+        let mut estimator = make(LawSettings::default());
+        let (mut worst_a_per_m, mut old) = (0.0_f64, Measurement::default());
+        for tick in 0..4000 {
+            let field_a_per_m = 9000.0 * libm::sin(std::f64::consts::TAU * 50.0 * 5e-4 * tick as f64);
+            let truth = Estimator::step(&mut actuator, tick, field_a_per_m, f64::NAN, f64::NAN);
+            let measured = Measurement {
+                tick,
+                displacement_m: truth.correction.predicted_output_m,
+                ..Measurement::default()
+            };
+            let late = tick >= 2000 && tick % 100 < 5;
+            old = if late { old } else { measured };
+            let safe = SafeField {
+                field_a_per_m,
+                ..SafeField::default()
+            };
+            let (estimate,) = Block::step(&mut estimator, tick, (Now(old), Previous(safe)));
+            if tick >= 1900 {
+                worst_a_per_m = worst_a_per_m.max((estimate.shape_a_per_m - shape_a_per_m).abs());
+            }
+        }
+        assert!(worst_a_per_m < 5.0, "{worst_a_per_m} A/m");
     }
 
     // Guards what the estimate says of itself: nothing at rest, more than the limit once the rod moves, always a number.
@@ -135,7 +179,11 @@ mod tests {
                 field_a_per_m: 9000.0 * angle.sin(),
                 ..SafeField::default()
             };
-            (last,) = Block::step(&mut estimator, tick, (Now(Measurement::default()), Previous(safe)));
+            let measured = Measurement {
+                tick,
+                ..Measurement::default()
+            };
+            (last,) = Block::step(&mut estimator, tick, (Now(measured), Previous(safe)));
             let said = [
                 last.information_per_a2_per_m2,
                 last.excitation_above_per_a_per_m,
