@@ -114,18 +114,23 @@ pub fn late_channels(scenario: &Scenario) -> Result<Vec<Channel>, RunError> {
 ///
 /// # Errors
 /// If the recording cannot be created.
-pub fn scribe(scenario: &Scenario, folder: &RunFolder) -> Result<Scribe, RunError> {
+pub fn scribe(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<Scribe, RunError> {
     let foreign = scenario.external_nodes().into_iter();
     let overheard = foreign.map(|node| Overheard::new(node, scenario.ticks())).collect();
-    let scribe = Scribe::new(Judge::new(scenario.expect, scenario.tick_s)).with_overheard(overheard);
+    let scribe = Scribe::new(Judge::new(
+        scenario.expect,
+        scenario.tick_s,
+        scenario.guard.field_limit_a_per_m,
+    ))
+    .with_overheard(overheard);
     if !scenario.recording.on {
         return Ok(scribe);
     }
     #[cfg(feature = "recorder")]
-    return crate::recording::add(scribe, scenario, folder);
+    return crate::recording::add(scribe, scenario, folder, rejoins);
     #[cfg(not(feature = "recorder"))]
     {
-        let _ = folder;
+        let _ = (folder, rejoins);
         Err(RunError::Setup(
             "this build has no recorder (cargo feature `recorder`): run with --no-recording".into(),
         ))

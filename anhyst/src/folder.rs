@@ -36,7 +36,11 @@ impl RunFolder {
     fn empty(&self) -> std::io::Result<()> {
         self.make_result_folders()?;
         // An earlier run's results in the same folder would be taken for this one's.
-        for stale in [self.summary(), self.recording(), self.digest()] {
+        let later = self.recordings().into_iter().skip(1);
+        for stale in [self.summary(), self.recording(), self.digest()]
+            .into_iter()
+            .chain(later)
+        {
             match std::fs::remove_file(stale) {
                 Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error),
                 _ => {}
@@ -113,6 +117,23 @@ impl RunFolder {
     /// The Rerun recording.
     pub fn recording(&self) -> PathBuf {
         self.0.join("recording.rrd")
+    }
+
+    /// Where a recorder goes on that takes the place of a dead one: `recording-2.rrd`, and so on.
+    pub fn next_recording(&self) -> PathBuf {
+        let free = self.later_recordings().find(|path| !path.exists());
+        free.unwrap_or_else(|| self.recording())
+    }
+
+    /// The recordings of restarted recorders, those that could be and those that are.
+    fn later_recordings(&self) -> impl Iterator<Item = PathBuf> + '_ {
+        (2..1000).map(|start| self.0.join(format!("recording-{start}.rrd")))
+    }
+
+    /// All recordings of the run, in the order of time.
+    pub fn recordings(&self) -> Vec<PathBuf> {
+        let later = self.later_recordings().take_while(|path| path.is_file());
+        std::iter::once(self.recording()).chain(later).collect()
     }
 
     /// The token digest, one line a node and one for the run.

@@ -1,7 +1,8 @@
 //! Judges a cut while it runs: error is the reference minus the true displacement, after the settling time.
 
 use crate::scenario::Expect;
-use anhyst_ipc::{Demand, Estimate, SafeField, Truth};
+use anhyst_guard::Event;
+use anhyst_ipc::{CoilField, Demand, Estimate, SafeField, Truth};
 use serde::{Deserialize, Serialize};
 
 /// Running sums over the tokens of a run.
@@ -9,11 +10,15 @@ use serde::{Deserialize, Serialize};
 pub struct Judge {
     expect: Expect,
     tick_s: f64,
+    field_limit_a_per_m: f64,
     samples: u64,
     sum_of_squares_m2: f64,
     shape_error_sum_of_squares: f64,
     verdict: Verdict,
 }
+
+/// So much more than the guard's limit may be in the coil: an amplifier's own limit, noise and resolution are not the guard's.
+const COIL_MARGIN: f64 = 1.01;
 
 /// What came of it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -43,6 +48,15 @@ pub struct Verdict {
     pub judged_ticks: u64,
     /// Largest field that was asked of the amplifier.
     pub field_peak_a_per_m: f64,
+    /// Largest field in the coil.
+    #[serde(default)]
+    pub coil_field_peak_a_per_m: f64,
+    /// Ticks with more field, asked for or in the coil, than the guard's limit permits.
+    #[serde(default)]
+    pub beyond_limit_ticks: u64,
+    /// Ticks in which the field asked for or the field in the coil was no finite number.
+    #[serde(default)]
+    pub broken_field_ticks: u64,
     /// Largest true temperature.
     pub temperature_peak_k: f64,
     /// Ticks in which the guard limited the field or took it away.
@@ -59,11 +73,12 @@ fn exceeds(value: f64, limit: f64) -> bool {
 }
 
 impl Judge {
-    /// A judge of what the scenario expects.
-    pub fn new(expect: Expect, tick_s: f64) -> Self {
+    /// A judge of what the scenario expects, and of the guard's field limit.
+    pub fn new(expect: Expect, tick_s: f64, field_limit_a_per_m: f64) -> Self {
         Self {
             expect,
             tick_s,
+            field_limit_a_per_m,
             samples: 0,
             sum_of_squares_m2: 0.0,
             shape_error_sum_of_squares: 0.0,
@@ -72,10 +87,23 @@ impl Judge {
     }
 
     /// Looks at one tick.
-    pub fn observe(&mut self, tick: u64, truth: &Truth, estimate: &Estimate, demand: &Demand, field: &SafeField) {
+    pub fn observe(
+        &mut self,
+        tick: u64,
+        truth: &Truth,
+        estimate: &Estimate,
+        demand: &Demand,
+        (field, coil): (&SafeField, &CoilField),
+    ) {
         let time_s = tick as f64 * self.tick_s;
         let verdict = &mut self.verdict;
         verdict.field_peak_a_per_m = verdict.field_peak_a_per_m.max(field.field_a_per_m.abs());
+        verdict.coil_field_peak_a_per_m = verdict.coil_field_peak_a_per_m.max(coil.field_a_per_m.abs());
+        let limit = self.field_limit_a_per_m;
+        let beyond = field.field_a_per_m.abs() > limit || coil.field_a_per_m.abs() > COIL_MARGIN * limit;
+        verdict.beyond_limit_ticks += u64::from(beyond);
+        let finite = field.field_a_per_m.is_finite() && coil.field_a_per_m.is_finite();
+        verdict.broken_field_ticks += u64::from(!finite);
         verdict.temperature_peak_k = verdict.temperature_peak_k.max(truth.temperature_k);
         verdict.guarded_ticks += u64::from(field.status != 0);
         if field.event != 0 && verdict.first_event == 0 {
@@ -117,6 +145,20 @@ impl Judge {
 }
 
 impl Verdict {
+    /// The verdict on a run of so many ticks: what the judge did not see, because its process was not there, it did not judge.
+    pub fn of_ticks(self, ticks: u64, tick_s: f64, expect: &Expect) -> Self {
+        let due = (0..ticks)
+            .rev()
+            .take_while(|tick| *tick as f64 * tick_s >= expect.settling_s);
+        let unjudged_ticks = (due.count() as u64).saturating_sub(self.judged_ticks);
+        Self { unjudged_ticks, ..self }
+    }
+
+    /// The name of the first event that the guard raised.
+    pub fn first_event_name(&self) -> Option<&'static str> {
+        Event::from_number(self.first_event).map(Event::name)
+    }
+
     /// What did not hold, as sentences; empty if all did.
     pub fn failures(&self, expect: &Expect) -> Vec<String> {
         let mut failures = Vec::new();
@@ -125,6 +167,22 @@ impl Verdict {
             let ticks = self.unjudged_ticks;
             failures.push(format!(
                 "not one of {ticks} ticks could be judged: none had a demand of its own"
+            ));
+        } else if self.unjudged_ticks > self.judged_ticks {
+            let ticks = self.judged_ticks + self.unjudged_ticks;
+            failures.push(format!("only {} of {ticks} ticks could be judged", self.judged_ticks));
+        }
+        if self.broken_field_ticks > 0 {
+            let ticks = self.broken_field_ticks;
+            failures.push(format!(
+                "the field asked for or the field in the coil was no finite number in {ticks} ticks"
+            ));
+        }
+        if self.beyond_limit_ticks > 0 {
+            let peak = self.field_peak_a_per_m.max(self.coil_field_peak_a_per_m) * 1e-3;
+            let ticks = self.beyond_limit_ticks;
+            failures.push(format!(
+                "the field went beyond the guard's limit in {ticks} ticks, up to {peak:.2} kA/m"
             ));
         }
         if exceeds(self.error_max_m, expect.tolerance_m) {
@@ -164,7 +222,7 @@ mod tests {
             error_rms_m: None,
             a_final_error_a_per_m: None,
         };
-        let mut judge = Judge::new(expect, 1e-3);
+        let mut judge = Judge::new(expect, 1e-3, 1e4);
         let see = |judge: &mut Judge, tick: u64, demanded: u64| {
             let truth = Truth {
                 tick,
@@ -174,11 +232,47 @@ mod tests {
                 tick: demanded,
                 ..Demand::default()
             };
-            judge.observe(tick, &truth, &Estimate::default(), &demand, &SafeField::default());
+            let fields = (&SafeField::default(), &CoilField::default());
+            judge.observe(tick, &truth, &Estimate::default(), &demand, fields);
         };
         see(&mut judge, 5, 4);
         assert!(judge.verdict().failures(&expect)[0].contains("not one of 1 ticks"));
         see(&mut judge, 6, 6);
         assert!(judge.verdict().failures(&expect).is_empty());
+        // Of three ticks two went by while the judge's process was not there.
+        let most = judge.verdict().of_ticks(3, 1e-3, &expect);
+        assert_eq!((most.unjudged_ticks, most.failures(&expect).len()), (2, 1));
+    }
+
+    // Guards that a cut whose field was beyond every limit, or no number, is never called good, however small its error.
+    #[test]
+    fn a_wild_field_does_not_hold() {
+        let expect = Expect {
+            tolerance_m: 1e-6,
+            settling_s: 0.0,
+            error_rms_m: None,
+            a_final_error_a_per_m: None,
+        };
+        let failures = |asked: f64, in_coil: f64| {
+            let mut judge = Judge::new(expect, 1e-3, 1e4);
+            let asked = SafeField {
+                field_a_per_m: asked,
+                ..SafeField::default()
+            };
+            let in_coil = CoilField {
+                field_a_per_m: in_coil,
+                ..CoilField::default()
+            };
+            let (truth, demand) = (Truth::default(), Demand::default());
+            judge.observe(0, &truth, &Estimate::default(), &demand, (&asked, &in_coil));
+            judge.verdict().failures(&expect)
+        };
+        assert_eq!(failures(1e4, -1.01e4), Vec::<String>::new());
+        assert!(failures(1.000_1e4, 0.0)[0].contains("beyond the guard's limit in 1 ticks"));
+        assert!(failures(0.0, -1.02e4)[0].contains("up to 10.20 kA/m"));
+        for wild in [f64::NAN, f64::INFINITY] {
+            assert!(failures(wild, 0.0)[0].contains("no finite number in 1 ticks"));
+            assert!(failures(0.0, wild)[0].contains("no finite number in 1 ticks"));
+        }
     }
 }

@@ -150,7 +150,7 @@ fn open(
     let mut scribe = None;
     for node in nodes {
         if *node == NodeId::Recorder {
-            let block = assemble::scribe(scenario, folder)?;
+            let block = assemble::scribe(scenario, folder, rejoins)?;
             scribe = Some(Node::open(block, &mut connections, scenario.ticks(), None)?);
         } else {
             stages.push(assemble::stage(*node, scenario, &mut connections)?);

@@ -9,11 +9,11 @@ use anhyst_estimator::LawSettings;
 use anhyst_guard::Event;
 use anhyst_recorder::{EventName, Level, Recorder, RecorderSettings, RunInfo};
 
-/// Adds a recorder to the scribe.
+/// Adds a recorder to the scribe; one that takes the place of a dead one (`rejoins`) leaves that one's recording alone.
 ///
 /// # Errors
 /// If the recording cannot be created.
-pub fn add(scribe: Scribe, scenario: &Scenario, folder: &RunFolder) -> Result<Scribe, RunError> {
+pub fn add(scribe: Scribe, scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<Scribe, RunError> {
     let recording = scenario.recording;
     let settings = RecorderSettings {
         block_ticks: recording.block_ticks,
@@ -22,17 +22,21 @@ pub fn add(scribe: Scribe, scenario: &Scenario, folder: &RunFolder) -> Result<Sc
         live: recording.live_port,
         ..RecorderSettings::default()
     };
-    Ok(scribe.with_recorder(Recorder::create(&settings, run_info(scenario, folder)?)?))
+    Ok(scribe.with_recorder(Recorder::create(&settings, run_info(scenario, folder, rejoins)?)?))
 }
 
-fn run_info(scenario: &Scenario, folder: &RunFolder) -> Result<RunInfo, RunError> {
+fn run_info(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<RunInfo, RunError> {
     let shape = scenario.material()?.hysteresis.shape_a_per_m;
     let parameter_range = match scenario.estimator.law {
         LawSettings::FixedShape { .. } => [0.9 * shape, 1.1 * shape],
         adaptive => adaptive.range_a_per_m().into(),
     };
     Ok(RunInfo {
-        path: folder.recording(),
+        path: if rejoins {
+            folder.next_recording()
+        } else {
+            folder.recording()
+        },
         run_id: format!("{}-{:x}", scenario.name, anhyst_ipc::monotonic_ns()),
         name: scenario.name.clone(),
         notes: String::new(),

@@ -21,6 +21,9 @@ pub struct Summary {
     /// Error, estimate, field.
     #[serde(flatten)]
     pub verdict: Verdict,
+    /// Name of the first event that the guard raised.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first_event_name: Option<String>,
     /// The workpiece's tolerance.
     pub tolerance_m: f64,
     /// Tolerance minus largest error.
@@ -58,7 +61,6 @@ impl Summary {
             .iter()
             .find_map(|report| report.verdict.clone())
             .unwrap_or_default();
-        let failures = verdict.failures(&scenario.expect);
         let ticks = || senders().map(|report| report.ticks);
         // In real time a node may leave out the last ticks; the plant leaves out none.
         let ticks = if scenario.clock.realtime().is_some() {
@@ -67,6 +69,8 @@ impl Summary {
             ticks().min()
         };
         let ticks = ticks.unwrap_or_default();
+        let verdict = verdict.of_ticks(ticks, scenario.tick_s, &scenario.expect);
+        let failures = verdict.failures(&scenario.expect);
         let loop_s = reports.iter().map(|report| report.loop_s).fold(0.0, f64::max);
         let ticks_per_s = if loop_s > 0.0 { ticks as f64 / loop_s } else { 0.0 };
         let links: Vec<LinkReport> = nodes.iter().flat_map(|report| report.links.clone()).collect();
@@ -74,6 +78,7 @@ impl Summary {
             scenario: scenario.name.clone(),
             held: failures.is_empty(),
             failures,
+            first_event_name: verdict.first_event_name().map(str::to_owned),
             tolerance_m: scenario.expect.tolerance_m,
             tolerance_margin_m: scenario.expect.tolerance_m - verdict.error_max_m,
             field_limit_a_per_m: scenario.guard.field_limit_a_per_m,
@@ -141,7 +146,12 @@ impl Summary {
         let (peak, limit) = (verdict.field_peak_a_per_m * 1e-3, self.field_limit_a_per_m * 1e-3);
         row("field used, limit", format!("{peak:.2}, {limit:.2} kA/m"));
         if verdict.guarded_ticks > 0 {
-            row("guard acted in", format!("{} ticks", verdict.guarded_ticks));
+            let first = self.first_event_name.as_ref();
+            let first = first.map(|name| format!(", first {name} at tick {}", verdict.first_event_tick));
+            row(
+                "guard acted in",
+                format!("{} ticks{}", verdict.guarded_ticks, first.unwrap_or_default()),
+            );
         }
         row("ticks", format!("{} ({} lost)", self.ticks, self.lost_tokens));
         row(

@@ -9,17 +9,17 @@ use crate::folder::RunFolder;
 /// # Errors
 /// If there is no recording or no viewer.
 pub fn run(arguments: &ViewArguments) -> miette::Result<Ending> {
-    let recording = if arguments.run.is_dir() {
-        RunFolder::open(&arguments.run).recording()
+    let recordings = if arguments.run.is_dir() {
+        RunFolder::open(&arguments.run).recordings()
     } else {
-        arguments.run.clone()
+        vec![arguments.run.clone()]
     };
-    if !recording.is_file() {
+    if let Some(missing) = recordings.iter().find(|path| !path.is_file()) {
         return Err(miette::miette!(
             "{} does not exist: was the run recorded?",
-            recording.display()
+            missing.display()
         ));
     }
-    anhyst_recorder::view(&[recording], None).map_err(|error| miette::miette!("{error}"))?;
+    anhyst_recorder::view(&recordings, None).map_err(|error| miette::miette!("{error}"))?;
     Ok(Ending::Held)
 }
