@@ -210,3 +210,32 @@ fn an_interrupted_run_closes_its_recording() {
     assert!(finished.err.contains("stopped on request at tick "), "{}", finished.err);
     assert_readable(&out);
 }
+
+/// Guards a long real-time run: a recorder that comes back goes on in a file of its own, and what the dead one wrote is kept.
+#[test]
+fn a_restarted_recorder_keeps_the_first_recording() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run");
+    let mut launcher = start(&[
+        "run",
+        "scenarios/realtime.ron",
+        "--set",
+        "duration_s=6",
+        "--set",
+        "recording.block_ticks=500",
+        "--out",
+        &out.to_string_lossy(),
+    ]);
+    wait_until_recording(&mut launcher, &out);
+    kill(child(&launcher, "recorder"));
+    let finished = Finished::wait(launcher, Duration::from_secs(120));
+    assert!(matches!(finished.code, Some(0 | 1)), "{}", finished.err);
+    let ticks = ["recording.rrd", "recording-2.rrd"].map(|name| {
+        let recording = Recording::open(&out.join(name)).unwrap();
+        let tokens: Vec<Truth> = recording.tokens().unwrap();
+        (tokens[0].tick, tokens[tokens.len() - 1].tick)
+    });
+    assert_eq!(ticks[0].0, 0, "{ticks:?}");
+    assert!(ticks[1].0 > ticks[0].1, "{ticks:?}");
+    assert!(ticks[1].1 > 11_900, "{ticks:?}");
+}

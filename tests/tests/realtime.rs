@@ -188,7 +188,7 @@ fn killed_estimators_inverses_and_recorders_come_back() {
         let id = launcher.id();
         let pid = process_at_work(&mut launcher, &out, name);
         kill_process(pid, Signal::KILL).unwrap();
-        let finished = Finished::wait(launcher, LIMIT).expect(0);
+        let finished = Finished::wait(launcher, LIMIT);
         let told = format!("{name} was killed by signal 9 at tick ");
         assert!(
             finished.err.contains(&told) && finished.err.contains("started again"),
@@ -198,6 +198,11 @@ fn killed_estimators_inverses_and_recorders_come_back() {
         let summary = summary(&finished);
         let restarts = summary["realtime"]["restarts"].as_array().unwrap();
         assert_eq!(restarts.len(), 1, "{restarts:?}");
+        // What was not seen is not called good: it depends on the instant of the kill how much that is.
+        let ticks = |which: &str| summary[which].as_u64().unwrap();
+        let mostly_seen = ticks("judged_ticks") >= ticks("unjudged_ticks");
+        assert_eq!(finished.code, Some(if mostly_seen { 0 } else { 1 }), "{}", finished.out);
+        assert!(node.is_some() || ticks("unjudged_ticks") > 0, "{summary}");
         assert_eq!(restarts[0]["process"], name);
         assert_safe(&out, id);
         assert_replays(&out);
