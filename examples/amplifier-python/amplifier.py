@@ -19,7 +19,7 @@ import time
 from collections import deque
 
 import anhyst_interface as interface
-from meeting import Absent, Lost, Meeting
+from meeting import Absent, Lost, Meeting, Taken
 
 AMPLITUDE_LIMITED = 1 << 0
 SLEW_LIMITED = 1 << 1
@@ -157,5 +157,8 @@ if __name__ == "__main__":
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("amplifier: told to end"))
     try:
         main()
+    except Taken as error:
+        print(f"amplifier: {error}", file=sys.stderr)
+        sys.exit(Taken.EXIT_STATUS)
     except (Absent, Lost, TimeoutError) as error:
         sys.exit(f"amplifier: {error}")

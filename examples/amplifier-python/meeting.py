@@ -24,6 +24,13 @@ class Absent(Exception):
     """A process did not come in time."""
 
 
+class Taken(Exception):
+    """Another process has this one's place."""
+
+    # As of every process that could not take part.
+    EXIT_STATUS = 3
+
+
 class Lost(Exception):
     """A token was lost, or did not reach its readers."""
 
@@ -130,7 +137,14 @@ class Meeting:
         zeros = (interface.PHASE, interface.ASLEEP, interface.TICK, interface.EPOCH)
         for key, first in {**dict.fromkeys(zeros, 0), interface.AGREEMENT: interface.ANY_AGREEMENT}.items():
             builder = builder.add(ctypes.c_uint64(key), ctypes.c_uint64(first))
-        self._status = builder.create()
+        try:
+            self._status = builder.create()
+        except iox2.BlackboardCreateError as error:
+            if "AlreadyExists" not in repr(error) + str(error):
+                raise
+            prefix = os.environ["ANHYST_SERVICE_PREFIX"]
+            sentence = f"another process is there as {self.process} under {prefix}: end it, or choose another prefix"
+            raise Taken(sentence) from error
         self._writer = self._status.writer_builder().create()
         entry = lambda key: self._writer.entry(ctypes.c_uint64(key), ctypes.c_uint64)
         self._phase, self._asleep, self._tick, self._epoch = map(entry, zeros)

@@ -23,7 +23,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "amplifier-python"))
 
 import anhyst_interface as interface
-from meeting import Absent, Lost, Meeting
+from meeting import Absent, Lost, Meeting, Taken
 
 # No coil has more; a field that is no number is left out, too.
 MOST_A_PER_M = 1e7
@@ -119,5 +119,8 @@ if __name__ == "__main__":
     signal.signal(signal.SIGTERM, lambda *_: sys.exit("plant: told to end"))
     try:
         main()
+    except Taken as error:
+        print(f"plant: {error}", file=sys.stderr)
+        sys.exit(Taken.EXIT_STATUS)
     except (Absent, Lost, TimeoutError) as error:
         sys.exit(f"plant: {error}")

@@ -109,14 +109,19 @@ impl TokenFault {
                 return Err(Invalid::new("field", sentence));
             }
         }
-        let finite = |value| Invalid::unless_between("kind", value, f64::MIN, f64::MAX, "");
+        let finite = |value: f64| {
+            let refused = || Invalid::new("kind", format!("{value} is no finite number"));
+            value.is_finite().then_some(()).ok_or_else(refused)
+        };
         match self.kind {
             TokenKind::Delay(ticks) => {
                 Invalid::unless_between("kind", ticks as f64, 1.0, LONGEST_DELAY_TICKS as f64, "ticks")
             }
             TokenKind::GainStep(value) | TokenKind::Offset(value) | TokenKind::Spike(value) => finite(value),
             TokenKind::Noise(value) | TokenKind::Saturate(value) => {
-                Invalid::unless_between("kind", value, 0.0, f64::MAX, "")
+                finite(value)?;
+                let refused = || Invalid::new("kind", format!("{value} must be at least 0"));
+                (value >= 0.0).then_some(()).ok_or_else(refused)
             }
             TokenKind::BitFlip(bit) => Invalid::unless_between("kind", f64::from(bit), 0.0, 63.0, "(bit)"),
             _ => Ok(()),
@@ -359,6 +364,10 @@ mod tests {
         assert!(fault(TokenKind::Nan, Some("tick")).validate().is_err());
         assert!(fault(TokenKind::Delay(65), None).validate().is_err());
         assert!(fault(TokenKind::Offset(f64::NAN), None).validate().is_err());
+        let said = |kind| fault(kind, None).validate().unwrap_err().sentence;
+        assert_eq!(said(TokenKind::GainStep(f64::INFINITY)), "inf is no finite number");
+        assert_eq!(said(TokenKind::Saturate(-1.0)), "-1 must be at least 0");
+        assert_eq!(said(TokenKind::Noise(f64::NAN)), "NaN is no finite number");
         assert!(fault(TokenKind::BitFlip(64), None).validate().is_err());
     }
 

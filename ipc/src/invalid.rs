@@ -40,7 +40,7 @@ impl Invalid {
         }
         Err(Self::new(
             path,
-            format!("{value} {unit} must be finite and greater than 0 {unit}"),
+            format!("{} {unit} must be finite and greater than 0 {unit}", number(value)),
         ))
     }
 
@@ -52,9 +52,39 @@ impl Invalid {
         if (low..=high).contains(&value) {
             return Ok(());
         }
+        let [value, low, high] = [value, low, high].map(number);
         Err(Self::new(
             path,
             format!("{value} {unit} is outside [{low}, {high}] {unit}"),
         ))
+    }
+}
+
+/// A number as people read it: what would be a row of zeros has an exponent.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if size.is_finite() && size != 0.0 && !(1e-9..1e10).contains(&size) {
+        format!("{value:e}")
+    } else {
+        value.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guards the sentences against numbers of 309 digits; small ones stay as they are written.
+    #[test]
+    fn numbers_are_short() {
+        let bound = Invalid::unless_between("kind", f64::INFINITY, f64::MIN, f64::MAX, "m").unwrap_err();
+        assert_eq!(
+            bound.sentence,
+            "inf m is outside [-1.7976931348623157e308, 1.7976931348623157e308] m"
+        );
+        let small = Invalid::unless_between("tick_s", -5e-5, 1e-6, 1e9, "s").unwrap_err();
+        assert_eq!(small.sentence, "-0.00005 s is outside [0.000001, 1000000000] s");
+        let positive = Invalid::unless_positive("gain", -1e300, "1").unwrap_err();
+        assert_eq!(positive.sentence, "-1e300 1 must be finite and greater than 0 1");
     }
 }

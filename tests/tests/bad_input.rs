@@ -4,19 +4,19 @@ use anhyst_tests::{Finished, repository};
 use std::path::Path;
 use std::time::Duration;
 
+/// miette may break a long sentence into lines: reads it as one.
+fn one_line(finished: Finished) -> Finished {
+    let words = finished.err.split_whitespace().filter(|word| *word != "│");
+    let err = words.collect::<Vec<_>>().join(" ");
+    Finished { err, ..finished }
+}
+
 fn check(text: &str, folder: &Path) -> Finished {
     let path = folder.join("bad.ron");
     std::fs::write(&path, text).unwrap();
     let finished = Finished::run(&["check", &path.to_string_lossy()], Duration::from_secs(20)).expect(2);
     assert_eq!(finished.out, "");
-    // miette may break a long sentence into lines: read it as one.
-    let err = finished
-        .err
-        .split_whitespace()
-        .filter(|word| *word != "│")
-        .collect::<Vec<_>>()
-        .join(" ");
-    Finished { err, ..finished }
+    one_line(finished)
 }
 
 #[test]
@@ -148,4 +148,107 @@ fn missing_files_and_bad_settings_are_refused() {
     )
     .expect(2);
     assert!(refused.err.contains("`no`"), "{}", refused.err);
+}
+
+/// Guards injected faults that would silently do nothing: of what an external process sends or is, after the run's end, of a
+/// process in an embedded run; and amounts that are none.
+#[test]
+fn faults_that_would_do_nothing_are_refused() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run").to_string_lossy().into_owned();
+    let external = ["--external-command", "amplifier=true"];
+    let measurement = |begin: &str, kind: &str| format!("Link({begin}, channel: measurement, kind: {kind})");
+    let coil_field = "Link(from_tick: 5, channel: coil_field, kind: Nan)";
+    let kill = |node: &str| format!("Process(from_tick: 5, node: {node}, kind: Kill)");
+    let cases: [(&[&str], String, &[&str]); 13] = [
+        (
+            &external,
+            coil_field.into(),
+            &[
+                "faults.0.channel: coil_field is sent by amplifier, which is external: an external process does not read",
+                "inject on a link that it reads: safe_field",
+            ],
+        ),
+        (
+            &["--set", "external=[amplifier]"],
+            coil_field.into(),
+            &["faults.0.channel", "safe_field"],
+        ),
+        // What shares a process with an external node is external, too.
+        (
+            &[
+                "--set",
+                "placement=Groups([[plant, amplifier]])",
+                "--set",
+                "external=[amplifier]",
+            ],
+            measurement("from_tick: 5", "Nan"),
+            &["faults.0.channel: measurement is sent by plant-sim"],
+        ),
+        (
+            &external,
+            kill("amplifier"),
+            &["faults.0.node: amplifier is external", "safe_field"],
+        ),
+        (
+            &[],
+            measurement("at_s: 1.0", "Nan"),
+            &["faults.0.at_s: 1 s is not before", "duration_s = 1 s"],
+        ),
+        (
+            &[],
+            measurement("at_s: 2", "Nan"),
+            &["faults.0.at_s: 2 s is not before"],
+        ),
+        (
+            &[],
+            measurement("from_tick: 20000", "Nan"),
+            &["faults.0.from_tick: tick 20000 is not before the end of the run, 20000 ticks"],
+        ),
+        (
+            &[],
+            kill("guard").replace('5', "20000"),
+            &["faults.0.from_tick: tick 20000"],
+        ),
+        (
+            &["--embedded"],
+            kill("guard"),
+            &["faults.0.node", "all nodes share one process"],
+        ),
+        (
+            &[],
+            measurement("at_s: 0.5", "GainStep(1e400)"),
+            &["faults.0.kind: inf is no finite number"],
+        ),
+        (
+            &[],
+            measurement("at_s: 0.5", "Saturate(-1)"),
+            &["faults.0.kind: -1 must be at least 0"],
+        ),
+        (
+            &[],
+            measurement("at_s: 0.5", "Noise(-1)"),
+            &["faults.0.kind: -1 must be at least 0"],
+        ),
+        (
+            &[],
+            measurement("at_s: -1", "Nan"),
+            &["-1 s is outside [0, 1000000000] s"],
+        ),
+    ];
+    for (more, fault, says) in cases {
+        let faults = format!("faults=[{fault}]");
+        let base = ["run", "scenarios/milling.ron", "--no-recording", "--out", &out];
+        let base = [&base[..], &["--set", "duration_s=1", "--set", &faults], more].concat();
+        let refused = one_line(Finished::run(&base, Duration::from_secs(20)).expect(2));
+        assert!(
+            refused.err.contains("milling.ron (as changed by --set):"),
+            "{}",
+            refused.err
+        );
+        for sentence in says {
+            assert!(refused.err.contains(sentence), "no \"{sentence}\" in: {}", refused.err);
+        }
+    }
+    assert!(!Path::new(&out).exists(), "something was begun");
 }

@@ -3,7 +3,9 @@
 //! A test is skipped, with the reason, only where an interpreter, a package or a compiler is missing.
 
 use anhyst_ipc::{Channel, Guest, GuestSettings, Heard};
-use anhyst_tests::{Finished, SharedMemory, anhyst, assert_same, c_amplifier, files_with, iio_device, python};
+use anhyst_tests::{
+    Finished, SharedMemory, anhyst, assert_same, c_amplifier, files_with, iio_device, python, repository,
+};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -234,4 +236,44 @@ fn what_cannot_be_external_is_refused() {
         let finished = run(&out, more).expect(2);
         assert!(finished.err.contains(sentence), "{more:?}: {}", finished.err);
     }
+}
+
+/// Guards a user who starts the same driver twice: the second says so, with the status of a process that could not take part.
+#[test]
+fn a_second_python_amplifier_is_told_that_the_place_is_taken() {
+    let Some(python) = python() else { return };
+    let memory = SharedMemory::unique();
+    let start = || {
+        Command::new(&python)
+            .arg("examples/amplifier-python/amplifier.py")
+            .current_dir(repository())
+            .env("ANHYST_PROCESS", "amplifier")
+            .env("ANHYST_SERVICE_PREFIX", &memory.prefix)
+            .env("ANHYST_ROOT", &memory.root)
+            .env("ANHYST_PROCESSES", "guard,amplifier")
+            .env("ANHYST_TICK_S", "5e-5")
+            .env("ANHYST_START_LIMIT_S", "60")
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    };
+    let mut first = start();
+    let since = Instant::now();
+    // The first has the place when its status is there.
+    while !memory.files().iter().any(|name| name.contains("blackboard")) {
+        assert!(since.elapsed() < LIMIT, "no status in {:?}", memory.files());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let second = Finished::wait(start(), LIMIT);
+    first.kill().unwrap();
+    first.wait().unwrap();
+    let second = second.expect(3);
+    assert!(
+        second.err.contains("another process is there as amplifier"),
+        "{}",
+        second.err
+    );
+    assert!(!second.err.contains("Traceback"), "{}", second.err);
 }

@@ -1,7 +1,7 @@
 //! Guards `anhyst verify-amplifier`: the right amplifier passes, and each wrong one fails for what it does wrong and for
 //! nothing else. No bound here is on time: the latency limit is ten seconds.
 
-use anhyst_tests::{Finished, anhyst, files_with, start};
+use anhyst_tests::{Finished, SharedMemory, anhyst, files_with, start};
 use serde_json::Value;
 use std::path::Path;
 use std::time::Duration;
@@ -184,4 +184,58 @@ fn bad_input_is_status_2() {
         let finished = Finished::run(&[&base[..], &bad[..]].concat(), LIMIT).expect(2);
         assert!(!finished.err.is_empty());
     }
+}
+
+/// Guards /dev/shm after a test under names that the user chose, with a driver that was started by hand: nothing stays.
+#[test]
+fn by_hand_nothing_is_left_either() {
+    let memory = SharedMemory::unique();
+    let root = memory.root.to_string_lossy().into_owned();
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().to_string_lossy().into_owned();
+    let names = ["--service-prefix", &memory.prefix, "--root", &root];
+    let limits = ["--silence-s", "1", "--latency-limit-s", "10", "--start-limit-s", "60"];
+    let base = ["verify-amplifier", "scenarios/amplifier.ron", "--out", &folder];
+    let verifier = start(&[&base[..], &names, &limits].concat());
+    // As people do it: when the verifier has said where to meet, the scenario is written.
+    let scenario = out.path().join("scenario.ron");
+    let since = std::time::Instant::now();
+    while !std::fs::read_to_string(&scenario).is_ok_and(|text| text.trim_end().ends_with(')')) {
+        assert!(since.elapsed() < LIMIT, "no scenario.ron");
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let process = out.path().join("process").to_string_lossy().into_owned();
+    let driver = ["amplifier", &scenario.to_string_lossy(), "--out", &process];
+    let driver = start(&[&driver[..], &names].concat());
+    Finished::wait(verifier, LIMIT).expect(0);
+    Finished::wait(driver, LIMIT);
+    assert_eq!(memory.files(), Vec::<String>::new());
+    assert!(!memory.root.exists(), "{root} is still there");
+}
+
+/// Guards the sentence: who starts a driver must read where it was waited for.
+#[test]
+fn a_driver_that_does_not_come_is_told_where_to_meet() {
+    let memory = SharedMemory::unique();
+    let root = memory.root.to_string_lossy().into_owned();
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().to_string_lossy().into_owned();
+    let base = ["verify-amplifier", "scenarios/amplifier.ron", "--out", &folder];
+    let names = [
+        "--service-prefix",
+        &memory.prefix,
+        "--root",
+        &root,
+        "--start-limit-s",
+        "0.5",
+    ];
+    let finished = Finished::run(&[&base[..], &names].concat(), LIMIT).expect(3);
+    let place = format!("ANHYST_SERVICE_PREFIX={} ANHYST_ROOT={root}", memory.prefix);
+    assert!(
+        finished.out.contains("amplifier did not come within"),
+        "{}",
+        finished.out
+    );
+    assert!(finished.out.contains(&place), "{}", finished.out);
+    assert_eq!(memory.files(), Vec::<String>::new());
 }

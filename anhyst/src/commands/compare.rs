@@ -8,7 +8,7 @@ use super::run::{embedded, prepare};
 use super::summary::{Summary, plain_table};
 use crate::cli::CompareArguments;
 use crate::error::RunError;
-use crate::scenario::{Placement, Scenario, load};
+use crate::scenario::{Placement, Scenario, load_changed};
 use crate::signals;
 use comfy_table::CellAlignment;
 use std::path::PathBuf;
@@ -24,9 +24,11 @@ pub fn run(arguments: &CompareArguments) -> miette::Result<Ending> {
     signals::install();
     let mut scenarios = Vec::new();
     for path in &arguments.scenarios {
-        let mut scenario = load(path, &arguments.settings)?;
-        scenario.placement = Placement::Embedded;
-        scenario.recording.on = false;
+        let scenario = load_changed(path, &arguments.settings, |scenario| {
+            scenario.placement = Placement::Embedded;
+            scenario.external.clear();
+            scenario.recording.on = false;
+        })?;
         scenarios.push(scenario);
     }
     // Folders of an earlier comparison would lie between this one's.

@@ -2,12 +2,12 @@
 
 use super::summary::Summary;
 use super::{Ending, progress_bar};
-use crate::cli::RunArguments;
+use crate::cli::{RunArguments, ScenarioArguments};
 use crate::error::RunError;
 use crate::folder::RunFolder;
 use crate::process;
 use crate::report::ProcessReport;
-use crate::scenario::{Placement, Scenario, load, to_ron};
+use crate::scenario::{Placement, Scenario, load_changed, to_ron};
 use crate::{launcher, resources, signals};
 use anhyst_ipc::NodeId;
 use std::time::Duration;
@@ -23,15 +23,15 @@ const YIELDS_DEDICATED: u32 = 1000;
 /// Bad input; a process that fails is an [`Ending`].
 pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
     signals::install();
-    let mut scenario = load(&arguments.scenario.scenario, &arguments.scenario.settings)?;
+    let ScenarioArguments { scenario, settings } = &arguments.scenario;
+    // What the command line says is checked with the rest: a fault may not suit it.
+    let mut scenario = load_changed(scenario, settings, |scenario| {
+        if arguments.embedded {
+            scenario.placement = Placement::Embedded;
+        }
+        add_external(scenario, arguments);
+    })?;
     super::part::validate(arguments, &scenario)?;
-    if arguments.embedded {
-        scenario.placement = Placement::Embedded;
-    }
-    add_external(&mut scenario, arguments);
-    scenario
-        .validate_external()
-        .map_err(|invalid| miette::miette!("{invalid}"))?;
     if arguments.no_recording {
         scenario.recording.on = false;
     }

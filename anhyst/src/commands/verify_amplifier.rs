@@ -83,9 +83,8 @@ pub fn run(arguments: &VerifyAmplifierArguments) -> miette::Result<Ending> {
     let (scenario, agreement, path, _claimed) = effective(arguments)?;
     let expected = expectation(&scenario, arguments.tolerances);
     let resources = meeting_place(arguments)?;
-    // What a user named may be somebody else's, too: only what is surely ours is removed.
-    let ours = arguments.service_prefix.is_none() && arguments.root.is_none();
-    if ours {
+    // Under names that a user chose a driver may be there already.
+    if arguments.service_prefix.is_none() && arguments.root.is_none() {
         resources::sweep();
     }
     let environment = environment(&scenario, agreement, &path, &resources, arguments);
@@ -115,11 +114,10 @@ pub fn run(arguments: &VerifyAmplifierArguments) -> miette::Result<Ending> {
     );
     bar.finish_and_clear();
     drop(driver);
-    if ours {
-        resources
-            .remove()
-            .map_err(|cause| RunError::Setup(format!("shared memory cannot be removed: {cause}")))?;
-    }
+    // As after a run: a process that is gone, or that leaves together with us, may leave what it opened.
+    resources
+        .remove()
+        .map_err(|cause| RunError::Setup(format!("shared memory cannot be removed: {cause}")))?;
     finish(tested?, &expected, arguments)
 }
 

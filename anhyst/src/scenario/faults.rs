@@ -62,6 +62,84 @@ pub enum ProcessKind {
     Stop(f64),
 }
 
+impl Fault {
+    /// The node in whose process it happens.
+    fn node(&self) -> NodeId {
+        match self {
+            Fault::Link(link) => link.channel.producer(),
+            Fault::Process(process) => process.node,
+        }
+    }
+
+    fn begin_tick(&self, tick_s: f64) -> Result<u64, Invalid> {
+        match self {
+            Fault::Link(link) => begin(link.at_s, link.from_tick, tick_s),
+            Fault::Process(process) => begin(process.at_s, process.from_tick, tick_s),
+        }
+    }
+
+    /// The fault of this tick would never happen: the run's ticks end before it.
+    fn too_late(&self, scenario: &Scenario) -> Invalid {
+        let (at_s, from_tick) = match self {
+            Fault::Link(link) => (link.at_s, link.from_tick),
+            Fault::Process(process) => (process.at_s, process.from_tick),
+        };
+        match (at_s, from_tick) {
+            (Some(at_s), _) => Invalid::new(
+                "at_s",
+                format!(
+                    "{at_s} s is not before the end of the run, duration_s = {} s: the fault would never happen",
+                    scenario.duration_s
+                ),
+            ),
+            (None, tick) => Invalid::new(
+                "from_tick",
+                format!(
+                    "tick {} is not before the end of the run, {} ticks: the fault would never happen",
+                    tick.unwrap_or_default(),
+                    scenario.ticks()
+                ),
+            ),
+        }
+    }
+
+    /// A program of somebody else's does nothing of what it is not told.
+    fn not_read(&self, external: &[NodeId]) -> Invalid {
+        let node = self.node();
+        match self {
+            Fault::Link(link) => Invalid::new(
+                "channel",
+                format!(
+                    "{} is sent by {node}, which is external: an external process does not read the scenario's faults; {}",
+                    link.channel,
+                    instead(node, external)
+                ),
+            ),
+            Fault::Process(_) => Invalid::new(
+                "node",
+                format!(
+                    "{node} is external: an external process does not read the scenario's faults; kill or stop it yourself, or {}",
+                    instead(node, external)
+                ),
+            ),
+        }
+    }
+}
+
+/// What a scenario can do to an external node: spoil what it hears.
+fn instead(node: NodeId, external: &[NodeId]) -> String {
+    let wires = crate::assemble::wires();
+    let read: Vec<&str> = wires
+        .iter()
+        .filter(|wire| wire.reader == node && !external.contains(&wire.channel.producer()))
+        .map(|wire| wire.channel.name())
+        .collect();
+    if read.is_empty() {
+        return "inject on a link that another node sends".to_owned();
+    }
+    format!("inject on a link that it reads: {}", read.join(", "))
+}
+
 fn one() -> u64 {
     1
 }
@@ -133,9 +211,16 @@ impl Scenario {
     pub(super) fn validate_faults(&self) -> Result<(), Invalid> {
         self.token_faults()?;
         self.process_faults(&NodeId::LOOP_ORDER)?;
+        let external = self.external_nodes();
         for (index, fault) in self.faults.iter().enumerate() {
-            let Fault::Process(process) = fault else { continue };
             let refuse = |invalid: Invalid| invalid.within(&format!("faults.{index}"));
+            if fault.begin_tick(self.tick_s).map_err(refuse)? >= self.ticks() {
+                return Err(refuse(fault.too_late(self)));
+            }
+            if external.contains(&fault.node()) {
+                return Err(refuse(fault.not_read(&external)));
+            }
+            let Fault::Process(process) = fault else { continue };
             if self.placement == Placement::Embedded {
                 let sentence = "all nodes share one process: there is no other to see what its fault does";
                 return Err(refuse(Invalid::new("node", sentence)));

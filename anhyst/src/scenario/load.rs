@@ -51,6 +51,18 @@ pub fn to_ron<T: serde::Serialize>(value: &T) -> Result<String, ron::Error> {
 /// # Errors
 /// The first thing that is wrong, with file, line and column.
 pub fn load(path: &Path, settings: &[Setting]) -> Result<Scenario, ScenarioError> {
+    load_changed(path, settings, |_| ())
+}
+
+/// The same, with what the command line says of the run worked in before anything is checked.
+///
+/// # Errors
+/// The first thing that is wrong, with file, line and column.
+pub fn load_changed(
+    path: &Path,
+    settings: &[Setting],
+    change: impl FnOnce(&mut Scenario),
+) -> Result<Scenario, ScenarioError> {
     let Resolved { file, shown, text } = resolve(path, settings, "--set", 0)?;
     let mut scenario: Scenario = parse(&shown, &text)?;
     let folder = file.parent().unwrap_or(Path::new("."));
@@ -65,6 +77,7 @@ pub fn load(path: &Path, settings: &[Setting]) -> Result<Scenario, ScenarioError
     }
     scenario.complete_plant();
     scenario.anchor(folder);
+    change(&mut scenario);
     scenario.validate().map_err(|invalid| refuse(&shown, &text, &invalid))?;
     Ok(scenario)
 }

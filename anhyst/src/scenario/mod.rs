@@ -14,7 +14,7 @@ mod validate;
 pub use clock::{Clock, Pacing, Realtime};
 pub use error::ScenarioError;
 pub use faults::{Fault, LinkFault, ProcessFault, ProcessKind};
-pub use load::{Setting, load, load_model, to_ron};
+pub use load::{Setting, load, load_changed, load_model, to_ron};
 
 use anhyst_controller::ControllerSettings;
 use anhyst_estimator::EstimatorSettings;

@@ -121,7 +121,14 @@ fn absent(test: &Test, error: LinkError) -> Result<Tested, RunError> {
     let words = match (test.driver.and_then(Driver::ended), error) {
         (Some(how), _) => format!("{DRIVER} {how}, before the first tick"),
         (None, LinkError::Stopped { .. }) => format!("stopped on request while waiting for {DRIVER}"),
-        (None, error @ (LinkError::Absent { .. } | LinkError::Disagreement { .. })) => error.to_string(),
+        (None, error @ LinkError::Absent { .. }) => {
+            let (prefix, root) = (&test.meeting.prefix, test.meeting.root.display());
+            format!(
+                "{error}: start its driver with ANHYST_SERVICE_PREFIX={prefix} ANHYST_ROOT={root}, or give --command or a \
+                 longer --start-limit-s"
+            )
+        }
+        (None, error @ LinkError::Disagreement { .. }) => error.to_string(),
         (None, error) => return Err(error.into()),
     };
     Ok(Tested {
