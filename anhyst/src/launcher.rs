@@ -12,7 +12,7 @@ use crate::report::ProcessReport;
 use crate::resources::Resources;
 use crate::scenario::{ProcessKind, Scenario};
 use anhyst_ipc::{NodeId, Observer, stop_requested};
-use blame::{culprit, describe, last_words, settle};
+use blame::{Inquest, describe};
 pub use error::LaunchError;
 use std::collections::VecDeque;
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -51,9 +51,27 @@ struct Running {
     /// Of the scenario's faults that stop it: for how long each, and when to wake it.
     stops: VecDeque<Duration>,
     wake_at: Option<Instant>,
+    /// The launcher has killed it because it stood still in a loop that went on.
+    hung: bool,
+    /// How much of its log has been looked at.
+    heard_bytes: u64,
 }
 
 impl Running {
+    /// How it ended, in words.
+    fn how(&self) -> String {
+        if self.hung {
+            return "stood still and was killed".into();
+        }
+        describe(self.ended)
+    }
+
+    /// True if it has written into its log since this was asked last.
+    fn has_spoken(&mut self, folder: &RunFolder) -> bool {
+        let bytes = std::fs::metadata(folder.log(&self.name)).map_or(0, |log| log.len());
+        std::mem::replace(&mut self.heard_bytes, bytes) != bytes
+    }
+
     fn failed(&self) -> bool {
         self.ended.is_some_and(|status| !status.success())
     }
@@ -90,9 +108,10 @@ impl Running {
         }
     }
 
-    /// A signal ended it.
+    /// A signal ended it; of a user's command the shell may tell, with a status of 128 and the signal.
     fn killed(&self) -> bool {
-        self.ended.is_some_and(|status| status.code().is_none())
+        let by_signal = |code| self.foreign && (129..=192).contains(&code);
+        self.ended.is_some_and(|status| status.code().is_none_or(by_signal))
     }
 }
 
@@ -173,6 +192,8 @@ fn start(
             restarts: Vec::new(),
             stops: stops.collect(),
             wake_at: None,
+            hung: false,
+            heard_bytes: 0,
         }));
     }
     Ok(())
@@ -256,12 +277,13 @@ fn watch(
     // Without an observer there is only no progress; the run itself does not need it.
     let resources = &options.resources;
     let mut observer = Observer::open(&resources.prefix, &resources.root).ok();
-    let mut awaited = scenario.external_processes();
-    awaited.retain(|name| {
+    let mut external = scenario.external_processes();
+    external.retain(|name| {
         processes
             .iter()
             .any(|(known, nodes)| known == name && options.across.starts(nodes))
     });
+    let mut awaited = external.clone();
     let begin = Instant::now();
     let mut own_ended = None;
     let mut tick = 0;
@@ -287,11 +309,16 @@ fn watch(
         look(children);
         children.iter_mut().for_each(Running::wake);
         restart::restart(scenario, folder, options, children, tick)?;
-        if children.iter().any(Running::failed) {
-            if !children.iter().any(Running::killed) {
-                settle(children, folder);
-            }
-            return Err(verdict(children, folder, tick, ticks));
+        let inquest = Inquest {
+            scenario,
+            folder,
+            external: &external,
+            tick,
+        };
+        // Whoever was told to end says so at once, and then may follow a guard that goes on: the run is to end now.
+        let told_to_end = |running: &mut Running| running.has_spoken(folder) && inquest.was_told_to_end(running);
+        if children.iter_mut().any(told_to_end) || children.iter().any(Running::failed) {
+            return Err(inquest.hold(children));
         }
         if children
             .iter()
@@ -310,19 +337,6 @@ fn watch(
 fn look(children: &mut [Running]) {
     for running in children.iter_mut().filter(|running| running.ended.is_none()) {
         running.ended = running.child.try_wait().ok().flatten();
-    }
-}
-
-fn verdict(children: &[Running], folder: &RunFolder, tick: u64, ticks: u64) -> LaunchError {
-    let Some(culprit) = culprit(children, folder) else {
-        return LaunchError::Interrupted { tick, ticks };
-    };
-    LaunchError::Died {
-        process: culprit.name.clone(),
-        how: describe(culprit.ended),
-        tick,
-        ticks,
-        detail: last_words(folder, &culprit.name),
     }
 }
 

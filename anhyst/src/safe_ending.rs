@@ -1,11 +1,11 @@
 //! The last ticks of a process whose links have failed: the field goes to its safe value before the process ends.
 //!
-//! The guard cannot hear any more and ramps by itself. The amplifier follows the guard as long as it hears it, then its own
-//! watchdog acts. The plant follows the amplifier as long as it hears it; then the amplifier is dead, and the current dies.
+//! The guard cannot hear any more and ramps by itself. The amplifier follows the guard as long as it hears it, for a bounded
+//! time, then its own watchdog acts. The plant follows the amplifier as long as it hears it; then the amplifier is dead, and the current dies.
 
 use crate::report::Ending;
 use anhyst_ipc::{NodeId, SharedContext, Stage};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// How long a last token of the guard, and of the amplifier behind it, is waited for.
 const LAST_WAIT: Duration = Duration::from_millis(100);
@@ -14,6 +14,8 @@ const LAST_WAIT_OF_PLANT: Duration = Duration::from_millis(350);
 const MOST_AHEAD_TICKS: u64 = 32;
 /// How long such a listener is waited for in all: it may be dead.
 const PATIENCE: Duration = Duration::from_millis(200);
+/// How long an amplifier on its way follows a guard: one that knows nothing of the end may go on to the last tick of the run.
+const LONGEST_FOLLOWING: Duration = Duration::from_millis(800);
 const STEP: Duration = Duration::from_micros(200);
 /// More ticks than any stated ramp has are not needed; a ramp that never ends must not keep a process alive.
 const MOST_TICKS: u64 = 1_000_000;
@@ -48,6 +50,7 @@ pub fn bring_to_safety(stages: &mut [Box<dyn Stage>], shared: Option<&SharedCont
     let listener = next.and_then(|node| shared?.process_of(node));
     let mut patience = PATIENCE;
     let (mut guard_moved, mut amplifier_moved) = (true, true);
+    let begin = Instant::now();
     for tick in failed_at_tick..failed_at_tick.saturating_add(MOST_TICKS) {
         let (mut any_heard, mut any_alone, mut any_moved) = (false, false, false);
         for (stage, listens) in &mut moving {
@@ -55,7 +58,8 @@ pub fn bring_to_safety(stages: &mut [Box<dyn Stage>], shared: Option<&SharedCont
             // Within one process nobody waits: who has nothing more to say is not listened to.
             let speaks = match node {
                 NodeId::Plant => !has_amplifier || amplifier_moved,
-                NodeId::Amplifier => !has_guard || guard_moved,
+                NodeId::Amplifier if has_guard => guard_moved,
+                NodeId::Amplifier => begin.elapsed() < LONGEST_FOLLOWING,
                 _ => true,
             };
             // The failure came in the middle of a tick: some have answered it.

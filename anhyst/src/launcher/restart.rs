@@ -1,9 +1,23 @@
 //! Starts again what a real-time loop can do without for a while: estimator, inverse, recorder.
 
-use super::{LaunchError, Options, Running, describe, start_own};
+use super::{LaunchError, Options, Running, start_own};
 use crate::folder::RunFolder;
 use crate::realtime::Restart;
 use crate::scenario::Scenario;
+use anhyst_ipc::NodeId;
+
+/// True for a process of ours that the scenario permits to be started again.
+pub(super) fn may_come_back(scenario: &Scenario, running: &Running) -> bool {
+    let processes = scenario.placement.processes();
+    let nodes = processes.iter().find(|(name, _)| *name == running.name);
+    let permitted = |node: &NodeId| {
+        scenario
+            .clock
+            .realtime()
+            .is_some_and(|realtime| realtime.restart.contains(node))
+    };
+    !running.foreign && nodes.is_some_and(|(_, nodes)| nodes.iter().all(permitted))
+}
 
 /// Starts again what has died and may, as often as the scenario permits.
 ///
@@ -25,11 +39,9 @@ pub(super) fn restart(
     // A foreign process is somebody else's to start.
     for running in children
         .iter_mut()
-        .filter(|running| running.failed() && !running.foreign)
+        .filter(|running| running.failed() && may_come_back(scenario, running))
     {
-        let nodes = processes.iter().find(|(name, _)| *name == running.name);
-        let Some((_, nodes)) = nodes.filter(|(_, nodes)| nodes.iter().all(|node| realtime.restart.contains(node)))
-        else {
+        let Some((_, nodes)) = processes.iter().find(|(name, _)| *name == running.name) else {
             continue;
         };
         if left == 0 || tick == 0 {
@@ -37,7 +49,7 @@ pub(super) fn restart(
             continue;
         }
         left -= 1;
-        let how = describe(running.ended);
+        let how = running.how();
         crate::complain!("{} {how} at tick {tick}; it is started again", running.name);
         let refused = |cause: std::io::Error| LaunchError::Spawn {
             process: running.name.clone(),
@@ -46,6 +58,7 @@ pub(super) fn restart(
         running.child = start_own(&running.name, nodes, folder, options, true).map_err(refused)?;
         running.stops.clear();
         running.ended = None;
+        running.hung = false;
         running.restarts.push(Restart {
             process: running.name.clone(),
             how,

@@ -1,0 +1,262 @@
+//! Guards the name in the sentence about a lockstep run that failed: whoever ends, is ended or hangs is named, not those that
+//! notice it. The foreign driver is this test's own executable, started again by the launcher's command.
+
+use anhyst_ipc::{Channel, Guest, GuestSettings, Heard, Observer};
+use anhyst_tests::{Finished, SharedMemory, anhyst, children, repository, start};
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+const LIMIT: Duration = Duration::from_secs(60);
+/// Longer than any of these runs lives.
+const DURATION: &str = "duration_s=300";
+const TICKS: u64 = 6_000_000;
+
+/// A long run, its resources and its folder.
+struct Run {
+    memory: SharedMemory,
+    folder: tempfile::TempDir,
+    launcher: Child,
+}
+
+impl Run {
+    fn begin(more: &[&str]) -> Self {
+        let memory = SharedMemory::unique();
+        let folder = tempfile::tempdir().unwrap();
+        let (out, root) = (folder.path().join("run"), memory.root.clone());
+        let base = [
+            "run",
+            "scenarios/milling.ron",
+            "--no-recording",
+            "--set",
+            DURATION,
+            "--out",
+            &out.to_string_lossy(),
+            "--service-prefix",
+            &memory.prefix,
+            "--root",
+            &root.to_string_lossy(),
+        ];
+        let launcher = start(&[&base, more].concat());
+        Self {
+            memory,
+            folder,
+            launcher,
+        }
+    }
+
+    fn out(&self) -> std::path::PathBuf {
+        self.folder.path().join("run")
+    }
+
+    /// Until the plant has come to tick 1000.
+    fn wait_until_at_work(&mut self) {
+        let begin = Instant::now();
+        let mut observer = None;
+        loop {
+            assert!(
+                self.launcher.try_wait().unwrap().is_none(),
+                "ended before it was disturbed"
+            );
+            assert!(begin.elapsed() < LIMIT, "the loop does not start");
+            std::thread::sleep(Duration::from_millis(20));
+            // The root appears with the first process.
+            if observer.is_none() && self.memory.root.exists() {
+                observer = Observer::open(&self.memory.prefix, &self.memory.root).ok();
+            }
+            let tick = observer.as_mut().and_then(|observer| observer.tick_of("plant-sim"));
+            if tick.is_some_and(|tick| tick >= 1000) {
+                return;
+            }
+        }
+    }
+
+    fn signal(&self, process: &str, signal: Signal) {
+        let all = children(self.launcher.id());
+        let (pid, _) = all.iter().find(|(_, subcommand)| subcommand == process).unwrap();
+        kill_process(Pid::from_raw(*pid as i32).unwrap(), signal).unwrap();
+    }
+
+    /// Its sentence, after it has ended with status 3 and left nothing.
+    fn failed(self) -> String {
+        let finished = Finished::wait(self.launcher, LIMIT).expect(3);
+        assert_eq!(self.memory.files(), Vec::<String>::new());
+        finished.err
+    }
+}
+
+/// The last node of a process's report, of a run that has ended.
+fn node(out: &Path, process: &str) -> Value {
+    let text = std::fs::read(out.join("processes").join(format!("{process}.json"))).unwrap();
+    let report: Value = serde_json::from_slice(&text).unwrap();
+    report["nodes"][0].clone()
+}
+
+fn assert_has(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "no \"{part}\" in: {text}");
+    }
+}
+
+/// Not a test: the driver. It passes the field on until the tick at which it is to end, or until nobody speaks to it.
+#[test]
+#[ignore = "a driver that the other tests start"]
+fn driver() {
+    let Ok(prefix) = std::env::var("ANHYST_SERVICE_PREFIX") else {
+        return;
+    };
+    let number = |name: &str, default: u64| std::env::var(name).map_or(default, |text| text.parse().unwrap());
+    let end_at = number("DRIVER_ENDS_AT_TICK", u64::MAX);
+    let patience = Duration::from_millis(number("DRIVER_PATIENCE_MS", 20_000));
+    let mut guest = Guest::open(GuestSettings {
+        process: "amplifier".into(),
+        prefix,
+        root: std::env::var("ANHYST_ROOT").unwrap().into(),
+        processes: std::env::var("ANHYST_PROCESSES").ok(),
+        reads: vec![Channel::SafeField],
+        yields: 20,
+        start_limit: Duration::from_secs(20),
+    })
+    .unwrap();
+    let (mut safe, mut coil) = ([0; 32], [0; 32]);
+    let words = Guest::words(Channel::SafeField);
+    let last_words = loop {
+        match guest.receive(Channel::SafeField, patience, &mut safe[..words]) {
+            Ok(Heard::Token(tick)) if tick < end_at => {
+                coil[0] = tick;
+                coil[2] = safe[2];
+                if guest
+                    .send(Channel::CoilField, &coil[..Guest::words(Channel::CoilField)])
+                    .is_err()
+                {
+                    break "the run has gone";
+                }
+            }
+            Ok(Heard::Token(_)) => break "the fan has failed",
+            _ => break "nobody speaks to the driver",
+        }
+    };
+    drop(guest);
+    eprintln!("{last_words}");
+    std::process::exit(number("DRIVER_STATUS", 4) as i32);
+}
+
+fn driver_command(variables: &str) -> String {
+    let test = std::env::current_exe().unwrap();
+    format!(
+        "amplifier={variables} exec {} --exact driver --ignored --nocapture --test-threads=1",
+        test.display()
+    )
+}
+
+#[test]
+fn a_driver_that_ends_is_named_with_its_words() {
+    for status in [5, 0] {
+        let command = driver_command(&format!("DRIVER_ENDS_AT_TICK=7001 DRIVER_STATUS={status}"));
+        let told = Run::begin(&["--external-command", &command]).failed();
+        let sentence = format!("amplifier ended with exit status {status} at tick ");
+        assert_has(&told, &[&sentence, "the fan has failed"]);
+    }
+}
+
+/// It gives up long before our processes do.
+#[test]
+fn a_driver_that_gives_up_because_another_hangs_is_not_blamed() {
+    let command = driver_command("DRIVER_PATIENCE_MS=200");
+    let mut run = Run::begin(&["--external-command", &command]);
+    run.wait_until_at_work();
+    run.signal("controller", Signal::STOP);
+    assert_has(&run.failed(), &["controller does not answer at tick "]);
+}
+
+#[test]
+fn a_driver_that_gives_up_because_another_died_is_not_blamed() {
+    let command = driver_command("DRIVER_PATIENCE_MS=200");
+    let mut run = Run::begin(&["--external-command", &command]);
+    run.wait_until_at_work();
+    run.signal("inverse", Signal::KILL);
+    assert_has(&run.failed(), &["inverse was killed by signal 9 at tick "]);
+}
+
+/// Ours, as somebody starts it in another terminal.
+fn by_hand(run: &Run) -> Child {
+    let scenario = run.out().join("scenario.ron");
+    let begin = Instant::now();
+    while !(scenario.exists() && run.memory.root.exists()) {
+        assert!(begin.elapsed() < LIMIT, "no run to take part in");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    Command::new(anhyst())
+        .current_dir(repository())
+        .args([
+            "amplifier",
+            &scenario.to_string_lossy(),
+            "--out",
+            &run.out().to_string_lossy(),
+        ])
+        .args(["--service-prefix", &run.memory.prefix])
+        .args(["--root", &run.memory.root.to_string_lossy()])
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap()
+}
+
+#[test]
+fn a_killed_driver_that_somebody_else_started_is_named() {
+    let mut run = Run::begin(&["--external", "amplifier"]);
+    let mut amplifier = by_hand(&run);
+    run.wait_until_at_work();
+    amplifier.kill().unwrap();
+    amplifier.wait().unwrap();
+    let told = run.failed();
+    assert_has(
+        &told,
+        &["amplifier does not answer at tick ", "but amplifier is silent"],
+    );
+    assert!(!told.contains("plant-sim does not answer"), "{told}");
+}
+
+/// It leaves in good order; who speaks to it notices only that a reader is gone.
+#[test]
+fn a_driver_that_somebody_else_ended_is_named() {
+    let mut run = Run::begin(&["--external", "amplifier"]);
+    let mut amplifier = by_hand(&run);
+    run.wait_until_at_work();
+    kill_process(Pid::from_child(&amplifier), Signal::TERM).unwrap();
+    let told = run.failed();
+    amplifier.wait().unwrap();
+    assert_has(&told, &["amplifier does not answer at tick "]);
+}
+
+/// Whatever process somebody tells to end: it is named, the run ends then and not at its last tick, and the field is safe.
+#[test]
+fn one_of_ours_that_is_told_to_end_is_named() {
+    for name in [
+        "plant-sim",
+        "estimator",
+        "controller",
+        "inverse",
+        "guard",
+        "amplifier",
+        "recorder",
+    ] {
+        let mut run = Run::begin(&[]);
+        run.wait_until_at_work();
+        run.signal(name, Signal::TERM);
+        let (out, folder) = (run.out(), tempfile::tempdir().unwrap());
+        // The folder outlives the run, for its reports.
+        let kept = std::mem::replace(&mut run.folder, folder);
+        let told = run.failed();
+        let sentence = format!("{name} was told to end at tick ");
+        assert_has(&told, &[&sentence, "stopped on request at tick "]);
+        let amplifier = node(&out, "amplifier");
+        assert!(amplifier["ticks"].as_u64() < Some(TICKS), "{name}: {amplifier}");
+        let field_a_per_m = amplifier["field_a_per_m"].as_f64().unwrap();
+        assert!(field_a_per_m.abs() <= 1.0, "{name}: {amplifier}");
+        drop(kept);
+    }
+}
