@@ -12,7 +12,7 @@ use crate::report::ProcessReport;
 use crate::resources::Resources;
 use crate::scenario::{ProcessKind, Scenario};
 use anhyst_ipc::{NodeId, Observer, stop_requested};
-use blame::{Inquest, describe};
+use blame::Inquest;
 pub use error::LaunchError;
 use std::collections::VecDeque;
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -51,21 +51,11 @@ struct Running {
     /// Of the scenario's faults that stop it: for how long each, and when to wake it.
     stops: VecDeque<Duration>,
     wake_at: Option<Instant>,
-    /// The launcher has killed it because it stood still in a loop that went on.
-    hung: bool,
     /// How much of its log has been looked at.
     heard_bytes: u64,
 }
 
 impl Running {
-    /// How it ended, in words.
-    fn how(&self) -> String {
-        if self.hung {
-            return "stood still and was killed".into();
-        }
-        describe(self.ended)
-    }
-
     /// True if it has written into its log since this was asked last.
     fn has_spoken(&mut self, folder: &RunFolder) -> bool {
         let bytes = std::fs::metadata(folder.log(&self.name)).map_or(0, |log| log.len());
@@ -192,7 +182,6 @@ fn start(
             restarts: Vec::new(),
             stops: stops.collect(),
             wake_at: None,
-            hung: false,
             heard_bytes: 0,
         }));
     }

@@ -1,5 +1,6 @@
 //! Starts again what a real-time loop can do without for a while: estimator, inverse, recorder.
 
+use super::blame::describe;
 use super::{LaunchError, Options, Running, start_own};
 use crate::folder::RunFolder;
 use crate::realtime::Restart;
@@ -49,7 +50,7 @@ pub(super) fn restart(
             continue;
         }
         left -= 1;
-        let how = running.how();
+        let how = describe(running.ended);
         crate::complain!("{} {how} at tick {tick}; it is started again", running.name);
         let refused = |cause: std::io::Error| LaunchError::Spawn {
             process: running.name.clone(),
@@ -58,7 +59,6 @@ pub(super) fn restart(
         running.child = start_own(&running.name, nodes, folder, options, true).map_err(refused)?;
         running.stops.clear();
         running.ended = None;
-        running.hung = false;
         running.restarts.push(Restart {
             process: running.name.clone(),
             how,
