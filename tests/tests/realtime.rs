@@ -184,7 +184,8 @@ fn killed_estimators_inverses_and_recorders_come_back() {
     ] {
         let root = tempfile::tempdir().unwrap();
         let out = root.path().join("run");
-        let mut launcher = begin(&out, &["--set", "duration_s=4"]);
+        // Judged from the first tick: a recorder that dies has then always seen ticks that its successor has not.
+        let mut launcher = begin(&out, &["--set", "duration_s=4", "--set", "expect.settling_s=0"]);
         let id = launcher.id();
         let pid = process_at_work(&mut launcher, &out, name);
         kill_process(pid, Signal::KILL).unwrap();
