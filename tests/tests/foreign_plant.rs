@@ -5,7 +5,7 @@
 use anhyst::folder::RunFolder;
 use anhyst::realtime::Logs;
 use anhyst_ipc::{Measurement, NodeId};
-use anhyst_tests::{Finished, files_with, python, start};
+use anhyst_tests::{A_FEW, Finished, files_with, python, start, summary_as_judged};
 use serde_json::Value;
 use std::path::Path;
 use std::time::Duration;
@@ -27,9 +27,8 @@ fn run(out: &Path, scenario: &str, (process, placement): (&str, &str), settings:
     arguments.extend(["--external-command", &command]);
     let launcher = start(&arguments);
     let id = launcher.id();
-    let finished = Finished::wait(launcher, LIMIT).expect(0);
+    let summary = summary_as_judged(&Finished::wait(launcher, LIMIT));
     assert_eq!(files_with(&format!("anhyst_{id}_")), Vec::<String>::new());
-    let summary: Value = serde_json::from_str(&finished.out).unwrap();
     let peak = summary["field_peak_a_per_m"].as_f64().unwrap();
     assert!(peak > 0.0 && peak <= FIELD_LIMIT_A_PER_M, "{peak} A/m");
     assert!(summary["error_max_m"].as_f64().is_some_and(f64::is_finite), "{summary}");
@@ -83,7 +82,7 @@ fn in_real_time_a_python_plant_has_the_timer() {
         let taken = (0..log.ticks()).filter_map(|tick| log.consumed::<Measurement>(tick));
         let mut ticks: Vec<u64> = taken.map(|measurement| measurement.tick).collect();
         ticks.dedup();
-        assert!(ticks.len() > 100, "{} measurements reached the guard", ticks.len());
+        assert!(ticks.len() > A_FEW, "{} measurements reached the guard", ticks.len());
         let replayed = Finished::run(&["replay", &out.to_string_lossy(), "--json"], LIMIT).expect(0);
         let nodes: Vec<Value> = serde_json::from_str(&replayed.out).unwrap();
         assert!(

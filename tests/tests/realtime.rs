@@ -3,8 +3,8 @@
 
 use anhyst::folder::RunFolder;
 use anhyst::realtime::Logs;
-use anhyst_ipc::{CoilField, Estimate, FieldKind, MOST_FIELDS, Message, NodeId, SafeField, Truth};
-use anhyst_tests::{Finished, children, files_with, start};
+use anhyst_ipc::{CoilField, Demand, Estimate, FieldKind, MOST_FIELDS, Message, NodeId, SafeField, Truth};
+use anhyst_tests::{A_FEW, Finished, children, files_with, start, summary_as_judged};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::path::Path;
@@ -34,11 +34,7 @@ fn begin(out: &Path, more: &[&str]) -> Child {
     start(&[&given[..], more].concat())
 }
 
-fn summary(finished: &Finished) -> Value {
-    serde_json::from_str(&finished.out).unwrap_or_else(|error| panic!("{error}: {}\n{}", finished.out, finished.err))
-}
-
-/// A living process of the run, once its loop is at work: the controller's log has got its record of tick 100.
+/// A living process of the run, once its loop is at work: the guard's log has got a record from tick 100 on.
 fn process_at_work(launcher: &mut Child, out: &Path, name: &str) -> Pid {
     let begin = Instant::now();
     loop {
@@ -48,8 +44,10 @@ fn process_at_work(launcher: &mut Child, out: &Path, name: &str) -> Pid {
         );
         assert!(begin.elapsed() < LIMIT, "the loop does not start");
         std::thread::sleep(Duration::from_millis(5));
-        let works = Logs::open(&RunFolder::open(out))
-            .is_ok_and(|logs| (100..200).any(|tick| logs.of(NodeId::Guard).unwrap().record(tick).is_some()));
+        let works = Logs::open(&RunFolder::open(out)).is_ok_and(|logs| {
+            let guard = logs.of(NodeId::Guard).unwrap();
+            (100..guard.ticks()).any(|tick| guard.record(tick).is_some())
+        });
         let found = children(launcher.id())
             .into_iter()
             .find(|(_, subcommand)| subcommand == name);
@@ -95,7 +93,7 @@ fn assert_safe(out: &Path, launcher: u32) {
         // The plant's time has no holes.
         assert!(finite(&plant.token::<Truth>(tick).unwrap()));
     }
-    assert!(ticks > 100, "only {ticks} ticks");
+    assert!(ticks > A_FEW, "only {ticks} ticks");
     assert_eq!(files_with(&format!("anhyst_{launcher}_")), Vec::<String>::new());
 }
 
@@ -104,7 +102,10 @@ fn assert_replays(out: &Path) {
     let nodes: Vec<Value> = serde_json::from_str(&replayed.out).unwrap();
     assert_eq!(nodes.len(), 6);
     for node in nodes {
-        assert!(node["same"] == true && node["ticks"].as_u64() > Some(100), "{node}");
+        assert!(
+            node["same"] == true && node["ticks"].as_u64() > Some(A_FEW as u64),
+            "{node}"
+        );
     }
 }
 
@@ -132,8 +133,7 @@ fn a_real_time_run_replays_bit_for_bit_and_one_bit_is_found() {
         let out = root.path().join("run");
         let launcher = begin(&out, &["--set", &format!("clock.pace={pace}")]);
         let id = launcher.id();
-        let finished = Finished::wait(launcher, LIMIT).expect(0);
-        let summary = summary(&finished);
+        let summary = summary_as_judged(&Finished::wait(launcher, LIMIT));
         assert_eq!(summary["ticks"], 2000, "{pace}");
         let realtime = &summary["realtime"];
         assert_eq!(realtime["processes"].as_array().unwrap().len(), 7);
@@ -148,6 +148,19 @@ fn a_real_time_run_replays_bit_for_bit_and_one_bit_is_found() {
     }
 }
 
+/// The longest row of ticks without a record: the first, and one past the last.
+fn longest_hole(has_record: impl Fn(u64) -> bool, ticks: u64) -> (u64, u64) {
+    let (mut longest, mut first) = ((0, 0), 0);
+    for tick in 0..ticks {
+        if has_record(tick) {
+            first = tick + 1;
+        } else if tick + 1 - first > longest.1 - longest.0 {
+            longest = (first, tick + 1);
+        }
+    }
+    longest
+}
+
 /// Guards missed deadlines: a controller that stands still for 0.1 s is not waited for, and leaves out what has passed.
 #[test]
 fn a_stopped_controller_costs_ticks_and_nothing_else() {
@@ -159,17 +172,15 @@ fn a_stopped_controller_costs_ticks_and_nothing_else() {
     kill_process(controller, Signal::STOP).unwrap();
     std::thread::sleep(Duration::from_millis(100));
     kill_process(controller, Signal::CONT).unwrap();
-    let finished = Finished::wait(launcher, LIMIT).expect(0);
-    let summary = summary(&finished);
-    let processes = summary["realtime"]["processes"].as_array().unwrap();
-    let of = |name: &str| &processes.iter().find(|process| process[0] == name).unwrap()[1];
-    assert!(
-        of("controller")["left_out_ticks"].as_u64() >= Some(90),
-        "{}",
-        of("controller")
-    );
-    assert!(of("inverse")["late_ticks"].as_u64() >= Some(90), "{}", of("inverse"));
-    assert!(of("inverse")["longest_row"].as_u64() >= Some(90), "{}", of("inverse"));
+    summary_as_judged(&Finished::wait(launcher, LIMIT));
+    let logs = Logs::open(&RunFolder::open(&out)).unwrap();
+    let (controller, inverse) = (logs.of(NodeId::Controller).unwrap(), logs.of(NodeId::Inverse).unwrap());
+    let (first, last) = longest_hole(|tick| controller.record(tick).is_some(), controller.ticks());
+    assert!(last - first >= 90, "the controller stood still from {first} to {last}");
+    for tick in first..last {
+        let heard = inverse.consumed::<Demand>(tick);
+        assert!(heard.is_none_or(|demand| demand.tick < first), "at {tick}: {heard:?}");
+    }
     assert_safe(&out, id);
     assert_replays(&out);
 }
@@ -196,14 +207,12 @@ fn killed_estimators_inverses_and_recorders_come_back() {
             "{}",
             finished.err
         );
-        let summary = summary(&finished);
+        let summary = summary_as_judged(&finished);
         let restarts = summary["realtime"]["restarts"].as_array().unwrap();
         assert_eq!(restarts.len(), 1, "{restarts:?}");
-        // What was not seen is not called good: it depends on the instant of the kill how much that is.
-        let ticks = |which: &str| summary[which].as_u64().unwrap();
-        let mostly_seen = ticks("judged_ticks") >= ticks("unjudged_ticks");
-        assert_eq!(finished.code, Some(if mostly_seen { 0 } else { 1 }), "{}", finished.out);
-        assert!(node.is_some() || ticks("unjudged_ticks") > 0, "{summary}");
+        // What was not seen is not called good.
+        let unjudged = summary["unjudged_ticks"].as_u64();
+        assert!(node.is_some() || unjudged > Some(0), "{summary}");
         assert_eq!(restarts[0]["process"], name);
         assert_safe(&out, id);
         assert_replays(&out);
@@ -213,8 +222,8 @@ fn killed_estimators_inverses_and_recorders_come_back() {
         let again: Vec<u64> = (0..log.ticks())
             .filter(|tick| log.record(*tick).is_some_and(|record| record.start_number == 1))
             .collect();
-        assert!(again.len() > 100, "{name} came back for {} ticks", again.len());
-        // Its tokens reach the next node: consumed fresh, by the restarted process's peers that knew the old one.
+        assert!(again.len() > A_FEW, "{name} came back for {} ticks", again.len());
+        // Its tokens reach the next node, which knew the old one.
         let reader = if node == NodeId::Estimator {
             NodeId::Inverse
         } else {
@@ -222,23 +231,17 @@ fn killed_estimators_inverses_and_recorders_come_back() {
         };
         let reader = logs.of(reader).unwrap();
         let channel = log.layout().outputs[0];
-        let input = reader
-            .layout()
-            .inputs
-            .iter()
-            .position(|input| *input == channel)
-            .unwrap();
-        let heard = again
-            .iter()
-            .filter(|tick| {
-                reader
-                    .record(**tick)
-                    .is_some_and(|record| record.consumed[input] == Some(**tick))
-            })
-            .count();
+        let mut inputs = reader.layout().inputs.iter();
+        let input = inputs.position(|input| *input == channel).unwrap();
+        let mut heard: Vec<u64> = (0..reader.ticks())
+            .filter_map(|tick| reader.record(tick)?.consumed[input])
+            .filter(|tick| again.contains(tick))
+            .collect();
+        heard.dedup();
         assert!(
-            heard > 50,
-            "{heard} of {} tokens of the new {name} were heard in time",
+            heard.len() > A_FEW,
+            "{} of {} tokens of the new {name} were heard",
+            heard.len(),
             again.len()
         );
         if node == NodeId::Estimator {
@@ -270,7 +273,8 @@ fn one_process_keeps_time_too() {
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("run");
     let launcher = begin(&out, &["--embedded"]);
-    let finished = Finished::wait(launcher, LIMIT).expect(0);
+    let finished = Finished::wait(launcher, LIMIT);
+    summary_as_judged(&finished);
     // It cannot have taken less than the time that it lasts.
     assert!(finished.took >= Duration::from_secs(2), "{:?}", finished.took);
     assert_replays(&out);
