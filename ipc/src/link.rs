@@ -112,7 +112,6 @@ impl Connections {
             any_tick: self.any_tick.contains(&M::CHANNEL),
             silence_limit_ticks: watched.then_some(self.watched.1),
             late: 0,
-            first_due: None,
             latency: Latency::new(),
         })
     }
@@ -198,8 +197,6 @@ pub struct Receiver<M: Message> {
     any_tick: bool,
     silence_limit_ticks: Option<u64>,
     late: u64,
-    /// Not 0 in a process that was started again.
-    first_due: Option<u64>,
     latency: Latency,
 }
 
@@ -252,8 +249,7 @@ impl<M: Message> Receiver<M> {
                 if let Some(ahead) = self.newest.ahead_tick() {
                     pace.seen(ahead);
                 }
-                let first_due = *self.first_due.get_or_insert(due);
-                let missed_ticks = self.newest.behind(due).min(due + 1 - first_due);
+                let missed_ticks = self.newest.behind(due);
                 if self.silence_limit_ticks.is_some_and(|limit| missed_ticks > limit) {
                     return Err(LinkError::Silent {
                         reader: self.reader,

@@ -13,6 +13,8 @@ pub const NO_TOKEN: u32 = u32::MAX;
 pub struct Newest<M: Message> {
     held: Option<M>,
     ahead: Option<M>,
+    /// The tick that was asked for first: who takes the place of one that died has missed nothing before.
+    first_due: Option<u64>,
     /// Ticks of the channel that no token came for.
     missing: u64,
 }
@@ -24,6 +26,7 @@ impl<M: Message> Newest<M> {
     /// # Errors
     /// What `poll` says.
     pub fn advance<E>(&mut self, due: u64, mut poll: impl FnMut() -> Result<Option<M>, E>) -> Result<bool, E> {
+        self.first_due.get_or_insert(due);
         if let Some(token) = self.ahead.take_if(|token| token.tick() <= due) {
             self.hold(token);
         }
@@ -40,6 +43,7 @@ impl<M: Message> Newest<M> {
 
     fn hold(&mut self, token: M) {
         let expected = self.held.as_ref().map_or(0, |held| held.tick() + 1);
+        let expected = expected.max(self.first_due.unwrap_or_default());
         self.missing += token.tick().saturating_sub(expected);
         self.held = Some(token);
     }
@@ -49,9 +53,12 @@ impl<M: Message> Newest<M> {
         self.held.as_ref().is_some_and(|held| held.tick() == due)
     }
 
-    /// For how many ticks up to `due` there was no token: one of a later tick does not count, however long it waits.
+    /// For how many ticks up to `due`, since it was asked first, there was no token: one of a later tick does not count,
+    /// however long it waits.
     pub fn behind(&self, due: u64) -> u64 {
-        (due + 1).saturating_sub(self.held.as_ref().map_or(0, |held| held.tick() + 1))
+        let asked_for = due + 1 - self.first_due.unwrap_or(due).min(due);
+        let without = (due + 1).saturating_sub(self.held.as_ref().map_or(0, |held| held.tick() + 1));
+        without.min(asked_for)
     }
 
     /// The held token; the default token before the first.
@@ -118,6 +125,17 @@ mod tests {
         assert_eq!(take(&mut newest, &mut queue, 5), (4, false));
         queue.extend([5, 6, 7, 8].map(token));
         assert_eq!(take(&mut newest, &mut queue, 20), (8, false));
+        assert_eq!(newest.missing(), 1);
+    }
+
+    // Guards the count of a reader that takes the place of one that died: what passed before it came was not lost on it.
+    #[test]
+    fn nothing_is_missed_before_it_is_asked_for() {
+        let mut newest = Newest::default();
+        let mut queue = VecDeque::from([4998, 4999, 5001, 5002].map(token));
+        assert_eq!(take(&mut newest, &mut queue, 5000), (4999, true));
+        assert_eq!((newest.missing(), newest.behind(5000), newest.behind(5001)), (0, 1, 2));
+        assert_eq!(take(&mut newest, &mut queue, 5002), (5002, true));
         assert_eq!(newest.missing(), 1);
     }
 }
