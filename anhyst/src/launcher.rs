@@ -3,6 +3,7 @@
 mod blame;
 mod error;
 mod restart;
+mod stillness;
 
 use crate::across::{AcrossArguments, BRIDGE};
 use crate::external::{self, ExternalCommand};
@@ -17,6 +18,7 @@ pub use error::LaunchError;
 use std::collections::VecDeque;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
+use stillness::{Stillness, Watchman};
 
 /// How often the children are looked at: well within the two seconds in which a death must be reported.
 const WATCH_PERIOD: Duration = Duration::from_millis(10);
@@ -51,6 +53,7 @@ struct Running {
     /// Of the scenario's faults that stop it: for how long each, and when to wake it.
     stops: VecDeque<Duration>,
     wake_at: Option<Instant>,
+    stillness: Stillness,
     /// How much of its log has been looked at.
     heard_bytes: u64,
 }
@@ -60,6 +63,11 @@ impl Running {
     fn has_spoken(&mut self, folder: &RunFolder) -> bool {
         let bytes = std::fs::metadata(folder.log(&self.name)).map_or(0, |log| log.len());
         std::mem::replace(&mut self.heard_bytes, bytes) != bytes
+    }
+
+    /// How it has ended, in words.
+    fn how(&self) -> String {
+        self.stillness.describe().unwrap_or_else(|| blame::describe(self.ended))
     }
 
     fn failed(&self) -> bool {
@@ -182,6 +190,7 @@ fn start(
             restarts: Vec::new(),
             stops: stops.collect(),
             wake_at: None,
+            stillness: Stillness::default(),
             heard_bytes: 0,
         }));
     }
@@ -275,6 +284,7 @@ fn watch(
     let mut awaited = external.clone();
     let begin = Instant::now();
     let mut own_ended = None;
+    let mut watchman = Watchman::of(scenario);
     let mut tick = 0;
     loop {
         if let Some(observer) = &mut observer {
@@ -297,7 +307,10 @@ fn watch(
         }
         look(children);
         children.iter_mut().for_each(Running::wake);
-        restart::restart(scenario, folder, options, children, tick)?;
+        if let (Some(watchman), Some(observer)) = (&mut watchman, &mut observer) {
+            watchman.look(observer, children, tick);
+        }
+        restart::restart(scenario, folder, options, children, (tick, observer.as_mut()))?;
         let inquest = Inquest {
             scenario,
             folder,

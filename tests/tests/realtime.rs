@@ -4,14 +4,13 @@
 use anhyst::folder::RunFolder;
 use anhyst::realtime::Logs;
 use anhyst_ipc::{CoilField, Demand, Estimate, FieldKind, MOST_FIELDS, Message, NodeId, SafeField, Truth};
-use anhyst_tests::{A_FEW, Finished, children, files_with, start, summary_as_judged};
+use anhyst_tests::{A_FEW, Finished, LIMIT, children, files_with, start, summary_as_judged};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Child;
 use std::time::{Duration, Instant};
 
-const LIMIT: Duration = Duration::from_secs(60);
 const FIELD_LIMIT_A_PER_M: f64 = 30e3;
 
 /// A run of 2 s at 1 kHz whose error is not judged.
@@ -76,6 +75,7 @@ fn assert_safe(out: &Path, launcher: u32) {
         logs.of(NodeId::Plant).unwrap(),
     );
     let mut ticks = 0;
+    let lived = (0..plant.ticks()).filter(|tick| plant.record(*tick).is_some()).count() as u64;
     for tick in 0..guard.ticks() {
         if let Some(safe) = guard.token::<SafeField>(tick) {
             assert!(
@@ -91,7 +91,7 @@ fn assert_safe(out: &Path, launcher: u32) {
             );
         }
         // The plant's time has no holes.
-        assert!(finite(&plant.token::<Truth>(tick).unwrap()));
+        assert!(plant.token::<Truth>(tick).map_or(tick >= lived, |truth| finite(&truth)));
     }
     assert!(ticks > A_FEW, "only {ticks} ticks");
     assert_eq!(files_with(&format!("anhyst_{launcher}_")), Vec::<String>::new());
@@ -248,6 +248,64 @@ fn killed_estimators_inverses_and_recorders_come_back() {
             assert!(log.token::<Estimate>(again[0]).unwrap().shape_a_per_m > 0.0);
         }
     }
+}
+
+/// Guards against a process that neither ends nor goes on. Nobody waits for it: the field is safe, and the launcher notices.
+#[test]
+fn a_process_that_hangs_is_named_and_the_field_is_safe() {
+    for (name, pace) in [
+        ("controller", "FreeRunning"),
+        ("guard", "FreeRunning"),
+        ("plant-sim", "FreeRunning"),
+        ("plant-sim", "PacedByMeasurement"),
+        ("controller", "PacedByMeasurement"),
+    ] {
+        let root = tempfile::tempdir().unwrap();
+        let out = root.path().join("run");
+        let mut launcher = begin(
+            &out,
+            &["--set", "duration_s=60", "--set", &format!("clock.pace={pace}")],
+        );
+        let id = launcher.id();
+        let pid = process_at_work(&mut launcher, &out, name);
+        kill_process(pid, Signal::STOP).unwrap();
+        let finished = Finished::wait(launcher, LIMIT).expect(3);
+        let told = format!("{name} stood still for ");
+        assert!(finished.err.contains(&told), "{pace}: {}", finished.err);
+        assert!(!finished.err.contains("started again"), "{}", finished.err);
+        assert_safe(&out, id);
+        let logs = Logs::open(&RunFolder::open(&out)).unwrap();
+        let amplifier = logs.of(NodeId::Amplifier).unwrap();
+        let last = (0..amplifier.ticks())
+            .rev()
+            .find_map(|tick| amplifier.token::<CoilField>(tick));
+        assert!(last.unwrap().field_a_per_m.abs() <= 1.0, "{name}, {pace}: {last:?}");
+    }
+}
+
+/// Guards the same where the run can go on.
+#[test]
+fn an_estimator_that_hangs_is_started_again() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run");
+    let mut launcher = begin(&out, &["--set", "duration_s=10"]);
+    let id = launcher.id();
+    let pid = process_at_work(&mut launcher, &out, "estimator");
+    kill_process(pid, Signal::STOP).unwrap();
+    let finished = Finished::wait(launcher, LIMIT);
+    let summary = summary_as_judged(&finished);
+    let restarts = summary["realtime"]["restarts"].as_array().unwrap();
+    assert_eq!(restarts.len(), 1, "{restarts:?}");
+    assert!(
+        restarts[0]["how"].as_str().unwrap().starts_with("stood still for "),
+        "{restarts:?}"
+    );
+    assert_safe(&out, id);
+    assert_replays(&out);
+    let logs = Logs::open(&RunFolder::open(&out)).unwrap();
+    let log = logs.of(NodeId::Estimator).unwrap();
+    let again = (0..log.ticks()).filter(|tick| log.record(*tick).is_some_and(|record| record.start_number == 1));
+    assert!(again.count() > A_FEW);
 }
 
 /// Guards the limits of it: what the loop cannot do without ends the run by name.

@@ -62,7 +62,7 @@ impl Inquest<'_> {
                 let how = if self.was_told_to_end(running) {
                     "was told to end".into()
                 } else {
-                    describe(running.ended)
+                    running.how()
                 };
                 (running.name.clone(), how, self.words(running))
             }

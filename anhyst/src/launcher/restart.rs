@@ -1,11 +1,10 @@
 //! Starts again what a real-time loop can do without for a while: estimator, inverse, recorder.
 
-use super::blame::describe;
-use super::{LaunchError, Options, Running, start_own};
+use super::{LaunchError, Options, Running, Stillness, start_own};
 use crate::folder::RunFolder;
 use crate::realtime::Restart;
 use crate::scenario::Scenario;
-use anhyst_ipc::NodeId;
+use anhyst_ipc::{NodeId, Observer};
 
 /// True for a process of ours that the scenario permits to be started again.
 pub(super) fn may_come_back(scenario: &Scenario, running: &Running) -> bool {
@@ -29,7 +28,7 @@ pub(super) fn restart(
     folder: &RunFolder,
     options: &Options,
     children: &mut [Running],
-    tick: u64,
+    (tick, mut observer): (u64, Option<&mut Observer>),
 ) -> Result<(), LaunchError> {
     let Some(realtime) = scenario.clock.realtime() else {
         return Ok(());
@@ -50,7 +49,7 @@ pub(super) fn restart(
             continue;
         }
         left -= 1;
-        let how = describe(running.ended);
+        let how = running.how();
         crate::complain!("{} {how} at tick {tick}; it is started again", running.name);
         let refused = |cause: std::io::Error| LaunchError::Spawn {
             process: running.name.clone(),
@@ -59,6 +58,10 @@ pub(super) fn restart(
         running.child = start_own(&running.name, nodes, folder, options, true).map_err(refused)?;
         running.stops.clear();
         running.ended = None;
+        running.stillness = Stillness::default();
+        if let Some(observer) = &mut observer {
+            observer.forget(&running.name);
+        }
         running.restarts.push(Restart {
             process: running.name.clone(),
             how,

@@ -338,9 +338,10 @@ pub(super) fn event(
         .map_err(refused(format!("open the bell of {process}")))
 }
 
-/// Looks at the processes of a run without taking part: for progress bars.
+/// Looks at the processes of a run without taking part: for progress bars, and for whoever must notice that one stands still.
 pub struct Observer {
-    peers: BTreeMap<String, PeerStatus>,
+    /// By name, and by how many of that name there were before.
+    peers: BTreeMap<(String, u64), PeerStatus>,
     node: Node<ipc::Service>,
 }
 
@@ -358,10 +359,29 @@ impl Observer {
 
     /// The last finished tick of a process; `None` until it has started.
     pub fn tick_of(&mut self, process: &str) -> Option<u64> {
-        if !self.peers.contains_key(process) {
-            let status = PeerStatus::open(&self.node, process).ok()??;
-            self.peers.insert(process.into(), status);
+        self.tick_of_start(process, 0)
+    }
+
+    /// The last finished tick of whoever took the place of `process`, which was started again `restarts` times; `None` until
+    /// one of them has started.
+    pub fn tick_after(&mut self, process: &str, restarts: u64) -> Option<u64> {
+        // Whoever comes takes the first number that is free again.
+        (1..=restarts)
+            .filter_map(|start| self.tick_of_start(process, start))
+            .max()
+    }
+
+    /// Forgets what it knows of `process`: one that comes may take the number of one that died.
+    pub fn forget(&mut self, process: &str) {
+        self.peers.retain(|(known, _), _| known != process);
+    }
+
+    fn tick_of_start(&mut self, process: &str, start: u64) -> Option<u64> {
+        let key = (process.to_owned(), start);
+        if !self.peers.contains_key(&key) {
+            let status = PeerStatus::open_start(&self.node, process, start).ok()??;
+            self.peers.insert(key.clone(), status);
         }
-        self.peers.get(process).map(PeerStatus::tick)
+        self.peers.get(&key).map(PeerStatus::tick)
     }
 }

@@ -115,7 +115,8 @@ impl PeerStatus {
         later.map(|status| status.phase()).max().unwrap_or_default()
     }
 
-    fn open_start(node: &Node<ipc::Service>, process: &str, start: u64) -> Result<Option<Self>, LinkError> {
+    /// As [`PeerStatus::open`], of the `start`th process of this name.
+    pub fn open_start(node: &Node<ipc::Service>, process: &str, start: u64) -> Result<Option<Self>, LinkError> {
         // Any refusal may be a half-made service of a process that is just starting: the caller's time limit decides.
         let Ok(service) = node
             .service_builder(&service_name(process, start)?)
