@@ -13,3 +13,6 @@ pub use hosts::Hosts;
 pub use identity::{assert_same, first_difference, trail};
 pub use real_time::{A_FEW, summary_as_judged};
 pub use resources::{SharedMemory, files_with};
+
+/// After so long a test gives up on what hangs. Nobody's speed is judged by it.
+pub const LIMIT: std::time::Duration = std::time::Duration::from_secs(600);

@@ -1,8 +1,7 @@
 //! Guards the sentences that a user gets for a bad scenario: place, value, limit; exit status 2, nothing started.
 
-use anhyst_tests::{Finished, repository};
+use anhyst_tests::{Finished, LIMIT, repository};
 use std::path::Path;
-use std::time::Duration;
 
 /// miette may break a long sentence into lines: reads it as one.
 fn one_line(finished: Finished) -> Finished {
@@ -14,7 +13,7 @@ fn one_line(finished: Finished) -> Finished {
 fn check(text: &str, folder: &Path) -> Finished {
     let path = folder.join("bad.ron");
     std::fs::write(&path, text).unwrap();
-    let finished = Finished::run(&["check", &path.to_string_lossy()], Duration::from_secs(20)).expect(2);
+    let finished = Finished::run(&["check", &path.to_string_lossy()], LIMIT).expect(2);
     assert_eq!(finished.out, "");
     one_line(finished)
 }
@@ -136,17 +135,13 @@ fn an_unphysical_material_is_refused_in_its_own_file() {
 
 #[test]
 fn missing_files_and_bad_settings_are_refused() {
-    let refused = Finished::run(&["run", "scenarios/no_such.ron"], Duration::from_secs(20)).expect(2);
+    let refused = Finished::run(&["run", "scenarios/no_such.ron"], LIMIT).expect(2);
     assert!(
         refused.err.contains("scenarios/no_such.ron cannot be read"),
         "{}",
         refused.err
     );
-    let refused = Finished::run(
-        &["check", "scenarios/milling.ron", "--set", "plant.no.such=1"],
-        Duration::from_secs(20),
-    )
-    .expect(2);
+    let refused = Finished::run(&["check", "scenarios/milling.ron", "--set", "plant.no.such=1"], LIMIT).expect(2);
     assert!(refused.err.contains("`no`"), "{}", refused.err);
 }
 
@@ -240,7 +235,7 @@ fn faults_that_would_do_nothing_are_refused() {
         let faults = format!("faults=[{fault}]");
         let base = ["run", "scenarios/milling.ron", "--no-recording", "--out", &out];
         let base = [&base[..], &["--set", "duration_s=1", "--set", &faults], more].concat();
-        let refused = one_line(Finished::run(&base, Duration::from_secs(20)).expect(2));
+        let refused = one_line(Finished::run(&base, LIMIT).expect(2));
         assert!(
             refused.err.contains("milling.ron (as changed by --set):"),
             "{}",

@@ -2,14 +2,13 @@
 //! Needs `cargo build --release -p anhyst --features bridge` and the feature `bridge` here.
 
 use anhyst_ipc::{NodeId, combine};
-use anhyst_tests::{Finished, Hosts, children, files_with, start, trail};
+use anhyst_tests::{Finished, Hosts, LIMIT, children, files_with, start, trail};
 use rustix::process::{Pid, Signal, kill_process};
 use std::path::{Path, PathBuf};
 use std::process::Child;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-const LIMIT: Duration = Duration::from_secs(180);
 const RIG: &str = "plant-sim,amplifier";
 const REST: &str = "estimator,controller,inverse,guard,recorder";
 const SENDERS: [NodeId; 6] = [

@@ -2,14 +2,13 @@
 //! notice it. The foreign driver is this test's own executable, started again by the launcher's command.
 
 use anhyst_ipc::{Channel, Guest, GuestSettings, Heard, Observer};
-use anhyst_tests::{Finished, SharedMemory, anhyst, children, repository, start};
+use anhyst_tests::{Finished, LIMIT, SharedMemory, anhyst, children, repository, start};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-const LIMIT: Duration = Duration::from_secs(60);
 /// Longer than any of these runs lives.
 const DURATION: &str = "duration_s=300";
 const TICKS: u64 = 6_000_000;
@@ -154,7 +153,7 @@ fn driver_command(variables: &str) -> String {
 #[test]
 fn a_driver_that_ends_is_named_with_its_words() {
     for status in [5, 0] {
-        let command = driver_command(&format!("DRIVER_ENDS_AT_TICK=7001 DRIVER_STATUS={status}"));
+        let command = driver_command(&format!("DRIVER_ENDS_AT_TICK=701 DRIVER_STATUS={status}"));
         let told = Run::begin(&["--external-command", &command]).failed();
         let sentence = format!("amplifier ended with exit status {status} at tick ");
         assert_has(&told, &[&sentence, "the fan has failed"]);

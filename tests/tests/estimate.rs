@@ -1,12 +1,10 @@
 //! Guards `anhyst estimate` as a user runs it: a run made by the simulator, with noise, gives its parameters back.
 
 use anhyst_model::{ActuatorInputs, ActuatorModel, ActuatorOutputs, DriveSignal, HysteresisParameter, Noise, simulate};
-use anhyst_tests::Finished;
+use anhyst_tests::{Finished, LIMIT};
 use std::fmt::Write as _;
 use std::path::Path;
-use std::time::Duration;
 
-const LIMIT: Duration = Duration::from_secs(120);
 const TICK_S: f64 = 1e-4;
 const SECONDS: f64 = 2.0;
 const NOISE_M: f64 = 20e-9;

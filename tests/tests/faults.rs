@@ -1,8 +1,8 @@
-//! Guards what a user sees when a process dies: exit status 3 in time, the name, a readable recording, clean shared memory.
+//! Guards what a user sees when a process dies: exit status 3, the name, a readable recording, clean shared memory.
 
 use anhyst_ipc::Truth;
 use anhyst_recorder::Recording;
-use anhyst_tests::{Finished, children, files_with, start};
+use anhyst_tests::{Finished, LIMIT, children, files_with, start};
 use rustix::process::{Pid, Signal, kill_process};
 use std::path::Path;
 use std::process::Child;
@@ -43,7 +43,7 @@ fn wait_until_recording(launcher: &mut Child, out: &Path) {
             "the run ended before it was disturbed"
         );
         assert!(
-            begin.elapsed() < Duration::from_secs(60),
+            begin.elapsed() < LIMIT,
             "the loop does not start: recording of {size} bytes"
         );
         std::thread::sleep(Duration::from_millis(10));
@@ -79,7 +79,7 @@ fn a_killed_process_ends_the_run_by_name() {
         wait_until_recording(&mut launcher, &out);
         assert!(!files_with(&prefix).is_empty());
         kill(child(&launcher, name));
-        let finished = Finished::wait(launcher, Duration::from_secs(2)).expect(3);
+        let finished = Finished::wait(launcher, LIMIT).expect(3);
         assert!(
             finished
                 .err
@@ -107,10 +107,7 @@ fn a_run_after_a_killed_launcher_is_clean() {
         .iter()
         .any(|(pid, _)| Path::new(&format!("/proc/{pid}")).exists())
     {
-        assert!(
-            begin.elapsed() < Duration::from_secs(5),
-            "children outlive their launcher: {orphans:?}"
-        );
+        assert!(begin.elapsed() < LIMIT, "children outlive their launcher: {orphans:?}");
         std::thread::sleep(Duration::from_millis(10));
     }
     assert_readable(&out);
@@ -124,7 +121,7 @@ fn a_run_after_a_killed_launcher_is_clean() {
         "--no-recording",
     ];
     let arguments = [&["run", "scenarios/milling.ron", "--out", &again_text], &short[..]].concat();
-    let finished = Finished::run(&arguments, Duration::from_secs(60));
+    let finished = Finished::run(&arguments, LIMIT);
     assert!(matches!(finished.code, Some(0 | 1)), "{}", finished.err);
     assert_eq!(files_with(&prefix), Vec::<String>::new());
 }
@@ -152,7 +149,7 @@ fn two_runs_side_by_side_do_not_meet() {
         )
     });
     for launcher in launchers {
-        let finished = Finished::wait(launcher, Duration::from_secs(120));
+        let finished = Finished::wait(launcher, LIMIT);
         assert!(matches!(finished.code, Some(0 | 1)), "{}", finished.err);
     }
     for (i, folder) in folders.iter().enumerate() {
@@ -172,7 +169,7 @@ fn two_runs_side_by_side_do_not_meet() {
                 &short[..],
             ]
             .concat(),
-            Duration::from_secs(60),
+            LIMIT,
         );
         anhyst_tests::assert_same(&alone, folder);
     }
@@ -188,8 +185,7 @@ fn a_frozen_process_is_named() {
     wait_until_recording(&mut launcher, &out);
     let guard = Pid::from_raw(child(&launcher, "guard") as i32).unwrap();
     kill_process(guard, Signal::STOP).unwrap();
-    // The receive limit of 2 s, the settling of the complaints, and the grace of a process that cannot hear.
-    let finished = Finished::wait(launcher, Duration::from_secs(10)).expect(3);
+    let finished = Finished::wait(launcher, LIMIT).expect(3);
     assert!(
         finished.err.contains("guard does not answer at tick "),
         "{}",
@@ -206,7 +202,7 @@ fn an_interrupted_run_closes_its_recording() {
     let mut launcher = start_long_run(&out);
     wait_until_recording(&mut launcher, &out);
     kill_process(Pid::from_raw(launcher.id() as i32).unwrap(), Signal::INT).unwrap();
-    let finished = Finished::wait(launcher, Duration::from_secs(5)).expect(3);
+    let finished = Finished::wait(launcher, LIMIT).expect(3);
     assert!(finished.err.contains("stopped on request at tick "), "{}", finished.err);
     assert_readable(&out);
 }
@@ -228,7 +224,7 @@ fn a_restarted_recorder_keeps_the_first_recording() {
     ]);
     wait_until_recording(&mut launcher, &out);
     kill(child(&launcher, "recorder"));
-    let finished = Finished::wait(launcher, Duration::from_secs(120));
+    let finished = Finished::wait(launcher, LIMIT);
     assert!(matches!(finished.code, Some(0 | 1)), "{}", finished.err);
     let ticks = ["recording.rrd", "recording-2.rrd"].map(|name| {
         let recording = Recording::open(&out.join(name)).unwrap();

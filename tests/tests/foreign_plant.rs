@@ -5,12 +5,10 @@
 use anhyst::folder::RunFolder;
 use anhyst::realtime::Logs;
 use anhyst_ipc::{Measurement, NodeId};
-use anhyst_tests::{A_FEW, Finished, files_with, python, start, summary_as_judged};
+use anhyst_tests::{A_FEW, Finished, LIMIT, files_with, python, start, summary_as_judged};
 use serde_json::Value;
 use std::path::Path;
-use std::time::Duration;
 
-const LIMIT: Duration = Duration::from_secs(120);
 const FIELD_LIMIT_A_PER_M: f64 = 30e3;
 /// Alone: what is external, and where nodes are placed.
 const ALONE: (&str, &str) = ("plant", "placement=Separate");

@@ -1,11 +1,9 @@
 //! Guards the promise that a run's bits do not depend on where and how it runs: processes, placement, start order, build.
 
-use anhyst_tests::{Finished, assert_same, first_difference, repository};
+use anhyst_tests::{Finished, LIMIT, assert_same, first_difference, repository};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::Duration;
 
-const LIMIT: Duration = Duration::from_secs(120);
 const SHORT: [&str; 4] = ["--set", "duration_s=0.2", "--set", "expect.settling_s=0.1"];
 
 /// Runs the milling scenario, shortened; whether its tolerance holds so early does not matter here.

@@ -2,10 +2,9 @@
 //! status 3 and the culprit's name, nothing is left in shared memory, and the last field is the safe one within the ticks
 //! that docs/safety.md states. With the feature `recorder` the runs are recorded, and the recordings readable up to the fault.
 
-use anhyst_tests::{Finished, files_with, start};
+use anhyst_tests::{Finished, LIMIT, files_with, start};
 use serde_json::Value;
 use std::path::Path;
-use std::time::Duration;
 
 /// Their names as processes and as nodes of a scenario.
 const PROCESSES: [(&str, &str); 7] = [
@@ -91,7 +90,7 @@ fn run(case: &Case) {
     let launcher = start(&arguments.into_iter().chain(quiet).chain(settings).collect::<Vec<_>>());
     let prefix = format!("anhyst_{}_", launcher.id());
     let what = format!("{} {} at tick {}", case.name, case.kind, case.tick);
-    let finished = Finished::wait(launcher, Duration::from_secs(60)).expect(3);
+    let finished = Finished::wait(launcher, LIMIT).expect(3);
     assert!(
         finished.err.contains(&format!("{} ", case.name)),
         "{what}: {}",
@@ -166,7 +165,7 @@ fn a_short_stop_changes_no_bit() {
         let out = root.path().join(name);
         let out_text = out.to_string_lossy().into_owned();
         let arguments = [&["run", "scenarios/milling.ron", "--out", &out_text], &short[..], fault].concat();
-        let finished = Finished::run(&arguments, Duration::from_secs(60));
+        let finished = Finished::run(&arguments, LIMIT);
         assert!(matches!(finished.code, Some(0 | 1)), "{}", finished.err);
         std::fs::read_to_string(out.join("digest.txt")).unwrap()
     };
@@ -200,7 +199,7 @@ fn injected_faults_have_the_same_bits_everywhere() {
             more,
         ]
         .concat();
-        let finished = Finished::run(&arguments, Duration::from_secs(60));
+        let finished = Finished::run(&arguments, LIMIT);
         assert!(matches!(finished.code, Some(0 | 1)), "{}", finished.err);
     }
     anhyst_tests::assert_same(&folders[0], &folders[1]);

@@ -1,11 +1,9 @@
 //! Guards results: two runs into one folder at the same time would overwrite each other's.
 
-use anhyst_tests::{Finished, start};
+use anhyst_tests::{Finished, LIMIT, start};
 use std::path::Path;
 use std::process::Child;
 use std::time::{Duration, Instant};
-
-const LIMIT: Duration = Duration::from_secs(120);
 
 /// Killed when dropped, so that a failing test leaves nothing running.
 struct Ended(Child);

@@ -1,9 +1,6 @@
 //! Guards `anhyst paper` and `anhyst laws`: the page stands alone, and the paper's claims hold in the figures printed on it.
 
-use anhyst_tests::Finished;
-use std::time::Duration;
-
-const LIMIT: Duration = Duration::from_secs(120);
+use anhyst_tests::{Finished, LIMIT};
 
 #[test]
 fn the_page_stands_alone_and_the_estimates_arrive() {

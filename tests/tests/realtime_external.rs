@@ -4,14 +4,13 @@
 use anhyst::folder::RunFolder;
 use anhyst::realtime::Logs;
 use anhyst_ipc::{CoilField, NodeId, SafeField};
-use anhyst_tests::{A_FEW, Finished, anhyst, children, files_with, python, start, summary_as_judged};
+use anhyst_tests::{A_FEW, Finished, LIMIT, anhyst, children, files_with, python, start, summary_as_judged};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Child;
 use std::time::{Duration, Instant};
 
-const LIMIT: Duration = Duration::from_secs(60);
 const FIELD_LIMIT_A_PER_M: f64 = 30e3;
 const TICK_S: f64 = 1e-3;
 /// Status bits of a coil field: on the way to the safe field by itself, and there.

@@ -1,10 +1,7 @@
 //! Guards that a recording is enough to run any node again, bit for bit, and that the comparison can fail.
 
-use anhyst_tests::Finished;
+use anhyst_tests::{Finished, LIMIT};
 use serde_json::Value;
-use std::time::Duration;
-
-const LIMIT: Duration = Duration::from_secs(120);
 
 #[test]
 fn recorded_tokens_replay_every_node_and_a_change_is_found() {

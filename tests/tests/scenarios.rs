@@ -1,10 +1,7 @@
 //! Guards what the shipped scenarios promise: each holds what it expects, and the adaptive loop is worth its trouble.
 
-use anhyst_tests::{Finished, repository};
+use anhyst_tests::{Finished, LIMIT, repository};
 use serde_json::Value;
-use std::time::Duration;
-
-const LIMIT: Duration = Duration::from_secs(120);
 
 fn run(scenario: &str) -> Value {
     let root = tempfile::tempdir().unwrap();

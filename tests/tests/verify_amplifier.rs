@@ -1,12 +1,10 @@
 //! Guards `anhyst verify-amplifier`: the right amplifier passes, and each wrong one fails for what it does wrong and for
 //! nothing else. No bound here is on time: the latency limit is ten seconds.
 
-use anhyst_tests::{Finished, SharedMemory, anhyst, files_with, start};
+use anhyst_tests::{Finished, LIMIT, SharedMemory, anhyst, files_with, start};
 use serde_json::Value;
 use std::path::Path;
 use std::time::Duration;
-
-const LIMIT: Duration = Duration::from_secs(180);
 
 /// What each wrong amplifier does, the checks that must fail, and the exit status.
 const WRONG: [(&str, &[&str], i32); 19] = [

@@ -1,12 +1,9 @@
 //! Guards the examples: whoever copies one starts from an amplifier that `anhyst verify-amplifier` passes, with the limits that
 //! its description states. No bound here is on time: the latency limit is ten seconds.
 
-use anhyst_tests::{Finished, anhyst, c_amplifier, files_with, iio_device, python, start};
+use anhyst_tests::{Finished, LIMIT, anhyst, c_amplifier, files_with, iio_device, python, start};
 use serde_json::Value;
 use std::path::Path;
-use std::time::Duration;
-
-const LIMIT: Duration = Duration::from_secs(240);
 
 /// Verifies against `amplifier`, the stated constants. Passed checks, and names of those that were not judged.
 fn passes(amplifier: &str, command: &str) -> (usize, Vec<String>) {
