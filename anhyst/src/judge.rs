@@ -20,6 +20,9 @@ pub struct Judge {
 /// So much more than the guard's limit may be in the coil: an amplifier's own limit, noise and resolution are not the guard's.
 const COIL_MARGIN: f64 = 1.01;
 
+/// Bits of the coil's status while the amplifier's own watchdog leads the field: on the way, there, on the way back.
+const WATCHDOG: u64 = 4 | 8 | 16;
+
 /// What came of it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
@@ -61,6 +64,12 @@ pub struct Verdict {
     pub temperature_peak_k: f64,
     /// Ticks in which the guard limited the field or took it away.
     pub guarded_ticks: u64,
+    /// Ticks in which the amplifier went its own way, because it heard nothing: to its safe field, there, and back.
+    #[serde(default)]
+    pub watchdog_ticks: u64,
+    /// The first of them.
+    #[serde(default)]
+    pub first_watchdog_tick: u64,
     /// Number of the first event that the guard raised, 0 for none.
     pub first_event: u64,
     /// The tick of that event.
@@ -108,6 +117,12 @@ impl Judge {
         verdict.guarded_ticks += u64::from(field.status != 0);
         if field.event != 0 && verdict.first_event == 0 {
             (verdict.first_event, verdict.first_event_tick) = (field.event, tick);
+        }
+        if coil.status & WATCHDOG != 0 {
+            if verdict.watchdog_ticks == 0 {
+                verdict.first_watchdog_tick = tick;
+            }
+            verdict.watchdog_ticks += 1;
         }
         verdict.a_estimated_a_per_m = estimate.shape_a_per_m;
         verdict.a_true_a_per_m = truth.shape_a_per_m;
@@ -213,16 +228,17 @@ impl Verdict {
 mod tests {
     use super::*;
 
+    const EXPECT: Expect = Expect {
+        tolerance_m: 1e-6,
+        settling_s: 0.0,
+        error_rms_m: None,
+        a_final_error_a_per_m: None,
+    };
+
     // Guards against a verdict on nothing: with every demand late no error is judged, and that is no success.
     #[test]
     fn a_run_of_which_nothing_was_judged_does_not_hold() {
-        let expect = Expect {
-            tolerance_m: 1e-6,
-            settling_s: 0.0,
-            error_rms_m: None,
-            a_final_error_a_per_m: None,
-        };
-        let mut judge = Judge::new(expect, 1e-3, 1e4);
+        let mut judge = Judge::new(EXPECT, 1e-3, 1e4);
         let see = |judge: &mut Judge, tick: u64, demanded: u64| {
             let truth = Truth {
                 tick,
@@ -236,25 +252,36 @@ mod tests {
             judge.observe(tick, &truth, &Estimate::default(), &demand, fields);
         };
         see(&mut judge, 5, 4);
-        assert!(judge.verdict().failures(&expect)[0].contains("not one of 1 ticks"));
+        assert!(judge.verdict().failures(&EXPECT)[0].contains("not one of 1 ticks"));
         see(&mut judge, 6, 6);
-        assert!(judge.verdict().failures(&expect).is_empty());
+        assert!(judge.verdict().failures(&EXPECT).is_empty());
         // Of three ticks two went by while the judge's process was not there.
-        let most = judge.verdict().of_ticks(3, 1e-3, &expect);
-        assert_eq!((most.unjudged_ticks, most.failures(&expect).len()), (2, 1));
+        let most = judge.verdict().of_ticks(3, 1e-3, &EXPECT);
+        assert_eq!((most.unjudged_ticks, most.failures(&EXPECT).len()), (2, 1));
+    }
+
+    // Guards against blaming the guard: the amplifier takes the field away by itself, and the summary must tell.
+    #[test]
+    fn an_amplifier_that_goes_its_own_way_is_counted() {
+        let mut judge = Judge::new(EXPECT, 1e-3, 1e4);
+        for (tick, status) in [1 | 2, 4, 8, 16, 0].into_iter().enumerate() {
+            let coil = CoilField {
+                status,
+                ..CoilField::default()
+            };
+            let (truth, demand) = (Truth::default(), Demand::default());
+            let fields = (&SafeField::default(), &coil);
+            judge.observe(tick as u64, &truth, &Estimate::default(), &demand, fields);
+        }
+        let verdict = judge.verdict();
+        assert_eq!((verdict.watchdog_ticks, verdict.first_watchdog_tick), (3, 1));
     }
 
     // Guards that a cut whose field was beyond every limit, or no number, is never called good, however small its error.
     #[test]
     fn a_wild_field_does_not_hold() {
-        let expect = Expect {
-            tolerance_m: 1e-6,
-            settling_s: 0.0,
-            error_rms_m: None,
-            a_final_error_a_per_m: None,
-        };
         let failures = |asked: f64, in_coil: f64| {
-            let mut judge = Judge::new(expect, 1e-3, 1e4);
+            let mut judge = Judge::new(EXPECT, 1e-3, 1e4);
             let asked = SafeField {
                 field_a_per_m: asked,
                 ..SafeField::default()
@@ -265,7 +292,7 @@ mod tests {
             };
             let (truth, demand) = (Truth::default(), Demand::default());
             judge.observe(0, &truth, &Estimate::default(), &demand, (&asked, &in_coil));
-            judge.verdict().failures(&expect)
+            judge.verdict().failures(&EXPECT)
         };
         assert_eq!(failures(1e4, -1.01e4), Vec::<String>::new());
         assert!(failures(1.000_1e4, 0.0)[0].contains("beyond the guard's limit in 1 ticks"));

@@ -153,6 +153,13 @@ impl Summary {
                 format!("{} ticks{}", verdict.guarded_ticks, first.unwrap_or_default()),
             );
         }
+        if verdict.watchdog_ticks > 0 {
+            let (ticks, first) = (verdict.watchdog_ticks, verdict.first_watchdog_tick);
+            row(
+                "amplifier's watchdog acted in",
+                format!("{ticks} ticks, first at tick {first}"),
+            );
+        }
         row("ticks", format!("{} ({} lost)", self.ticks, self.lost_tokens));
         row(
             "ticks per second",
