@@ -1,10 +1,11 @@
-//! What a real-time process asks of the system: priority, locked memory, a CPU of its own, exact timers. Nothing is required:
+//! What a real-time process asks of the system: priority, locked memory, a CPU of its own, one that is awake, exact timers. Nothing is required:
 //! each attempt is reported with what the system said.
 
 use crate::scenario::Realtime;
 use anhyst_ipc::NodeId;
 use rustix::thread::{CpuSet, sched_setaffinity, set_current_timer_slack};
 use serde::{Deserialize, Serialize};
+use std::io::Write as _;
 use std::num::NonZeroU64;
 
 /// One thing that was asked for.
@@ -44,6 +45,10 @@ pub fn ask(realtime: &Realtime, nodes: &[NodeId], index: usize) -> Vec<Attempt> 
     if realtime.lock_memory {
         attempts.push(Attempt::of("locked memory".into(), lock_memory()));
     }
+    if let Some(latency_us) = realtime.cpu_latency_us.filter(|_| !records) {
+        let what = format!("cores awake within {latency_us} µs");
+        attempts.push(Attempt::of(what, bound_wake_up(latency_us)));
+    }
     let cpu = realtime.cpus.get(index % realtime.cpus.len().max(1));
     if let Some(cpu) = cpu.filter(|_| !records) {
         let mut set = CpuSet::new();
@@ -68,6 +73,15 @@ fn become_fifo(priority: u8) -> std::io::Result<()> {
     parameter.sched_priority = priority.into();
     // SAFETY: process 0 is the caller, the parameter is valid for the call.
     last_error(unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const parameter) })
+}
+
+/// The kernel keeps to the smallest of what the open files of this device ask for, as long as they are open.
+fn bound_wake_up(latency_us: u32) -> std::io::Result<()> {
+    let mut device = std::fs::OpenOptions::new().write(true).open("/dev/cpu_dma_latency")?;
+    device.write_all(&latency_us.to_ne_bytes())?;
+    // Until the process ends.
+    std::mem::forget(device);
+    Ok(())
 }
 
 fn lock_memory() -> std::io::Result<()> {

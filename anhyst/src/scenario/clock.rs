@@ -43,6 +43,8 @@ pub struct Realtime {
     pub cpus: Vec<usize>,
     /// Ask that no page of a process is ever swapped out.
     pub lock_memory: bool,
+    /// Longest time, µs, that a core may take to wake up: 0 keeps it from sleeping.
+    pub cpu_latency_us: Option<u32>,
     /// Nodes whose process is started again if it dies: estimator, inverse, recorder.
     pub restart: Vec<NodeId>,
     /// How often, all processes together.
@@ -60,6 +62,7 @@ impl Default for Realtime {
             priority: None,
             cpus: Vec::new(),
             lock_memory: false,
+            cpu_latency_us: None,
             restart: RESTARTABLE.to_vec(),
             most_restarts: 3,
             log_tokens: true,
