@@ -11,7 +11,7 @@ pub use command::{Finished, anhyst, children, repository, start};
 pub use example::{c_amplifier, iio_device, python};
 pub use hosts::Hosts;
 pub use identity::{assert_same, first_difference, trail};
-pub use real_time::{A_FEW, summary_as_judged};
+pub use real_time::{A_FEW, alone, summary_as_judged};
 pub use resources::{SharedMemory, files_with};
 
 /// After so long a test gives up on what hangs. Nobody's speed is judged by it.

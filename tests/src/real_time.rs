@@ -2,6 +2,7 @@
 
 use crate::Finished;
 use serde_json::Value;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// So many tokens at the least must have gone from one process to another: more is a matter of the machine.
 pub const A_FEW: usize = 10;
@@ -15,4 +16,10 @@ pub fn summary_as_judged(finished: &Finished) -> Value {
     let code = if mostly_judged { 0 } else { 1 };
     assert_eq!(finished.code, Some(code), "{}\n{}", summary["failures"], finished.err);
     summary
+}
+
+/// One real-time run at a time: with priority, several would leave a process that has yet to start no time on two cores.
+pub fn alone() -> MutexGuard<'static, ()> {
+    static ONE: Mutex<()> = Mutex::new(());
+    ONE.lock().unwrap_or_else(PoisonError::into_inner)
 }

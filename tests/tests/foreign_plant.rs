@@ -5,7 +5,7 @@
 use anhyst::folder::RunFolder;
 use anhyst::realtime::Logs;
 use anhyst_ipc::{Measurement, NodeId};
-use anhyst_tests::{A_FEW, Finished, LIMIT, files_with, python, start, summary_as_judged};
+use anhyst_tests::{A_FEW, Finished, LIMIT, alone, files_with, python, start, summary_as_judged};
 use serde_json::Value;
 use std::path::Path;
 
@@ -35,6 +35,7 @@ fn run(out: &Path, scenario: &str, (process, placement): (&str, &str), settings:
 
 #[test]
 fn in_lockstep_a_python_plant_gives_the_same_bits_twice() {
+    let _alone = alone();
     let Some(python) = python() else { return };
     let root = tempfile::tempdir().unwrap();
     for (index, kind) in [ALONE, WITH_AMPLIFIER].into_iter().enumerate() {
@@ -52,6 +53,7 @@ fn in_lockstep_a_python_plant_gives_the_same_bits_twice() {
 /// Guards the timer of the foreign plant: nobody else has one, and the run comes to its end.
 #[test]
 fn in_real_time_a_python_plant_has_the_timer() {
+    let _alone = alone();
     let Some(python) = python() else { return };
     let root = tempfile::tempdir().unwrap();
     for (pace, kind) in [("PacedByMeasurement", ALONE), ("FreeRunning", WITH_AMPLIFIER)] {

@@ -4,7 +4,7 @@
 use anhyst::folder::RunFolder;
 use anhyst::realtime::Logs;
 use anhyst_ipc::{CoilField, Demand, Estimate, FieldKind, MOST_FIELDS, Message, NodeId, SafeField, Truth};
-use anhyst_tests::{A_FEW, Finished, LIMIT, children, files_with, start, summary_as_judged};
+use anhyst_tests::{A_FEW, Finished, LIMIT, alone, children, files_with, start, summary_as_judged};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::path::Path;
@@ -128,6 +128,7 @@ fn flip_a_bit(out: &Path, node: NodeId, mut tick: u64) -> u64 {
 
 #[test]
 fn a_real_time_run_replays_bit_for_bit_and_one_bit_is_found() {
+    let _alone = alone();
     for pace in ["FreeRunning", "PacedByMeasurement"] {
         let root = tempfile::tempdir().unwrap();
         let out = root.path().join("run");
@@ -138,6 +139,18 @@ fn a_real_time_run_replays_bit_for_bit_and_one_bit_is_found() {
         let realtime = &summary["realtime"];
         assert_eq!(realtime["processes"].as_array().unwrap().len(), 7);
         assert_eq!(realtime["restarts"].as_array().unwrap().len(), 0);
+        // Timers, priority, memory and a core that is awake: granted, or refused with a reason.
+        let [_, estimator] = &realtime["processes"][1].as_array().unwrap()[..] else {
+            panic!("{realtime}");
+        };
+        let asked = estimator["asked"].as_array().unwrap();
+        assert_eq!(asked.len(), 4, "{asked:?}");
+        assert!(
+            asked
+                .iter()
+                .all(|asked| asked["granted"] == asked["refused_because"].is_null()),
+            "{asked:?}"
+        );
         assert_safe(&out, id);
         assert_replays(&out);
 
@@ -164,6 +177,7 @@ fn longest_hole(has_record: impl Fn(u64) -> bool, ticks: u64) -> (u64, u64) {
 /// Guards missed deadlines: a controller that stands still for 0.1 s is not waited for, and leaves out what has passed.
 #[test]
 fn a_stopped_controller_costs_ticks_and_nothing_else() {
+    let _alone = alone();
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("run");
     let mut launcher = begin(&out, &[]);
@@ -185,74 +199,85 @@ fn a_stopped_controller_costs_ticks_and_nothing_else() {
     assert_replays(&out);
 }
 
-/// Guards restarts: what dies comes back, is heard again, and the run ends well.
+/// The ticks of a node's second process.
+fn ticks_of_the_second(logs: &Logs, node: NodeId) -> Vec<u64> {
+    let log = logs.of(node).unwrap();
+    (0..log.ticks())
+        .filter(|tick| log.record(*tick).is_some_and(|record| record.start_number == 1))
+        .collect()
+}
+
+/// Kills a process of a run that lasts so long, and checks what must hold however long the next one takes to come.
+fn kill_one(name: &str, duration_s: u32, out: &Path) -> Value {
+    let duration = format!("duration_s={duration_s}");
+    // Judged from the first tick: a recorder that dies has then always seen ticks that its successor has not.
+    let mut launcher = begin(out, &["--set", &duration, "--set", "expect.settling_s=0"]);
+    let id = launcher.id();
+    let pid = process_at_work(&mut launcher, out, name);
+    kill_process(pid, Signal::KILL).unwrap();
+    let finished = Finished::wait(launcher, LIMIT);
+    let told = format!("{name} was killed by signal 9 at tick ");
+    assert!(
+        finished.err.contains(&told) && finished.err.contains("started again"),
+        "{}",
+        finished.err
+    );
+    let summary = summary_as_judged(&finished);
+    let restarts = summary["realtime"]["restarts"].as_array().unwrap();
+    assert_eq!(restarts.len(), 1, "{restarts:?}");
+    assert_eq!(restarts[0]["process"], name);
+    assert_safe(out, id);
+    assert_replays(out);
+    summary
+}
+
+/// Guards restarts: what dies comes back, is heard again by those who knew the old one, and the run ends well.
 #[test]
-fn killed_estimators_inverses_and_recorders_come_back() {
-    for (name, node) in [
-        ("estimator", Some(NodeId::Estimator)),
-        ("inverse", Some(NodeId::Inverse)),
-        ("recorder", None),
+fn killed_estimators_and_inverses_come_back() {
+    let _alone = alone();
+    for (name, node, reader) in [
+        ("estimator", NodeId::Estimator, NodeId::Inverse),
+        ("inverse", NodeId::Inverse, NodeId::Guard),
     ] {
         let root = tempfile::tempdir().unwrap();
-        let out = root.path().join("run");
-        // Judged from the first tick: a recorder that dies has then always seen ticks that its successor has not.
-        let mut launcher = begin(&out, &["--set", "duration_s=4", "--set", "expect.settling_s=0"]);
-        let id = launcher.id();
-        let pid = process_at_work(&mut launcher, &out, name);
-        kill_process(pid, Signal::KILL).unwrap();
-        let finished = Finished::wait(launcher, LIMIT);
-        let told = format!("{name} was killed by signal 9 at tick ");
-        assert!(
-            finished.err.contains(&told) && finished.err.contains("started again"),
-            "{}",
-            finished.err
-        );
-        let summary = summary_as_judged(&finished);
-        let restarts = summary["realtime"]["restarts"].as_array().unwrap();
-        assert_eq!(restarts.len(), 1, "{restarts:?}");
-        // What was not seen is not called good.
-        let unjudged = summary["unjudged_ticks"].as_u64();
-        assert!(node.is_some() || unjudged > Some(0), "{summary}");
-        assert_eq!(restarts[0]["process"], name);
-        assert_safe(&out, id);
-        assert_replays(&out);
-        let Some(node) = node else { continue };
-        let logs = Logs::open(&RunFolder::open(&out)).unwrap();
-        let log = logs.of(node).unwrap();
-        let again: Vec<u64> = (0..log.ticks())
-            .filter(|tick| log.record(*tick).is_some_and(|record| record.start_number == 1))
-            .collect();
-        assert!(again.len() > A_FEW, "{name} came back for {} ticks", again.len());
-        // Its tokens reach the next node, which knew the old one.
-        let reader = if node == NodeId::Estimator {
-            NodeId::Inverse
-        } else {
-            NodeId::Guard
-        };
-        let reader = logs.of(reader).unwrap();
-        let channel = log.layout().outputs[0];
-        let mut inputs = reader.layout().inputs.iter();
-        let input = inputs.position(|input| *input == channel).unwrap();
-        let mut heard: Vec<u64> = (0..reader.ticks())
-            .filter_map(|tick| reader.record(tick)?.consumed[input])
-            .filter(|tick| again.contains(tick))
-            .collect();
-        heard.dedup();
-        assert!(
-            heard.len() > A_FEW,
-            "{} of {} tokens of the new {name} were heard",
-            heard.len(),
-            again.len()
-        );
-        if node == NodeId::Estimator {
-            assert!(log.token::<Estimate>(again[0]).unwrap().shape_a_per_m > 0.0);
-        }
+        // How long a process takes to start is a matter of the machine.
+        let came_back = [4, 20, 100].into_iter().any(|duration_s| {
+            let out = root.path().join(format!("{duration_s}"));
+            kill_one(name, duration_s, &out);
+            let logs = Logs::open(&RunFolder::open(&out)).unwrap();
+            let again = ticks_of_the_second(&logs, node);
+            if node == NodeId::Estimator && !again.is_empty() {
+                let first = logs.of(node).unwrap().token::<Estimate>(again[0]);
+                assert!(first.unwrap().shape_a_per_m > 0.0);
+            }
+            let channel = logs.of(node).unwrap().layout().outputs[0];
+            let reader = logs.of(reader).unwrap();
+            let mut inputs = reader.layout().inputs.iter();
+            let input = inputs.position(|input| *input == channel).unwrap();
+            let mut heard: Vec<u64> = (0..reader.ticks())
+                .filter_map(|tick| reader.record(tick)?.consumed[input])
+                .filter(|tick| again.contains(tick))
+                .collect();
+            heard.dedup();
+            heard.len() > A_FEW
+        });
+        assert!(came_back, "no second {name} was heard");
     }
+}
+
+/// Guards the verdict on a run that was not seen as a whole.
+#[test]
+fn a_killed_recorder_comes_back_and_says_what_it_has_not_seen() {
+    let _alone = alone();
+    let root = tempfile::tempdir().unwrap();
+    let summary = kill_one("recorder", 4, &root.path().join("run"));
+    assert!(summary["unjudged_ticks"].as_u64() > Some(0), "{summary}");
 }
 
 /// Guards against a process that neither ends nor goes on. Nobody waits for it: the field is safe, and the launcher notices.
 #[test]
 fn a_process_that_hangs_is_named_and_the_field_is_safe() {
+    let _alone = alone();
     for (name, pace) in [
         ("controller", "FreeRunning"),
         ("guard", "FreeRunning"),
@@ -286,31 +311,32 @@ fn a_process_that_hangs_is_named_and_the_field_is_safe() {
 /// Guards the same where the run can go on.
 #[test]
 fn an_estimator_that_hangs_is_started_again() {
+    let _alone = alone();
     let root = tempfile::tempdir().unwrap();
-    let out = root.path().join("run");
-    let mut launcher = begin(&out, &["--set", "duration_s=10"]);
-    let id = launcher.id();
-    let pid = process_at_work(&mut launcher, &out, "estimator");
-    kill_process(pid, Signal::STOP).unwrap();
-    let finished = Finished::wait(launcher, LIMIT);
-    let summary = summary_as_judged(&finished);
-    let restarts = summary["realtime"]["restarts"].as_array().unwrap();
-    assert_eq!(restarts.len(), 1, "{restarts:?}");
-    assert!(
-        restarts[0]["how"].as_str().unwrap().starts_with("stood still for "),
-        "{restarts:?}"
-    );
-    assert_safe(&out, id);
-    assert_replays(&out);
-    let logs = Logs::open(&RunFolder::open(&out)).unwrap();
-    let log = logs.of(NodeId::Estimator).unwrap();
-    let again = (0..log.ticks()).filter(|tick| log.record(*tick).is_some_and(|record| record.start_number == 1));
-    assert!(again.count() > A_FEW);
+    let came_back = [8, 30, 120].into_iter().any(|duration_s| {
+        let out = root.path().join(format!("{duration_s}"));
+        let mut launcher = begin(&out, &["--set", &format!("duration_s={duration_s}")]);
+        let id = launcher.id();
+        let pid = process_at_work(&mut launcher, &out, "estimator");
+        kill_process(pid, Signal::STOP).unwrap();
+        let finished = Finished::wait(launcher, LIMIT);
+        let summary = summary_as_judged(&finished);
+        let restarts = summary["realtime"]["restarts"].as_array().unwrap();
+        assert_eq!(restarts.len(), 1, "{restarts:?}");
+        let how = restarts[0]["how"].as_str().unwrap();
+        assert!(how.starts_with("stood still for "), "{how}");
+        assert_safe(&out, id);
+        assert_replays(&out);
+        let logs = Logs::open(&RunFolder::open(&out)).unwrap();
+        ticks_of_the_second(&logs, NodeId::Estimator).len() > A_FEW
+    });
+    assert!(came_back, "no second estimator worked");
 }
 
 /// Guards the limits of it: what the loop cannot do without ends the run by name.
 #[test]
 fn a_killed_guard_ends_the_run() {
+    let _alone = alone();
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("run");
     let mut launcher = begin(&out, &["--set", "duration_s=60"]);
@@ -328,6 +354,7 @@ fn a_killed_guard_ends_the_run() {
 
 #[test]
 fn one_process_keeps_time_too() {
+    let _alone = alone();
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("run");
     let launcher = begin(&out, &["--embedded"]);

@@ -4,7 +4,7 @@
 use anhyst::folder::RunFolder;
 use anhyst::realtime::Logs;
 use anhyst_ipc::{CoilField, NodeId, SafeField};
-use anhyst_tests::{A_FEW, Finished, LIMIT, anhyst, children, files_with, python, start, summary_as_judged};
+use anhyst_tests::{A_FEW, Finished, LIMIT, alone, anhyst, children, files_with, python, start, summary_as_judged};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::path::Path;
@@ -118,6 +118,7 @@ fn assert_took_part(out: &Path, launcher: Child, count_a_per_m: f64) {
 
 #[test]
 fn a_python_amplifier_takes_part_in_both_paces() {
+    let _alone = alone();
     let Some(python) = python() else { return };
     let root = tempfile::tempdir().unwrap();
     for pace in ["FreeRunning", "PacedByMeasurement"] {
@@ -130,6 +131,7 @@ fn a_python_amplifier_takes_part_in_both_paces() {
 /// Guards the same in the library that the Rust skeleton and the C library share.
 #[test]
 fn an_amplifier_behind_iio_files_takes_part() {
+    let _alone = alone();
     let root = tempfile::tempdir().unwrap();
     // Like sysfs, no disk.
     let memory = tempfile::tempdir_in("/dev/shm").unwrap();
@@ -182,6 +184,7 @@ fn at_work(launcher: &mut Child, out: &Path, name: &str) -> Pid {
 /// Guards the coil where our side is hung: the amplifier needs nobody to take the field away, and comes back when it may.
 #[test]
 fn while_the_guard_is_silent_the_amplifier_goes_to_the_safe_field() {
+    let _alone = alone();
     let Some(python) = python() else { return };
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("run");
@@ -205,6 +208,7 @@ fn while_the_guard_is_silent_the_amplifier_goes_to_the_safe_field() {
 /// Guards the end of a run with a process that was started again: the driver finds it under its new status.
 #[test]
 fn a_restarted_estimator_does_not_keep_a_driver_waiting() {
+    let _alone = alone();
     let Some(python) = python() else { return };
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("run");
@@ -219,6 +223,7 @@ fn a_restarted_estimator_does_not_keep_a_driver_waiting() {
 /// Guards the end: dead is seen by the launcher, hung by whoever reads; both are told by name, and the current dies.
 #[test]
 fn an_amplifier_that_dies_or_hangs_ends_the_run_by_name() {
+    let _alone = alone();
     let Some(python) = python() else { return };
     let root = tempfile::tempdir().unwrap();
     for (signal, told) in [
