@@ -20,8 +20,6 @@ const LONGEST_LOOK: Duration = Duration::from_millis(10 * WATCH_PERIOD.as_millis
 pub(super) struct Stillness {
     /// Where it stands.
     reached: Option<u64>,
-    /// Where the plant was when it came there.
-    since_tick: u64,
     lasts: Duration,
     /// Too long: it was killed for it.
     hung: bool,
@@ -38,6 +36,8 @@ impl Stillness {
 /// Looks at where the processes are.
 pub(super) struct Watchman {
     looked: Instant,
+    /// Where the plant was then.
+    tick: u64,
     /// Of the run.
     ticks: u64,
     tick_s: f64,
@@ -57,6 +57,7 @@ impl Watchman {
         };
         Some(Self {
             looked: Instant::now(),
+            tick: 0,
             ticks: scenario.ticks(),
             tick_s: scenario.tick_s,
             patience: PATIENCE.max(Duration::from_secs_f64(SAYINGS_TICKS * scenario.tick_s)),
@@ -66,10 +67,15 @@ impl Watchman {
     }
 
     /// Kills what hangs: it cannot be asked. `tick` is the plant's. Paced by the measurement all stand still with the plant:
-    /// of them only the time counts in which it goes on.
+    /// of them only the time counts in which it goes on, and that after its end.
     pub fn look(&mut self, observer: &mut Observer, children: &mut [Running], tick: u64) {
         let passed = self.looked.elapsed().min(LONGEST_LOOK);
         self.looked = Instant::now();
+        let of_the_plant = match tick >= self.ticks {
+            true => passed,
+            false => Duration::from_secs_f64(tick.saturating_sub(self.tick) as f64 * self.tick_s),
+        };
+        self.tick = tick;
         let living = |running: &&mut Running| !running.foreign && running.ended.is_none();
         for running in children.iter_mut().filter(living) {
             let restarts = running.restarts.len() as u64;
@@ -84,18 +90,12 @@ impl Watchman {
             if tick == 0 || comes || done || running.wake_at.is_some() || reached != stillness.reached {
                 *stillness = Stillness {
                     reached,
-                    since_tick: tick,
                     ..Stillness::default()
                 };
                 continue;
             }
             let is = |name: &Option<String>| name.as_ref() == Some(&running.name);
-            if is(&self.plant) {
-                stillness.lasts += passed;
-            } else {
-                let ticks = tick.saturating_sub(stillness.since_tick);
-                stillness.lasts = Duration::from_secs_f64(ticks as f64 * self.tick_s);
-            }
+            stillness.lasts += if is(&self.plant) { passed } else { of_the_plant };
             let patience = match is(&self.recorder) {
                 true => self.patience.max(PATIENCE_WITH_A_DISK),
                 false => self.patience,

@@ -77,6 +77,8 @@ const GONE: u64 = 4;
 /// second one died, too, and can never say that it has gone, all of it passes.
 const LINGER: Duration = Duration::from_secs(2);
 const STEP: Duration = Duration::from_millis(2);
+/// Whether a process was started again is looked for once in so many steps: it takes time, and the others may have priority.
+const LATER_START_STEPS: u32 = 25;
 
 impl SharedContext {
     /// Creates this process's node and status and waits for those of the others.
@@ -177,9 +179,13 @@ impl SharedContext {
         }
         let start = Instant::now();
         for (process, peer) in &self.peers {
-            while peer.status.phase() < phase && !self.later_start_has_finished(process, phase) {
+            let mut steps = 0;
+            while peer.status.phase() < phase
+                && !(steps % LATER_START_STEPS == 0 && self.later_start_has_finished(process, phase))
+            {
                 self.still_waiting(start, process, phase)?;
                 std::thread::sleep(STEP);
+                steps += 1;
             }
         }
         if phase == LAST_PHASE {
