@@ -123,6 +123,15 @@ pub fn scribe(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<
         scenario.guard.field_limit_a_per_m,
     ))
     .with_overheard(overheard);
+    let restarted = scenario
+        .clock
+        .realtime()
+        .is_some_and(|realtime| realtime.restart.contains(&NodeId::Recorder));
+    let scribe = if restarted {
+        scribe.with_notes(folder.judged(), rejoins)
+    } else {
+        scribe
+    };
     if !scenario.recording.on {
         return Ok(scribe);
     }
@@ -130,7 +139,6 @@ pub fn scribe(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<
     return crate::recording::add(scribe, scenario, folder, rejoins);
     #[cfg(not(feature = "recorder"))]
     {
-        let _ = (folder, rejoins);
         Err(RunError::Setup(
             "this build has no recorder (cargo feature `recorder`): run with --no-recording".into(),
         ))

@@ -36,10 +36,12 @@ impl RunFolder {
     fn empty(&self) -> std::io::Result<()> {
         self.make_result_folders()?;
         // An earlier run's results in the same folder would be taken for this one's.
-        let later = self.recordings().into_iter().skip(1);
-        for stale in [self.summary(), self.recording(), self.digest()]
+        let recordings = self.recordings();
+        let layouts = recordings.iter().map(|recording| recording.with_extension("rbl"));
+        for stale in [self.summary(), self.digest()]
             .into_iter()
-            .chain(later)
+            .chain(layouts)
+            .chain(recordings.iter().cloned())
         {
             match std::fs::remove_file(stale) {
                 Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(error),
@@ -144,6 +146,11 @@ impl RunFolder {
     /// A process's report.
     pub fn report(&self, process: &str) -> PathBuf {
         self.0.join("processes").join(format!("{process}.json"))
+    }
+
+    /// What the judge of a real-time run has seen so far.
+    pub fn judged(&self) -> PathBuf {
+        self.0.join("processes").join("judged.json")
     }
 
     /// What the bridge measured of the link to the other host.

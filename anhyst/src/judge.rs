@@ -1,18 +1,21 @@
 //! Judges a cut while it runs: error is the reference minus the true displacement, after the settling time.
 
+use crate::any_number;
 use crate::scenario::Expect;
 use anhyst_guard::Event;
 use anhyst_ipc::{CoilField, Demand, Estimate, SafeField, Truth};
 use serde::{Deserialize, Serialize};
 
-/// Running sums over the tokens of a run.
-#[derive(Debug, Clone)]
+/// Running sums over the tokens of a run. They can be written down, for the judge that takes the place of one that died.
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Judge {
     expect: Expect,
     tick_s: f64,
     field_limit_a_per_m: f64,
     samples: u64,
+    #[serde(with = "any_number")]
     sum_of_squares_m2: f64,
+    #[serde(with = "any_number")]
     shape_error_sum_of_squares: f64,
     verdict: Verdict,
 }
@@ -27,21 +30,27 @@ const WATCHDOG: u64 = 4 | 8 | 16;
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// Root mean square error.
+    #[serde(with = "any_number")]
     pub error_rms_m: f64,
     /// Largest error.
+    #[serde(with = "any_number")]
     pub error_max_m: f64,
     /// When the largest error occurred.
+    #[serde(with = "any_number")]
     pub error_max_at_s: f64,
     /// When the tolerance was first exceeded, if it was.
     pub first_exceeded_at_s: Option<f64>,
     /// Estimated minus true shape parameter at the end.
-    #[serde(rename = "a_final_error_A_per_m")]
+    #[serde(rename = "a_final_error_A_per_m", with = "any_number")]
     pub a_final_error_a_per_m: f64,
     /// Root mean square error of the estimated shape parameter.
+    #[serde(with = "any_number")]
     pub a_error_rms_a_per_m: f64,
     /// Estimated shape parameter at the end.
+    #[serde(with = "any_number")]
     pub a_estimated_a_per_m: f64,
     /// True shape parameter at the end.
+    #[serde(with = "any_number")]
     pub a_true_a_per_m: f64,
     /// Ticks without an error to judge: in real time, those that the controller left out.
     #[serde(default)]
@@ -50,9 +59,10 @@ pub struct Verdict {
     #[serde(default)]
     pub judged_ticks: u64,
     /// Largest field that was asked of the amplifier.
+    #[serde(with = "any_number")]
     pub field_peak_a_per_m: f64,
     /// Largest field in the coil.
-    #[serde(default)]
+    #[serde(default, with = "any_number")]
     pub coil_field_peak_a_per_m: f64,
     /// Ticks with more field, asked for or in the coil, than the guard's limit permits.
     #[serde(default)]
@@ -61,6 +71,7 @@ pub struct Verdict {
     #[serde(default)]
     pub broken_field_ticks: u64,
     /// Largest true temperature.
+    #[serde(with = "any_number")]
     pub temperature_peak_k: f64,
     /// Ticks in which the guard limited the field or took it away.
     pub guarded_ticks: u64,

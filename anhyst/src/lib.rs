@@ -20,6 +20,7 @@ macro_rules! complain {
 
 pub mod ablation;
 pub mod across;
+mod any_number;
 pub mod assemble;
 mod claim;
 pub mod cli;

@@ -6,8 +6,13 @@ use anhyst_ipc::{
     Block, CoilField, Demand, Estimate, FieldCommand, Latency, Measurement, NodeId, Now, SafeField, Truth,
 };
 
+use std::path::{Path, PathBuf};
+
 #[cfg(feature = "recorder")]
 use anhyst_recorder::Recorder;
+
+/// How often the judge is written down.
+const NOTED_TICKS: u64 = 500;
 
 /// Judge and recorder as one block, so that both hear the same tokens.
 pub struct Scribe {
@@ -15,6 +20,8 @@ pub struct Scribe {
     /// From sending the measurement to sending the coil's field of the same tick.
     round: Latency,
     overheard: Vec<Overheard>,
+    /// Where the judge is written down now and then, for one that takes the place of this.
+    notes: Option<PathBuf>,
     #[cfg(feature = "recorder")]
     recorder: Option<Recorder>,
 }
@@ -37,6 +44,7 @@ impl Scribe {
             judge,
             round: Latency::new(),
             overheard: Vec::new(),
+            notes: None,
             #[cfg(feature = "recorder")]
             recorder: None,
         }
@@ -45,6 +53,25 @@ impl Scribe {
     /// A scribe that also notes what foreign nodes send.
     pub fn with_overheard(self, overheard: Vec<Overheard>) -> Self {
         Self { overheard, ..self }
+    }
+
+    /// A scribe that writes its judge down at `path` now and then; `again` if it goes on with what one that died has written.
+    pub fn with_notes(mut self, path: PathBuf, again: bool) -> Self {
+        let noted = std::fs::read(&path).ok().filter(|_| again);
+        if let Some(judge) = noted.and_then(|text| serde_json::from_slice(&text).ok()) {
+            self.judge = judge;
+        }
+        Self {
+            notes: Some(path),
+            ..self
+        }
+    }
+
+    /// In two steps, so that whoever is killed in between leaves the notes before.
+    fn note(&self, path: &Path) -> std::io::Result<()> {
+        let new = path.with_extension("new.json");
+        std::fs::write(&new, serde_json::to_vec(&self.judge)?)?;
+        std::fs::rename(new, path)
     }
 
     /// What it noted of foreign nodes.
@@ -91,6 +118,10 @@ impl Block for Scribe {
         self.judge.observe(tick, truth, estimate, demand, (field, coil));
         for overheard in &mut self.overheard {
             overheard.hear(tick, &inputs);
+        }
+        if let Some(path) = self.notes.as_ref().filter(|_| tick % NOTED_TICKS == NOTED_TICKS - 1) {
+            // A full disk costs the notes, not the run: the recording will say so.
+            let _ = self.note(path);
         }
         #[cfg(feature = "recorder")]
         if let Some(recorder) = &mut self.recorder {

@@ -207,6 +207,31 @@ fn an_interrupted_run_closes_its_recording() {
     assert_readable(&out);
 }
 
+/// Guards the verdict on what is no number: it gets from the recorder's process to the summary, which has it in JSON.
+#[test]
+fn an_error_that_is_no_number_is_not_held() {
+    for (channel, kind) in [("demand", "Nan"), ("coil_field", "Infinite")] {
+        let root = tempfile::tempdir().unwrap();
+        let out = root.path().join("run").to_string_lossy().into_owned();
+        let fault = format!("faults=[Link(at_s: 0.1, for_ticks: 1, channel: {channel}, kind: {kind})]");
+        let run = [
+            "run",
+            "scenarios/milling.ron",
+            "--no-recording",
+            "--json",
+            "--out",
+            &out,
+        ];
+        let settings = ["duration_s=0.2", "expect.settling_s=0.05", &fault];
+        let settings = settings.iter().flat_map(|setting| ["--set", setting]);
+        let finished = Finished::run(&run.into_iter().chain(settings).collect::<Vec<_>>(), LIMIT).expect(1);
+        let summary: serde_json::Value = serde_json::from_str(&finished.out).unwrap();
+        assert_eq!(summary["held"], false);
+        let wild = |value: &serde_json::Value| matches!(value.as_str(), Some("inf" | "-inf" | "NaN"));
+        assert!(summary.as_object().unwrap().values().any(wild), "{channel}: {summary}");
+    }
+}
+
 /// Guards a long real-time run: a recorder that comes back goes on in a file of its own, and what the dead one wrote is kept.
 #[test]
 fn a_restarted_recorder_keeps_the_first_recording() {

@@ -22,7 +22,7 @@ pub struct Summary {
     #[serde(flatten)]
     pub verdict: Verdict,
     /// Name of the first event that the guard raised.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub first_event_name: Option<String>,
     /// The workpiece's tolerance.
     pub tolerance_m: f64,
