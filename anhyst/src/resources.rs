@@ -1,6 +1,8 @@
 //! The iceoryx2 resources of a run: names that no other run has, their removal, and what crashed runs have left.
 
 use crate::across::BRIDGE;
+use std::os::linux::net::SocketAddrExt as _;
+use std::os::unix::net::{SocketAddr, UnixListener};
 use std::path::{Path, PathBuf};
 
 /// A run's iceoryx2 resources: a prefix and a directory that no other run has.
@@ -43,6 +45,23 @@ pub fn check_length(root: &Path, prefix: &str) -> Result<(), String> {
     Ok(())
 }
 
+/// Checks that iceoryx2 can make its folders there.
+fn check_root(root: &Path) -> Result<(), String> {
+    if !root.to_str().is_some_and(|text| text.is_ascii()) {
+        return Err(format!(
+            "--root {} must be written in ASCII: iceoryx2 takes no other paths",
+            root.display()
+        ));
+    }
+    let existed = root.exists();
+    std::fs::create_dir_all(root).map_err(|error| format!("--root {} cannot be used: {error}", root.display()))?;
+    if !existed {
+        // iceoryx2 makes it as it wants it. Whoever was quicker may keep it.
+        let _ = std::fs::remove_dir(root);
+    }
+    Ok(())
+}
+
 impl Resources {
     /// Resources under names that the user chose (each may be left to us), so that a driver can know them beforehand.
     ///
@@ -67,7 +86,28 @@ impl Resources {
             root: root.map_err(|error| format!("--root cannot be used: {error}"))?,
         };
         check_length(&chosen.root, &chosen.prefix)?;
+        check_root(&chosen.root)?;
         Ok(chosen)
+    }
+
+    /// Keeps the names for this run, for as long as what is given lives. They are a name that the system forgets when its
+    /// process ends, however it ends: no file can be left behind.
+    ///
+    /// # Errors
+    /// A sentence, if another run has them: its files would be taken for this one's, and removed.
+    pub fn claim(&self) -> Result<Option<UnixListener>, String> {
+        let Ok(name) = SocketAddr::from_abstract_name(format!("run {}", self.prefix)) else {
+            return Ok(None);
+        };
+        match UnixListener::bind_addr(&name) {
+            Ok(claimed) => Ok(Some(claimed)),
+            Err(error) if error.kind() == std::io::ErrorKind::AddrInUse => Err(format!(
+                "--service-prefix {} is another run's: wait for its end, or give this one a prefix of its own",
+                self.prefix
+            )),
+            // A system without such names keeps nobody out; that is no reason not to run.
+            Err(_) => Ok(None),
+        }
     }
 
     /// New resources, named after this process and the moment.

@@ -1,6 +1,8 @@
-//! Guards results: two runs into one folder at the same time would overwrite each other's.
+//! Guards results, and the run itself: two runs into one folder at the same time would overwrite each other's, and of two under
+//! one prefix the second would remove the shared memory of the first.
 
-use anhyst_tests::{Finished, LIMIT, start};
+use anhyst_tests::{Finished, LIMIT, SharedMemory, files_with, start};
+use rustix::process::{Pid, Signal, kill_process};
 use std::path::Path;
 use std::process::Child;
 use std::time::{Duration, Instant};
@@ -61,6 +63,34 @@ fn a_folder_takes_one_run_at_a_time() {
     drop(first);
     let fourth = Finished::run(&embedded(&out, &short), LIMIT);
     assert!(matches!(fourth.code, Some(0 | 1)), "{}", fourth.err);
+}
+
+#[test]
+fn a_prefix_takes_one_run_at_a_time() {
+    let memory = SharedMemory::unique();
+    let folders = tempfile::tempdir().unwrap();
+    let place = memory.root.to_string_lossy().into_owned();
+    let run = |name: &str, duration: &str| {
+        let out = folders.path().join(name).to_string_lossy().into_owned();
+        let base = ["run", "scenarios/milling.ron", "--no-recording", "--set", duration];
+        let names = ["--service-prefix", &memory.prefix, "--root", &place, "--out", &out];
+        start(&[&base[..], &names].concat())
+    };
+    let mut first = run("first", "duration_s=2000");
+    let begin = Instant::now();
+    while !folders.path().join("first/processes/recorder.log").exists() {
+        assert!(begin.elapsed() < LIMIT, "the first run does not begin");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let second = Finished::wait(run("second", "duration_s=1"), LIMIT).expect(2);
+    let sentence = format!("--service-prefix {} is another run's", memory.prefix);
+    assert!(second.err.contains(&sentence), "{}", second.err);
+    assert!(!files_with(&memory.prefix).is_empty());
+    assert!(first.try_wait().unwrap().is_none(), "the first run goes on");
+    kill_process(Pid::from_child(&first), Signal::TERM).unwrap();
+    let finished = Finished::wait(first, LIMIT).expect(3);
+    assert!(finished.err.contains("stopped on request"), "{}", finished.err);
+    assert_eq!(memory.files(), Vec::<String>::new());
 }
 
 /// Files of a folder with what is in them, but for the logs that grow.

@@ -32,6 +32,7 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
         add_external(scenario, arguments);
     })?;
     super::part::validate(arguments, &scenario)?;
+    refuse_two_commands(arguments)?;
     if arguments.no_recording {
         scenario.recording.on = false;
     }
@@ -43,6 +44,7 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
     }
     let meeting = resources::Resources::chosen(arguments.service_prefix.as_deref(), arguments.root.as_deref())
         .map_err(|sentence| miette::miette!("{sentence}"))?;
+    let _claimed = meeting.claim().map_err(|sentence| miette::miette!("{sentence}"))?;
     let folder = prepare(&scenario, arguments.out.as_deref())?;
     let yields = if arguments.dedicated_cores {
         YIELDS_DEDICATED
@@ -74,6 +76,19 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
             Ok(Ending::ProcessFailed)
         }
     }
+}
+
+/// # Errors
+/// If a node would be started by two commands.
+fn refuse_two_commands(arguments: &RunArguments) -> miette::Result<()> {
+    let mut known = Vec::new();
+    for node in arguments.external_commands.iter().flat_map(|command| &command.nodes) {
+        if known.contains(&node) {
+            miette::bail!("{node} has two --external-command; it can have one");
+        }
+        known.push(node);
+    }
+    Ok(())
 }
 
 /// Works `--external` and `--external-command` into the scenario.

@@ -83,6 +83,7 @@ pub fn run(arguments: &VerifyAmplifierArguments) -> miette::Result<Ending> {
     let (scenario, agreement, path, _claimed) = effective(arguments)?;
     let expected = expectation(&scenario, arguments.tolerances);
     let resources = meeting_place(arguments)?;
+    let _names = resources.claim().map_err(|sentence| miette::miette!("{sentence}"))?;
     // Under names that a user chose a driver may be there already.
     if arguments.service_prefix.is_none() && arguments.root.is_none() {
         resources::sweep();
