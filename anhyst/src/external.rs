@@ -25,9 +25,13 @@ impl FromStr for ExternalCommand {
         let (name, command) = text
             .split_once('=')
             .ok_or_else(|| format!("{text} has no '='; write amplifier='COMMAND'"))?;
+        let command = command.trim();
+        if command.is_empty() {
+            return Err(format!("{text} has no command behind '='"));
+        }
         Ok(Self {
             nodes: Nodes::from_str(name)?.0,
-            command: command.trim().into(),
+            command: command.into(),
         })
     }
 }

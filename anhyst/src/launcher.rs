@@ -42,6 +42,9 @@ pub struct Options {
     pub across: AcrossArguments,
 }
 
+/// Who leaves with the last token may be looked at before the others have said that it was the last.
+const AT_THE_END: Duration = Duration::from_millis(300);
+
 struct Running {
     name: String,
     /// A user's command: in a process group of its own, and it leaves no report.
@@ -284,6 +287,7 @@ fn watch(
     let mut awaited = external.clone();
     let begin = Instant::now();
     let mut own_ended = None;
+    let mut left_since = None;
     let mut watchman = Watchman::of(scenario);
     let mut tick = 0;
     loop {
@@ -317,6 +321,15 @@ fn watch(
             external: &external,
             tick,
         };
+        if observer
+            .as_mut()
+            .is_some_and(|observer| somebody_left(children, observer, ticks))
+        {
+            let since: &mut Instant = left_since.get_or_insert_with(Instant::now);
+            if since.elapsed() > AT_THE_END {
+                return Err(inquest.hold(children));
+            }
+        }
         // Whoever was told to end says so at once, and then may follow a guard that goes on: the run is to end now.
         let told_to_end = |running: &mut Running| running.has_spoken(folder) && inquest.was_told_to_end(running);
         if children.iter_mut().any(told_to_end) || children.iter().any(Running::failed) {
@@ -334,6 +347,17 @@ fn watch(
         }
         std::thread::sleep(WATCH_PERIOD);
     }
+}
+
+/// True if a user's command has ended well while none of our nodes in the loop has come to the last tick. The recorder may be
+/// far behind, and where it is the only one of ours, nobody knows.
+fn somebody_left(children: &[Running], observer: &mut Observer, ticks: u64) -> bool {
+    let left = |running: &Running| running.foreign && running.ended.is_some();
+    let in_the_loop =
+        |running: &&Running| !running.foreign && ![BRIDGE, NodeId::Recorder.name()].contains(&&*running.name);
+    let ours: Vec<&Running> = children.iter().filter(in_the_loop).collect();
+    let mut is_at_the_end = |running: &&Running| observer.tick_of(&running.name).is_some_and(|tick| tick >= ticks);
+    children.iter().any(left) && !ours.is_empty() && !ours.iter().any(&mut is_at_the_end)
 }
 
 fn look(children: &mut [Running]) {

@@ -160,6 +160,13 @@ fn a_driver_that_ends_is_named_with_its_words() {
     }
 }
 
+/// Guards against advice to give a command, to someone who gave one.
+#[test]
+fn a_command_that_ends_before_it_takes_part_is_named() {
+    let told = Run::begin(&["--external-command", "amplifier=echo not today >&2"]).failed();
+    assert_has(&told, &["amplifier ended with exit status 0 at tick 0 ", "not today"]);
+}
+
 /// It gives up long before our processes do.
 #[test]
 fn a_driver_that_gives_up_because_another_hangs_is_not_blamed() {
