@@ -16,7 +16,7 @@ pub enum LinkError {
         waited_s: f64,
     },
     /// A token of another tick came: tokens were lost or repeated.
-    #[error("{reader} expected {channel} of tick {expected}, but tick {got} came: tokens were lost")]
+    #[error("{reader} expected {channel} of tick {expected}, but tick {got} came: tokens were lost or repeated")]
     Gap {
         /// Who read.
         reader: NodeId,

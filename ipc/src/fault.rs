@@ -117,6 +117,8 @@ impl TokenFault {
             TokenKind::Delay(ticks) => {
                 Invalid::unless_between("kind", ticks as f64, 1.0, LONGEST_DELAY_TICKS as f64, "ticks")
             }
+            TokenKind::ClockJump(0) => Err(Invalid::new("kind", "a jump by 0 ticks does nothing")),
+            TokenKind::GainStep(1.0) => Err(Invalid::new("kind", "a gain of 1 does nothing")),
             TokenKind::GainStep(value) | TokenKind::Offset(value) | TokenKind::Spike(value) => finite(value),
             TokenKind::Noise(value) | TokenKind::Saturate(value) => {
                 finite(value)?;

@@ -155,7 +155,7 @@ fn faults_that_would_do_nothing_are_refused() {
     let measurement = |begin: &str, kind: &str| format!("Link({begin}, channel: measurement, kind: {kind})");
     let coil_field = "Link(from_tick: 5, channel: coil_field, kind: Nan)";
     let kill = |node: &str| format!("Process(from_tick: 5, node: {node}, kind: Kill)");
-    let cases: [(&[&str], String, &[&str]); 13] = [
+    let cases: [(&[&str], String, &[&str]); 15] = [
         (
             &external,
             coil_field.into(),
@@ -227,6 +227,16 @@ fn faults_that_would_do_nothing_are_refused() {
         ),
         (
             &[],
+            measurement("at_s: 0.5", "ClockJump(0)"),
+            &["faults.0.kind: a jump by 0 ticks does nothing"],
+        ),
+        (
+            &[],
+            measurement("at_s: 0.5", "GainStep(1)"),
+            &["faults.0.kind: a gain of 1 does nothing"],
+        ),
+        (
+            &[],
             measurement("at_s: -1", "Nan"),
             &["-1 s is outside [0, 1000000000] s"],
         ),
@@ -246,4 +256,38 @@ fn faults_that_would_do_nothing_are_refused() {
         }
     }
     assert!(!Path::new(&out).exists(), "something was begun");
+}
+
+/// Guards the options of `run`: what cannot be meant is told before anything begins.
+#[test]
+fn bad_options_are_refused() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run").to_string_lossy().into_owned();
+    let accented = root.path().join("wärme").to_string_lossy().into_owned();
+    let file = root.path().join("file").to_string_lossy().into_owned();
+    std::fs::write(&file, "").unwrap();
+    let cases: [(&[&str], &str); 7] = [
+        (&["--set", "=3"], "=3 has no name before '='"),
+        (
+            &["--set", "controller..kp=3"],
+            "has no name before '=', or an empty one",
+        ),
+        (&["--external-command", "amplifier="], "has no command behind '='"),
+        (
+            &["--external-command", "amplifier=a", "--external-command", "amplifier=b"],
+            "amplifier has two --external-command",
+        ),
+        (&["--root", &accented], "must be written in ASCII"),
+        (&["--root", &file], "cannot be used: "),
+        (
+            &["--set", "clock=Realtime()", "--set", "tick_s=1e-6"],
+            "tick_s: 0.000001 s in real time is outside [0.00001, 1]",
+        ),
+    ];
+    for (more, sentence) in cases {
+        let base = ["run", "scenarios/milling.ron", "--no-recording", "--out", &out];
+        let refused = one_line(Finished::run(&[&base[..], more].concat(), LIMIT).expect(2));
+        assert!(refused.err.contains(sentence), "no \"{sentence}\" in: {}", refused.err);
+        assert!(!Path::new(&out).exists(), "{more:?}: something was begun");
+    }
 }

@@ -33,8 +33,13 @@ fn begin(out: &Path, more: &[&str]) -> Child {
     start(&[&given[..], more].concat())
 }
 
-/// A living process of the run, once its loop is at work: the guard's log has got a record from tick 100 on.
+/// A living process of the run, once its loop is at work.
 fn process_at_work(launcher: &mut Child, out: &Path, name: &str) -> Pid {
+    process_from(100, launcher, out, name)
+}
+
+/// The same, once the guard's log has got a record from `first` on.
+fn process_from(first: u64, launcher: &mut Child, out: &Path, name: &str) -> Pid {
     let begin = Instant::now();
     loop {
         assert!(
@@ -45,7 +50,7 @@ fn process_at_work(launcher: &mut Child, out: &Path, name: &str) -> Pid {
         std::thread::sleep(Duration::from_millis(5));
         let works = Logs::open(&RunFolder::open(out)).is_ok_and(|logs| {
             let guard = logs.of(NodeId::Guard).unwrap();
-            (100..guard.ticks()).any(|tick| guard.record(tick).is_some())
+            (first..guard.ticks()).any(|tick| guard.record(tick).is_some())
         });
         let found = children(launcher.id())
             .into_iter()
@@ -207,13 +212,12 @@ fn ticks_of_the_second(logs: &Logs, node: NodeId) -> Vec<u64> {
         .collect()
 }
 
-/// Kills a process of a run that lasts so long, and checks what must hold however long the next one takes to come.
-fn kill_one(name: &str, duration_s: u32, out: &Path) -> Value {
-    let duration = format!("duration_s={duration_s}");
-    // Judged from the first tick: a recorder that dies has then always seen ticks that its successor has not.
-    let mut launcher = begin(out, &["--set", &duration, "--set", "expect.settling_s=0"]);
+/// Kills a process of a run like this, and checks what must hold however long the next one takes to come.
+fn kill_one(name: &str, at_tick: u64, out: &Path, settings: &[&str]) -> Value {
+    let settings: Vec<&str> = settings.iter().flat_map(|setting| ["--set", *setting]).collect();
+    let mut launcher = begin(out, &settings);
     let id = launcher.id();
-    let pid = process_at_work(&mut launcher, out, name);
+    let pid = process_from(at_tick, &mut launcher, out, name);
     kill_process(pid, Signal::KILL).unwrap();
     let finished = Finished::wait(launcher, LIMIT);
     let told = format!("{name} was killed by signal 9 at tick ");
@@ -243,7 +247,7 @@ fn killed_estimators_and_inverses_come_back() {
         // How long a process takes to start is a matter of the machine.
         let came_back = [4, 20, 100].into_iter().any(|duration_s| {
             let out = root.path().join(format!("{duration_s}"));
-            kill_one(name, duration_s, &out);
+            kill_one(name, 100, &out, &[&format!("duration_s={duration_s}")]);
             let logs = Logs::open(&RunFolder::open(&out)).unwrap();
             let again = ticks_of_the_second(&logs, node);
             if node == NodeId::Estimator && !again.is_empty() {
@@ -265,13 +269,21 @@ fn killed_estimators_and_inverses_come_back() {
     }
 }
 
-/// Guards the verdict on a run that was not seen as a whole.
+/// Guards the verdict on a run that was not seen as a whole: it counts what nobody saw, and forgets nothing that the dead saw.
 #[test]
 fn a_killed_recorder_comes_back_and_says_what_it_has_not_seen() {
     let _alone = alone();
     let root = tempfile::tempdir().unwrap();
-    let summary = kill_one("recorder", 4, &root.path().join("run"));
+    let settings = [
+        "duration_s=4",
+        // Judged from the first tick: so there is always something that was not seen.
+        "expect.settling_s=0",
+        "faults=[Link(from_tick: 300, for_ticks: 3, channel: measurement, kind: Nan)]",
+    ];
+    let summary = kill_one("recorder", 2500, &root.path().join("run"), &settings);
     assert!(summary["unjudged_ticks"].as_u64() > Some(0), "{summary}");
+    assert!(summary["first_event_name"].is_string(), "{summary}");
+    assert!(summary["first_event_tick"].as_u64() < Some(2000), "{summary}");
 }
 
 /// Guards against a process that neither ends nor goes on. Nobody waits for it: the field is safe, and the launcher notices.
@@ -284,13 +296,15 @@ fn a_process_that_hangs_is_named_and_the_field_is_safe() {
         ("plant-sim", "FreeRunning"),
         ("plant-sim", "PacedByMeasurement"),
         ("controller", "PacedByMeasurement"),
+        ("controller", "so late that the others come to the end"),
     ] {
+        let (pace, duration) = match pace.starts_with("so late") {
+            true => ("FreeRunning", "duration_s=1"),
+            false => (pace, "duration_s=60"),
+        };
         let root = tempfile::tempdir().unwrap();
         let out = root.path().join("run");
-        let mut launcher = begin(
-            &out,
-            &["--set", "duration_s=60", "--set", &format!("clock.pace={pace}")],
-        );
+        let mut launcher = begin(&out, &["--set", duration, "--set", &format!("clock.pace={pace}")]);
         let id = launcher.id();
         let pid = process_at_work(&mut launcher, &out, name);
         kill_process(pid, Signal::STOP).unwrap();

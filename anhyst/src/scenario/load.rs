@@ -26,6 +26,11 @@ impl std::str::FromStr for Setting {
         let (path, value) = text
             .split_once('=')
             .ok_or_else(|| format!("{text} has no '='; write path=value"))?;
+        if path.split('.').any(|name| name.trim().is_empty()) {
+            return Err(format!(
+                "{text} has no name before '=', or an empty one; write path=value"
+            ));
+        }
         Ok(Self {
             path: path.trim().into(),
             value: value.trim().into(),

@@ -10,6 +10,8 @@ use std::path::Path;
 
 /// The longest run that a lockstep digest trail is kept for: 8 bytes a tick and node.
 const MOST_TICKS: f64 = 1e9;
+/// No system wakes a process more often.
+const SHORTEST_REAL_TICK_S: f64 = 1e-5;
 /// More elements than this change nothing and cost a step quadratically.
 const MOST_ELEMENTS: usize = 64;
 
@@ -105,6 +107,9 @@ impl Scenario {
                 self.duration_s
             );
             return Err(Invalid::new("duration_s", sentence));
+        }
+        if self.clock.realtime().is_some() {
+            Invalid::unless_between("tick_s", self.tick_s, SHORTEST_REAL_TICK_S, 1.0, "s in real time")?;
         }
         self.clock.validate(ticks)?;
         if let Placement::Groups(groups) = &self.placement {
