@@ -108,6 +108,7 @@ fn driver() {
     };
     let number = |name: &str, default: u64| std::env::var(name).map_or(default, |text| text.parse().unwrap());
     let end_at = number("DRIVER_ENDS_AT_TICK", u64::MAX);
+    let wrong_at = number("DRIVER_WRONG_AT_TICK", u64::MAX);
     let patience = Duration::from_millis(number("DRIVER_PATIENCE_MS", 20_000));
     let mut guest = Guest::open(GuestSettings {
         process: "amplifier".into(),
@@ -124,7 +125,7 @@ fn driver() {
     let last_words = loop {
         match guest.receive(Channel::SafeField, patience, &mut safe[..words]) {
             Ok(Heard::Token(tick)) if tick < end_at => {
-                coil[0] = tick;
+                coil[0] = if tick == wrong_at { tick - 1 } else { tick };
                 coil[2] = safe[2];
                 if guest
                     .send(Channel::CoilField, &coil[..Guest::words(Channel::CoilField)])
@@ -158,6 +159,19 @@ fn a_driver_that_ends_is_named_with_its_words() {
         let sentence = format!("amplifier ended with exit status {status} at tick ");
         assert_has(&told, &[&sentence, "the fan has failed"]);
     }
+}
+
+/// Whoever reads it first ends; it has done nothing wrong.
+#[test]
+fn a_driver_that_repeats_a_tick_is_named() {
+    let told = Run::begin(&["--external-command", &driver_command("DRIVER_WRONG_AT_TICK=701")]).failed();
+    assert_has(
+        &told,
+        &[
+            "amplifier sent a wrong tick at tick ",
+            "expected coil_field of tick 701, but tick 700 came",
+        ],
+    );
 }
 
 /// Guards against advice to give a command, to someone who gave one.

@@ -3,7 +3,7 @@
 use super::{LaunchError, Running, look, restart};
 use crate::folder::RunFolder;
 use crate::scenario::Scenario;
-use anhyst_ipc::stop_requested;
+use anhyst_ipc::{Channel, stop_requested};
 use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
@@ -24,6 +24,8 @@ enum Culprit<'a> {
     Child(&'a Running),
     /// One that somebody else has started, and what another process says about it.
     Elsewhere(&'a str, String),
+    /// An external one whose tokens bear wrong ticks, and who says so.
+    OutOfStep(&'a str, String),
 }
 
 /// Whom a complaint names.
@@ -58,6 +60,7 @@ impl Inquest<'_> {
         let (process, how, detail) = match self.culprit(children) {
             None => return LaunchError::Interrupted { tick, ticks },
             Some(Culprit::Elsewhere(process, complaint)) => (process.to_owned(), describe(None), complaint),
+            Some(Culprit::OutOfStep(process, complaint)) => (process.to_owned(), "sent a wrong tick".into(), complaint),
             Some(Culprit::Child(running)) => {
                 let how = if self.was_told_to_end(running) {
                     "was told to end".into()
@@ -113,7 +116,7 @@ impl Inquest<'_> {
 
     /// In this order: one that a signal killed, or that somebody else told to end. One that hangs: the complaints "… but X is
     /// silent" are followed to the process that has none. One of ours that failed by itself. A user's program that has ended,
-    /// which others only notice, or one that ran elsewhere. Other complaints may only be consequences: a last token on the way
+    /// which others only notice, one whose ticks are wrong, or one that ran elsewhere. Other complaints may only be consequences: a last token on the way
     /// to the safe field does not reach a reader that has given up.
     fn culprit<'a>(&'a self, children: &'a [Running]) -> Option<Culprit<'a>> {
         let one =
@@ -171,9 +174,33 @@ impl Inquest<'_> {
             .or_else(silent_elsewhere)
             .or_else(|| one(&by_itself))
             .or_else(|| one(&|running| running.foreign && running.ended.is_some()))
+            .or_else(|| self.out_of_step(children))
             .or_else(gone_elsewhere)
             .or_else(last_child)
             .or_else(|| one(&Running::failed))
+    }
+
+    /// An external process of whose tokens another says that they bear ticks of the past; those of the future only tell that it,
+    /// or whoever heard it, has gone.
+    fn out_of_step(&self, children: &[Running]) -> Option<Culprit<'_>> {
+        children.iter().find_map(|running| {
+            let words = self.words(running);
+            let (_, rest) = words.split_once(" expected ")?;
+            let (channel, ticks) = rest.split_once(" of tick ")?;
+            let mut ticks = ticks
+                .split(", but tick ")
+                .filter_map(|tick| tick.split(' ').next()?.parse::<u64>().ok());
+            let (expected, got) = (ticks.next()?, ticks.next()?);
+            if got > expected {
+                return None;
+            }
+            let producer = Channel::ALL
+                .into_iter()
+                .find(|known| known.to_string() == channel)?
+                .producer();
+            let process = self.external.iter().find(|name| has_node(name, producer.name()))?;
+            Some(Culprit::OutOfStep(process, words))
+        })
     }
 
     /// True if one of ours was told to end, which the launcher has not done; not if it may come back.
@@ -207,9 +234,8 @@ impl Inquest<'_> {
             Some(rest) => rest.rsplit(' ').next()?,
             None => words.strip_prefix(": ")?.split_once(" did not come within")?.0,
         };
-        let is_node = |process: &str| process == node || process.split('+').any(|name| name == node);
-        let child = children.iter().find(|running| is_node(&running.name));
-        let elsewhere = || self.external.iter().find(|name| is_node(name));
+        let child = children.iter().find(|running| has_node(&running.name, node));
+        let elsewhere = || self.external.iter().find(|name| has_node(name, node));
         child
             .map(Accused::Child)
             .or_else(|| elsewhere().map(|name| Accused::Elsewhere(name)))
@@ -218,6 +244,11 @@ impl Inquest<'_> {
     fn words(&self, running: &Running) -> String {
         last_words(self.folder, &running.name)
     }
+}
+
+/// True if `node` names the process or one of its nodes.
+fn has_node(process: &str, node: &str) -> bool {
+    process == node || process.split('+').any(|name| name == node)
 }
 
 pub(super) fn describe(status: Option<ExitStatus>) -> String {
