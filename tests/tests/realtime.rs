@@ -137,7 +137,15 @@ fn a_real_time_run_replays_bit_for_bit_and_one_bit_is_found() {
     for pace in ["FreeRunning", "PacedByMeasurement"] {
         let root = tempfile::tempdir().unwrap();
         let out = root.path().join("run");
-        let launcher = begin(&out, &["--set", &format!("clock.pace={pace}")]);
+        let launcher = begin(
+            &out,
+            &[
+                "--set",
+                &format!("clock.pace={pace}"),
+                "--set",
+                "clock.cpu_latency_us=0",
+            ],
+        );
         let id = launcher.id();
         let summary = summary_as_judged(&Finished::wait(launcher, LIMIT));
         assert_eq!(summary["ticks"], 2000, "{pace}");
