@@ -116,8 +116,8 @@ impl Inquest<'_> {
 
     /// In this order: one that a signal killed, or that somebody else told to end. One that hangs: the complaints "… but X is
     /// silent" are followed to the process that has none. One of ours that failed by itself. A user's program that has ended,
-    /// which others only notice, one whose ticks are wrong, or one that ran elsewhere. Other complaints may only be consequences: a last token on the way
-    /// to the safe field does not reach a reader that has given up.
+    /// which others only notice, one whose ticks are wrong, or one that ran elsewhere. Other complaints may only be
+    /// consequences: a last token on the way to the safe field does not reach a reader that has given up.
     fn culprit<'a>(&'a self, children: &'a [Running]) -> Option<Culprit<'a>> {
         let one =
             |wanted: &dyn Fn(&Running) -> bool| children.iter().find(|running| wanted(running)).map(Culprit::Child);

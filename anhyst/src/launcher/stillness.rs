@@ -103,7 +103,6 @@ impl Watchman {
             if stillness.lasts > patience {
                 stillness.hung = true;
                 running.signal(rustix::process::Signal::KILL);
-                running.ended = running.child.wait().ok();
             }
         }
     }

@@ -1,5 +1,5 @@
-//! What a real-time process asks of the system: priority, locked memory, a CPU of its own, one that is awake, exact timers. Nothing is required:
-//! each attempt is reported with what the system said.
+//! What a real-time process asks of the system: priority, locked memory, a CPU of its own, one that is awake, exact timers.
+//! Nothing is required: each attempt is reported with what the system said.
 
 use crate::scenario::Realtime;
 use anhyst_ipc::NodeId;
