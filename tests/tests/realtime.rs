@@ -307,7 +307,7 @@ fn a_process_that_hangs_is_named_and_the_field_is_safe() {
         ("controller", "so late that the others come to the end"),
     ] {
         let (pace, duration) = match pace.starts_with("so late") {
-            true => ("FreeRunning", "duration_s=1"),
+            true => ("FreeRunning", "duration_s=1.8"),
             false => (pace, "duration_s=60"),
         };
         let root = tempfile::tempdir().unwrap();
