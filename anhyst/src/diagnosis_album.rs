@@ -1,8 +1,9 @@
 //! A diagnosis as a Rerun recording: measured run, old model, new model and what each leaves, side by side.
 
-use crate::figure::{Panel, TIME, album_page, curve, panel};
-use anhyst_diagnosis::diagnose::{Diagnosed, RunSeries};
+use crate::album::album_page;
+use anhyst_diagnosis::{Diagnosed, RunSeries};
 use anhyst_recorder::{Album, AlbumPage};
+use anhyst_report::figure::{Panel, TIME, curve, panel};
 
 /// Abscissa of a run without time.
 const ROW: &str = "row";

@@ -20,6 +20,8 @@ macro_rules! complain {
 
 pub mod ablation;
 pub mod across;
+#[cfg(feature = "recorder")]
+mod album;
 mod any_number;
 pub mod assemble;
 mod claim;
@@ -31,7 +33,7 @@ mod diagnosis_album;
 pub mod error;
 pub mod estimate;
 pub mod external;
-pub mod figure;
+mod fit_picture;
 pub mod folder;
 pub mod interface;
 pub mod judge;

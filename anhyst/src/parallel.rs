@@ -1,6 +1,6 @@
 //! Independent work on all cores, results in the order of the work.
 
-use anhyst_diagnosis::parallel;
+use anhyst_identify::parallel;
 
 /// `work` of every item and its place, on as many threads as the machine has cores. What an item gives must not depend on the others.
 pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(usize, &T) -> R + Sync) -> Vec<R> {

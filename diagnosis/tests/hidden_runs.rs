@@ -6,8 +6,8 @@
 use std::path::Path;
 use std::time::Instant;
 
-use anhyst_diagnosis::diagnose::{DiagnoseOptions, Diagnosis, Verdict, diagnose};
-use anhyst_diagnosis::{MeasuredRun, RunReadOptions};
+use anhyst_diagnosis::{DiagnoseOptions, Diagnosis, Verdict, diagnose};
+use anhyst_measured::{MeasuredRun, RunReadOptions};
 use anhyst_model::ActuatorModel;
 use serde_json::Value;
 

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use anhyst_diagnosis::diagnose::{DiagnoseOptions, Diagnosed, Verdict, diagnose};
-use anhyst_diagnosis::{ColumnMapping, MeasuredRun, Quantity, RunReadOptions};
+use anhyst_diagnosis::{DiagnoseOptions, Diagnosed, Verdict, diagnose};
+use anhyst_measured::{ColumnMapping, MeasuredRun, Quantity, RunReadOptions};
 use anhyst_model::{Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutputs};
 
 fn model(name: &str) -> ActuatorModel {

@@ -24,7 +24,7 @@ fn rooms_know_only_what_they_may() {
             )
         })
         .collect();
-    let may: [(&str, &[&str]); 12] = [
+    let may: [(&str, &[&str]); 16] = [
         ("anhyst-model", &[]),
         ("anhyst-ipc", &[]),
         ("anhyst-plant-sim", &["anhyst-model", "anhyst-ipc"]),
@@ -33,7 +33,17 @@ fn rooms_know_only_what_they_may() {
         ("anhyst-controller", &["anhyst-model", "anhyst-ipc"]),
         ("anhyst-guard", &["anhyst-ipc"]),
         ("anhyst-recorder", &["anhyst-ipc"]),
-        ("anhyst-diagnosis", &["anhyst-model"]),
+        ("anhyst-measured", &[]),
+        ("anhyst-identify", &["anhyst-model", "anhyst-measured"]),
+        (
+            "anhyst-diagnosis",
+            &["anhyst-model", "anhyst-measured", "anhyst-identify", "anhyst-report"],
+        ),
+        ("anhyst-report", &[]),
+        (
+            "anhyst-studies",
+            &["anhyst-model", "anhyst-measured", "anhyst-diagnosis"],
+        ),
         ("anhyst-driver", &["anhyst-ipc"]),
         ("anhyst-amplifier-hardware", &["anhyst-ipc"]),
         ("anhyst-bridge", &["anhyst-ipc"]),

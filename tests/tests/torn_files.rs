@@ -4,8 +4,8 @@
 
 use anhyst::assemble;
 use anhyst::scenario::{Scenario, load};
-use anhyst_diagnosis::{MeasuredLoops, MeasuredRun, ReadOptions, RunReadOptions};
 use anhyst_ipc::{CoilField, Connections, NodeId, SafeField};
+use anhyst_measured::{MeasuredLoops, MeasuredRun, ReadOptions, RunReadOptions};
 use anhyst_tests::repository;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};

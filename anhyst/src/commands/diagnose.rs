@@ -5,8 +5,8 @@ use super::summary::plain_table;
 use crate::control::{Control, Models, control, section, ticks};
 use crate::error::RunError;
 use crate::scenario;
-use anhyst_diagnosis::diagnose::{DiagnoseOptions, Diagnosed, Diagnosis, amended_text, diagnose, page};
-use anhyst_diagnosis::{ColumnMapping, DiagnosisError, MeasuredRun, RowRange, RunReadOptions};
+use anhyst_diagnosis::{DiagnoseOptions, Diagnosed, Diagnosis, DiagnosisError, amended_text, diagnose, page};
+use anhyst_measured::{ColumnMapping, MeasuredError, MeasuredRun, RowRange, RunReadOptions};
 use anhyst_model::ActuatorModel;
 use clap::Args;
 use ron::extensions::Extensions;
@@ -53,7 +53,6 @@ pub struct DiagnoseArguments {
 /// # Errors
 /// Bad data, a bad model, or a result that cannot be written.
 pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
-    let refused = |error: DiagnosisError| miette::miette!("{error}");
     let model = load_model(&arguments.model)?;
     // Before the minutes that the search takes: a scenario with a mistake in it is told now.
     let cut = arguments
@@ -71,7 +70,7 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
         .iter()
         .map(|file| MeasuredRun::read(file, &reading))
         .collect::<Result<Vec<_>, _>>()
-        .map_err(refused)?;
+        .map_err(|error: MeasuredError| miette::miette!("{error}"))?;
     let options = DiagnoseOptions {
         threads: arguments.threads,
         fitted_model: arguments.fitted_model,
@@ -82,7 +81,7 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
         bar.set_prefix(stage);
         bar.set_position((100.0 * share) as u64);
     })
-    .map_err(refused)?;
+    .map_err(|error: DiagnosisError| miette::miette!("{error}"))?;
     bar.finish_and_clear();
     let compared = match &cut {
         Some(scenario) => in_the_loop(scenario, &model, &found, arguments)?,

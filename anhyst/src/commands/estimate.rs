@@ -4,11 +4,11 @@ use super::Ending;
 use super::summary::plain_table;
 use crate::error::RunError;
 use crate::estimate::{Choices, Estimated, one_parameter, picture, several_parameters};
-use crate::figure::svg;
 use crate::scenario::load_model;
-use anhyst_diagnosis::{ColumnMapping, DiagnosisError, MeasuredRun, RowRange, RunReadOptions};
 use anhyst_estimator::LawSettings;
+use anhyst_measured::{ColumnMapping, MeasuredError, MeasuredRun, RowRange, RunReadOptions};
 use anhyst_model::HysteresisParameter;
+use anhyst_report::figure::svg;
 use clap::Args;
 use comfy_table::CellAlignment;
 use std::path::{Path, PathBuf};
@@ -80,7 +80,7 @@ pub fn run(arguments: &EstimateArguments) -> miette::Result<Ending> {
         rows: arguments.rows,
         drop_rows: arguments.drop_rows.clone(),
     };
-    let refused = |error: DiagnosisError| miette::miette!("{error}");
+    let refused = |error: MeasuredError| miette::miette!("{error}");
     let measured = MeasuredRun::read(&arguments.data, &reading).map_err(refused)?;
     let choices = Choices {
         law: arguments.law.clone(),
@@ -159,7 +159,7 @@ fn write(found: &Estimated, measured: &MeasuredRun, model: &str, out: &Path) -> 
     #[cfg(feature = "recorder")]
     anhyst_recorder::Album {
         name: model.into(),
-        pages: vec![crate::figure::album_page("estimate", "", &panels)],
+        pages: vec![crate::album::album_page("estimate", "", &panels)],
     }
     .save(&out.join("estimate.rrd"))?;
     Ok(())

@@ -3,11 +3,10 @@
 use super::Ending;
 use super::summary::plain_table;
 use crate::error::RunError;
+use crate::fit_picture::picture;
 use crate::scenario::to_ron;
-use anhyst_diagnosis::{
-    ColumnMapping, Curves, DiagnosisError, Fit, FitOptions, FitReport, Fixed, MeasuredLoops, Progress, ReadOptions,
-    RowRange, fit, material_text, picture,
-};
+use anhyst_identify::{Curves, Fit, FitOptions, FitReport, Fixed, IdentifyError, Progress, fit, material_text};
+use anhyst_measured::{ColumnMapping, MeasuredError, MeasuredLoops, ReadOptions, RowRange};
 use anhyst_model::Anhysteretic;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
@@ -65,12 +64,12 @@ pub enum Curve {
 /// # Errors
 /// Bad data, or a result that cannot be written.
 pub fn run(arguments: &FitArguments) -> miette::Result<Ending> {
-    let refused = |error: DiagnosisError| miette::miette!("{error}");
     let reading = ReadOptions {
         mappings: arguments.columns.clone(),
         drop_rows: arguments.drop_rows.clone(),
     };
-    let measured = MeasuredLoops::read(&arguments.data, &reading).map_err(refused)?;
+    let measured =
+        MeasuredLoops::read(&arguments.data, &reading).map_err(|error: MeasuredError| miette::miette!("{error}"))?;
     let options = FitOptions {
         curves: match arguments.curve {
             Curve::Both => Curves::Both,
@@ -84,7 +83,8 @@ pub fn run(arguments: &FitArguments) -> miette::Result<Ending> {
         ..FitOptions::default()
     };
     let bar = super::progress_bar(1, "fit");
-    let found = fit(&measured, &options, &mut |progress| show(&bar, progress)).map_err(refused)?;
+    let found = fit(&measured, &options, &mut |progress| show(&bar, progress))
+        .map_err(|error: IdentifyError| miette::miette!("{error}"))?;
     bar.finish_and_clear();
     let stem = arguments
         .data

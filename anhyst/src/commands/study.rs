@@ -5,8 +5,8 @@
 use super::Ending;
 use super::summary::plain_table;
 use crate::error::RunError;
-use anhyst_diagnosis::study::{Bar, Case, Plan, Results, StudyRun, markdown, study};
 use anhyst_model::ActuatorModel;
+use anhyst_studies::blind::{Bar, Case, Plan, Results, StudyRun, markdown, study};
 use clap::Args;
 use std::collections::HashMap;
 use std::io::Write;
@@ -143,10 +143,10 @@ fn all_runs(arguments: &StudyArguments, model: &ActuatorModel, plan: &Plan) -> m
     let file = Mutex::new(file.map_err(cause)?);
     let bar = super::count_bar(missing.len() as u64, "study");
     let threads = match arguments.threads {
-        0 => anhyst_diagnosis::parallel::available(),
+        0 => anhyst_identify::parallel::available(),
         threads => threads,
     };
-    let made = anhyst_diagnosis::parallel::map(threads, &missing, |case| {
+    let made = anhyst_identify::parallel::map(threads, &missing, |case| {
         let run = studied(case, model, plan.rows);
         let kept = keep(&file, &run);
         bar.inc(1);
@@ -202,7 +202,7 @@ fn print(results: &Results) {
     crate::say!("{table}\n");
     let mut table = plain_table();
     let mut header = vec!["hidden".to_owned(), "runs".to_owned()];
-    header.extend(anhyst_diagnosis::study::Outcome::ALL.map(|outcome| outcome.heading().to_owned()));
+    header.extend(anhyst_studies::blind::Outcome::ALL.map(|outcome| outcome.heading().to_owned()));
     table.set_header(header);
     for row in &results.confusion {
         let counts = row.outcomes.iter().map(|count| match count {

@@ -11,8 +11,8 @@ use crate::verify_amplifier::{
     Bound, DRIVER, Driver, Expectation, Outcome, Report, Test, Tested, Tolerances, short, test, tester_nodes, ticks,
 };
 use crate::{resources, signals};
-use anhyst_diagnosis::DiagnosisError;
 use anhyst_ipc::{Invalid, SharedSettings, Wait};
+use anhyst_report::ReportError;
 use clap::Args;
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -272,7 +272,7 @@ fn finish(tested: Tested, expected: &Expectation, arguments: &VerifyAmplifierArg
     let line = format!("anhyst verify-amplifier {}", arguments.scenario.display());
     let html = report
         .html(&tested.pictures, &line)
-        .map_err(|error: DiagnosisError| miette::miette!("{error}"))?;
+        .map_err(|error: ReportError| miette::miette!("{error}"))?;
     let path = arguments.out.join("report.html");
     std::fs::write(&path, html).map_err(refused(&path))?;
     if arguments.json {

@@ -2,7 +2,7 @@
 
 use super::{Control, Cut};
 use crate::commands::summary::plain_table;
-use anhyst_diagnosis::page::{Block, Cell, Section, Table};
+use anhyst_report::page::{Block, Cell, Section, Table};
 use comfy_table::CellAlignment;
 
 const HEADER: [&str; 5] = [

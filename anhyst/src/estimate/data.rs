@@ -4,7 +4,7 @@
 //! three standard deviations of its noise, because a noisy field ratchets a rate-independent model (docs/estimate.md).
 
 use crate::error::RunError;
-use anhyst_diagnosis::{MeasuredRun, NoiseFloor, Quantity};
+use anhyst_measured::{MeasuredRun, NoiseFloor, Quantity};
 use anhyst_model::{Actuator, ActuatorInputs, ActuatorModel, ActuatorOutputs, Drive, MagneticState, Play};
 
 /// Samples of a sweep without time are taken for this far apart: only rates per sample matter then.

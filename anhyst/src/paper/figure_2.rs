@@ -2,8 +2,8 @@
 
 use super::{Figure, finding};
 use crate::error::RunError;
-use crate::figure::{Points, curve, dashed, panel};
 use anhyst_model::{Anhysteretic, Hysteresis, MagneticState};
+use anhyst_report::figure::{Points, curve, dashed, panel};
 
 const PEAK_A_PER_M: f64 = 30e3;
 const STEP_A_PER_M: f64 = 50.0;

@@ -2,9 +2,9 @@
 
 use super::{Figure, MEMBERS, RANGE_A_PER_M, finding, refused};
 use crate::error::RunError;
-use crate::figure::{Curve, Points, curve, panel};
 use anhyst_estimator::{Covers, Grid};
 use anhyst_model::{Anhysteretic, Bank, Hysteresis};
+use anhyst_report::figure::{Curve, Points, curve, panel};
 
 /// Where the Ising curve's M is convex over one part of Θ and concave over the other.
 const FIELD_A_PER_M: f64 = 18.2e3;

@@ -2,9 +2,9 @@
 
 use super::{Figure, MEMBERS, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
 use crate::error::RunError;
-use crate::figure::{Points, curve, panel};
 use anhyst_estimator::Grid;
 use anhyst_model::{Anhysteretic, Bank, Hysteresis};
+use anhyst_report::figure::{Points, curve, panel};
 
 const PEAK_A_PER_M: f64 = 40e3;
 const STEPS: u32 = 400;

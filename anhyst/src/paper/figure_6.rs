@@ -3,9 +3,9 @@
 use super::printed::{Erratum, PrintedScalar};
 use super::{Figure, MEMBERS, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
 use crate::error::RunError;
-use crate::figure::{Points, TIME, curve, dashed, panel};
 use anhyst_estimator::{Grid, Scalar, ScalarPlant, ScalarSettings};
 use anhyst_model::{Anhysteretic, Bank, Hysteresis};
+use anhyst_report::figure::{Points, TIME, curve, dashed, panel};
 use std::f64::consts::TAU;
 
 const TICK_S: f64 = 1e-4;

@@ -2,9 +2,9 @@
 
 use super::{Figure, MEMBERS, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
 use crate::error::RunError;
-use crate::figure::{Points, TIME, curve, dashed, panel};
 use anhyst_estimator::{Covers, Grid, Matrix, MatrixConstants, Mode, Modes};
 use anhyst_model::{Anhysteretic, Bank, Hysteresis, RodState, TwoPole, TwoPolePropagator};
+use anhyst_report::figure::{Points, TIME, curve, dashed, panel};
 
 /// The paper's w, k̂ and ĉ.
 const ROD: TwoPole = TwoPole {

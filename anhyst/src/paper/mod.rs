@@ -16,7 +16,7 @@ mod publish;
 pub use publish::publish;
 
 use crate::error::RunError;
-use crate::figure::Panel;
+use anhyst_report::figure::Panel;
 use serde::Serialize;
 
 /// True `a`, A/m.

@@ -2,8 +2,8 @@
 
 use super::{Figure, refused};
 use crate::error::RunError;
-use crate::figure::drawing;
-use anhyst_diagnosis::page::{Page, Section, Table};
+use anhyst_report::figure::drawing;
+use anhyst_report::page::{Page, Section, Table};
 use std::path::Path;
 
 /// Writes `index.html`, `figure-N.svg`, `figure-N.png` and `paper.rrd` into a folder.
@@ -78,7 +78,7 @@ fn record(figures: &[Figure], path: &Path) -> Result<(), RunError> {
             let cells = [&finding.what, &finding.paper, &finding.found, &finding.as_printed];
             notes += &format!("| {} |\n", cells.map(|cell| cell.replace('|', "/")).join(" | "));
         }
-        crate::figure::album_page(&format!("Fig. {}", figure.number), &notes, &figure.panels)
+        crate::album::album_page(&format!("Fig. {}", figure.number), &notes, &figure.panels)
     };
     let album = anhyst_recorder::Album {
         name: "Nealis and Smith".into(),

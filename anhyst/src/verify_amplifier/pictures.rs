@@ -3,7 +3,7 @@
 use super::expectation::Expectation;
 use super::judge::{Curves, Evidence, Response};
 use super::program::{Part, Segment};
-use anhyst_diagnosis::plot::{Axis, Figure, Line, Panel, Role};
+use anhyst_report::plot::{Axis, Figure, Line, Panel, Role};
 use num_complex::Complex64;
 
 /// A picture, its size in pixels, and what it shows.

@@ -3,8 +3,8 @@
 use super::expectation::Expectation;
 use super::findings::{Bound, Check, Findings, NotJudged};
 use super::pictures::Picture;
-use anhyst_diagnosis::DiagnosisError;
-use anhyst_diagnosis::page::{Badge, Cell, Page, Section, Table};
+use anhyst_report::ReportError;
+use anhyst_report::page::{Badge, Cell, Page, Section, Table};
 use serde::Serialize;
 
 /// How it came out.
@@ -86,7 +86,7 @@ impl Report {
     ///
     /// # Errors
     /// A picture that cannot be drawn.
-    pub fn html(&self, pictures: &[Picture], command_line: &str) -> Result<String, DiagnosisError> {
+    pub fn html(&self, pictures: &[Picture], command_line: &str) -> Result<String, ReportError> {
         let mut table = Table::new(&["check", "", "value", "limit", "unit", "what it says"]);
         for check in &self.checks {
             let sign = match check.bound {

@@ -1,0 +1,329 @@
+//! Where the gap is: its energy over time, frequency, size of the field, rate, direction, temperature, cycle and kind of loop.
+//!
+//! Energy of a cell is Σ (r² − σ²) over its rows: residual r less the noise σ that is always there. A cell that holds a
+//! larger share of the energy than of the time is where to look. The amplifier is judged apart, by command against measured field.
+
+use serde::{Deserialize, Serialize};
+
+use crate::observation::Observation;
+use crate::probes::powers;
+use crate::score::kind_name;
+use crate::statistics::{quantile, sorted};
+use crate::system::{Channel, ChannelKind, Signals};
+
+/// Cells of a quantity that is cut by its quantiles.
+const CELLS: usize = 5;
+/// Shares of the energy that are called concentrated.
+const CONCENTRATED: f64 = 1.5;
+
+/// Energy of the gap over one quantity.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GapOver {
+    /// Run, from 1.
+    pub run: usize,
+    /// `field` or `output`.
+    pub channel: String,
+    pub over: String,
+    pub cells: Vec<GapCell>,
+}
+
+/// One cell of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GapCell {
+    pub label: String,
+    pub share_of_rows: f64,
+    pub share_of_energy: f64,
+    /// Rms of the gap within, noise taken off, in the channel's unit.
+    pub rms: f64,
+}
+
+/// Gap in a channel as a whole.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChannelGap {
+    pub run: usize,
+    pub channel: String,
+    pub unit: String,
+    /// Of measured minus nominal model, noise included.
+    pub rms: f64,
+    pub noise_rms: f64,
+}
+
+/// Tables of the gap's energy, for every channel whose gap stands out of its noise.
+pub(crate) fn locate(observation: &Observation, residual: &[f64], signals: &[Signals]) -> Vec<GapOver> {
+    let mut tables = Vec::new();
+    for channel in &observation.channels {
+        let gap: Vec<f64> = residual[channel.rows.clone()]
+            .iter()
+            .map(|z| z * channel.noise_rms)
+            .collect();
+        let signals = &signals[channel.run];
+        let table = |over: &str, cells: Vec<GapCell>| GapOver {
+            run: channel.run + 1,
+            channel: kind_name(channel.kind).to_owned(),
+            over: over.to_owned(),
+            cells,
+        };
+        for (over, unit, values) in quantities(signals) {
+            tables.push(table(over, cut(channel, &gap, &values, unit)));
+        }
+        for (over, cells) in named(signals) {
+            tables.push(table(over, by_name(channel, &gap, &cells)));
+        }
+        if let Some(tick_s) = signals.tick_s {
+            tables.push(table("frequency", spectrum(channel, &gap, tick_s)));
+        }
+    }
+    tables.retain(|table| !table.cells.is_empty());
+    tables
+}
+
+/// Sentences on the tables in which the energy is concentrated most.
+pub(crate) fn sentences(tables: &[GapOver], channels: &[ChannelGap], most: usize) -> Vec<String> {
+    let mut found: Vec<(f64, String)> = Vec::new();
+    for table in tables {
+        let loud = channels
+            .iter()
+            .find(|gap| gap.run == table.run && gap.channel == table.channel);
+        if loud.is_none_or(|gap| gap.rms < 1.05 * gap.noise_rms) {
+            continue;
+        }
+        let highest = table
+            .cells
+            .iter()
+            .max_by(|one, other| one.share_of_energy.total_cmp(&other.share_of_energy));
+        let Some(cell) = highest.filter(|cell| cell.share_of_rows > 0.0) else {
+            continue;
+        };
+        let factor = cell.share_of_energy / cell.share_of_rows;
+        if factor > CONCENTRATED {
+            let run = if table.run > 1 || channels.iter().any(|gap| gap.run > 1) {
+                format!("run {}: ", table.run)
+            } else {
+                String::new()
+            };
+            let sentence = format!(
+                "{run}{:.0} % of the energy of the {} gap lies at {} {} ({:.0} % of the rows)",
+                100.0 * cell.share_of_energy.min(1.0),
+                table.channel,
+                table.over,
+                cell.label,
+                100.0 * cell.share_of_rows
+            );
+            found.push((factor.min(20.0) * cell.share_of_energy, sentence));
+        }
+    }
+    found.sort_by(|one, other| other.0.total_cmp(&one.0));
+    found.into_iter().take(most).map(|(_, sentence)| sentence).collect()
+}
+
+fn change(series: &[f64]) -> Vec<f64> {
+    (0..series.len())
+        .map(|k| series[k] - series[k.saturating_sub(1)])
+        .collect()
+}
+
+/// Quantities that are cut into cells of equal numbers of rows.
+fn quantities(signals: &Signals) -> Vec<(&'static str, &'static str, Vec<f64>)> {
+    let per_row = signals.tick_s.unwrap_or(1.0);
+    let rate: Vec<f64> = change(&signals.field)
+        .iter()
+        .map(|change| change.abs() / per_row)
+        .collect();
+    let time: Vec<f64> = (0..signals.field.len()).map(|k| k as f64 * per_row).collect();
+    let (time_name, time_unit, rate_unit) = match signals.tick_s {
+        Some(_) => ("time", "s", "A/(m s)"),
+        None => ("row", "", "A/m a row"),
+    };
+    let mut all = vec![
+        (time_name, time_unit, time),
+        (
+            "size of field",
+            "A/m",
+            signals.field.iter().map(|field| field.abs()).collect(),
+        ),
+        ("size of rate", rate_unit, rate),
+    ];
+    if let Some(temperature) = &signals.temperature {
+        all.push(("temperature", "K", temperature.clone()));
+    }
+    all
+}
+
+/// Cells with names: direction, cycle, kind of loop.
+fn named(signals: &Signals) -> Vec<(&'static str, Vec<&'static str>)> {
+    let rate = change(&signals.field);
+    let direction = rate.iter().map(|rate| match rate {
+        rate if *rate > 0.0 => "rising field",
+        rate if *rate < 0.0 => "falling field",
+        _ => "field at rest",
+    });
+    let (cycles, loops) = cycles_and_loops(&signals.field);
+    vec![
+        ("direction", direction.collect()),
+        ("cycle", cycles),
+        ("kind of loop", loops),
+    ]
+}
+
+/// Early or late cycle, and whether the present branch lies within earlier extremes.
+fn cycles_and_loops(field: &[f64]) -> (Vec<&'static str>, Vec<&'static str>) {
+    let largest = field.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    let threshold = 0.02 * largest;
+    let mut numbers = Vec::with_capacity(field.len());
+    let (mut cycle, mut extreme, mut rising) = (0_usize, field.first().copied().unwrap_or(0.0), true);
+    let (mut low, mut high) = (0.0_f64, 0.0_f64);
+    let mut loops = Vec::with_capacity(field.len());
+    for value in field {
+        if rising == (*value > extreme) {
+            extreme = *value;
+        } else if (value - extreme).abs() > threshold {
+            cycle += 1;
+            rising = !rising;
+            extreme = *value;
+        }
+        numbers.push(cycle / 2);
+        (low, high) = (low.min(*value), high.max(*value));
+        // Within nine tenths of what has been reached before.
+        let within = extreme.abs() < 0.9 * high.max(-low);
+        loops.push(if within { "minor loop" } else { "major loop" });
+    }
+    let last = numbers.last().copied().unwrap_or(0).max(1);
+    let names = [
+        "first third of the cycles",
+        "second third of the cycles",
+        "last third of the cycles",
+    ];
+    let cycles = numbers
+        .into_iter()
+        .map(|number| names[(3 * number / (last + 1)).min(2)])
+        .collect();
+    (cycles, loops)
+}
+
+fn cut(channel: &Channel, gap: &[f64], values: &[f64], unit: &str) -> Vec<GapCell> {
+    let all = sorted(values.iter().copied());
+    let edges: Vec<f64> = (0..=CELLS)
+        .map(|edge| quantile(&all, edge as f64 / CELLS as f64))
+        .collect();
+    let inner = &edges[1..CELLS];
+    let places = values.iter().map(|value| inner.partition_point(|edge| edge <= value));
+    cells(channel, gap, places, CELLS, |cell| {
+        format!("{} to {} {unit}", Short(edges[cell]), Short(edges[cell + 1]))
+            .trim_end()
+            .to_owned()
+    })
+}
+
+fn by_name(channel: &Channel, gap: &[f64], names: &[&'static str]) -> Vec<GapCell> {
+    let mut different: Vec<&'static str> = Vec::new();
+    for name in names {
+        if !different.contains(name) {
+            different.push(name);
+        }
+    }
+    let places = names
+        .iter()
+        .map(|name| different.iter().position(|own| own == name).unwrap_or(0));
+    cells(channel, gap, places, different.len(), |cell| {
+        format!("({})", different[cell])
+    })
+}
+
+fn cells(
+    channel: &Channel,
+    gap: &[f64],
+    places: impl Iterator<Item = usize>,
+    count: usize,
+    label: impl Fn(usize) -> String,
+) -> Vec<GapCell> {
+    let mut sums = vec![(0.0_f64, 0.0_f64); count];
+    let variance = channel.noise_rms * channel.noise_rms;
+    for (gap, place) in gap.iter().zip(places) {
+        sums[place].0 += gap * gap - variance;
+        sums[place].1 += 1.0;
+    }
+    let total: f64 = sums.iter().map(|(energy, _)| energy.max(0.0)).sum();
+    sums.iter()
+        .enumerate()
+        .filter(|(_, (_, rows))| *rows > 0.0)
+        .map(|(cell, (energy, rows))| GapCell {
+            label: label(cell),
+            share_of_rows: rows / gap.len() as f64,
+            share_of_energy: if total > 0.0 { energy.max(0.0) / total } else { 0.0 },
+            rms: (energy.max(0.0) / rows).sqrt(),
+        })
+        .collect()
+}
+
+/// Decades of frequency, with the noise taken as white.
+fn spectrum(channel: &Channel, gap: &[f64], tick_s: f64) -> Vec<GapCell> {
+    let powers = powers(gap);
+    let bins = powers.len() as f64;
+    let highest = 0.5 / tick_s;
+    let floor = channel.noise_rms * channel.noise_rms * gap.len() as f64;
+    let mut edges = vec![0.0];
+    let mut edge = 1.0;
+    while edge < highest {
+        if edge * gap.len() as f64 * tick_s > 1.0 {
+            edges.push(edge);
+        }
+        edge *= 10.0_f64.sqrt();
+    }
+    edges.push(highest);
+    let mut found: Vec<(f64, f64)> = vec![(0.0, 0.0); edges.len() - 1];
+    for (bin, power) in powers.iter().enumerate() {
+        let frequency = highest * bin as f64 / bins;
+        let cell = (edges.partition_point(|edge| *edge <= frequency)).clamp(1, found.len()) - 1;
+        found[cell].0 += power - floor;
+        found[cell].1 += 1.0;
+    }
+    let total: f64 = found.iter().map(|(energy, _)| energy.max(0.0)).sum();
+    // Parseval: two sides, padded.
+    let scale = 2.0 / (2.0 * bins * gap.len() as f64);
+    found
+        .iter()
+        .enumerate()
+        .map(|(cell, (energy, rows))| GapCell {
+            label: format!("{} to {} Hz", Short(edges[cell]), Short(edges[cell + 1])),
+            share_of_rows: rows / bins,
+            share_of_energy: if total > 0.0 { energy.max(0.0) / total } else { 0.0 },
+            rms: (energy.max(0.0) * scale).sqrt(),
+        })
+        .collect()
+}
+
+/// Three digits.
+struct Short(f64);
+
+impl std::fmt::Display for Short {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let size = self.0.abs();
+        if size != 0.0 && !(1e-2..1e5).contains(&size) {
+            write!(formatter, "{:.2e}", self.0)
+        } else if size >= 100.0 {
+            write!(formatter, "{:.0}", self.0)
+        } else if size >= 1.0 || size == 0.0 {
+            write!(formatter, "{:.1}", self.0)
+        } else {
+            write!(formatter, "{:.3}", self.0)
+        }
+    }
+}
+
+/// Gap of each channel against its noise.
+pub(crate) fn channel_gaps(observation: &Observation, residual: &[f64], output_unit: &str) -> Vec<ChannelGap> {
+    observation
+        .channels
+        .iter()
+        .map(|channel| ChannelGap {
+            run: channel.run + 1,
+            channel: kind_name(channel.kind).to_owned(),
+            unit: match channel.kind {
+                ChannelKind::Output => output_unit.to_owned(),
+                _ => "A/m".to_owned(),
+            },
+            rms: channel.noise_rms * crate::statistics::rms(residual[channel.rows.clone()].iter().copied()),
+            noise_rms: channel.noise_rms,
+        })
+        .collect()
+}

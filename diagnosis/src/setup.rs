@@ -1,0 +1,213 @@
+//! From measured runs and a model to channels, drives and noise.
+//!
+//! A run is driven by its field command; where it has none, by its measured field through a play of 3σ. Compared are the output
+//! (displacement with a rod, else strain or displacement), the coil field where command and field were both measured, and the
+//! magnetization where it was. The zero of strain and magnetization is the instrument's; that of a displacement is the model's,
+//! unless the run has no time or the model was itself fitted to measurements.
+
+use anhyst_model::{ActuatorModel, Drive, Effect, EffectKind, MagneticState, Play};
+
+use crate::error::DiagnosisError;
+use crate::plant::{Plant, RunInputs};
+use crate::system::{Channel, ChannelKind};
+use anhyst_measured::MeasuredRun;
+use anhyst_measured::Quantity;
+
+/// A lattice of more than this many noises is more than half of it: 1/√12 is all of it.
+const COARSE: f64 = 2.4;
+/// A first drive below this share of the largest is none.
+const DRIVEN: f64 = 0.02;
+/// Half width of the play, in standard deviations of the field's noise.
+const PLAY_DEVIATIONS: f64 = 3.0;
+/// Runs longer than this (s) show creep slower than the library's usual three time constants.
+const LONG_RUN_S: f64 = 10.0;
+/// Their creep: time constants from and to these shares of the run. Faster creep is part of a cycle's shape.
+const SHORTEST: f64 = 0.03;
+const LONGEST: f64 = 3.0;
+
+/// How to diagnose.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DiagnoseOptions {
+    /// 0: as many as the machine runs side by side.
+    pub threads: usize,
+    /// The model's numbers were fitted to measurements, so they carry its errors: the instrument's zero is free, and effects are
+    /// sought beside calibrated parameters.
+    pub fitted_model: bool,
+    /// The first seconds are simulated and not compared: a start from an unknown state.
+    pub settle_s: f64,
+}
+
+/// A plant with what was measured on it.
+pub(crate) struct Setup {
+    pub plant: Plant,
+    /// By channel, in its unit, one behind the other.
+    pub measured: Vec<f64>,
+    pub output: Quantity,
+    /// Step on which the output's values stand, where its rounding is the larger part of the noise.
+    pub lattice: Option<f64>,
+}
+
+pub(crate) fn setup(
+    model: &ActuatorModel,
+    runs: &[MeasuredRun],
+    fitted_model: bool,
+    options: &DiagnoseOptions,
+) -> Result<Setup, DiagnosisError> {
+    let Some(first) = runs.first() else {
+        return Err(refusal("there is no run to diagnose"));
+    };
+    let output = output_of(model, first)?;
+    let (mut inputs, mut channels, mut measured) = (Vec::new(), Vec::new(), Vec::new());
+    let mut lattice = None;
+    for (number, run) in runs.iter().enumerate() {
+        let (input, has_command) = inputs_of(run)?;
+        let mut compared = Vec::new();
+        if has_command && let Some(field) = run.series(Quantity::Field) {
+            compared.push((ChannelKind::Field, Quantity::Field, field));
+        }
+        let Some(own) = run.series(output) else {
+            return Err(refusal(&format!(
+                "{}: has no {}, which the first run has",
+                run.source,
+                output.name()
+            )));
+        };
+        compared.push((ChannelKind::Output, output, own));
+        if let Some(magnetization) = run.series(Quantity::Magnetization) {
+            compared.push((ChannelKind::Magnetization, Quantity::Magnetization, magnetization));
+        }
+        for (kind, quantity, series) in compared {
+            let floor = run.noise(quantity);
+            if kind == ChannelKind::Output
+                && let Some((floor, step)) = floor.and_then(|own| Some((own, own.resolution?)))
+            {
+                lattice = (step > COARSE * floor.rms).then_some(step);
+            }
+            let span = span(series);
+            let noise_rms = floor.map_or(1e-3 * span, |floor| floor.rms).max(1e-9 * span);
+            let of_instrument = kind == ChannelKind::Magnetization || quantity == Quantity::Strain;
+            channels.push(Channel {
+                run: number,
+                kind,
+                rows: measured.len()..measured.len() + series.len(),
+                noise_rms,
+                autoregression: floor.map_or(0.0, |floor| floor.autoregression),
+                settling_rows: run.tick_s.map_or(0, |tick_s| (options.settle_s / tick_s) as usize),
+                free_zero: kind != ChannelKind::Field && (of_instrument || fitted_model || run.tick_s.is_none()),
+            });
+            measured.extend_from_slice(series);
+        }
+        inputs.push(input);
+    }
+    let plant = Plant {
+        model: prepared(model, &inputs),
+        runs: inputs,
+        channels,
+    };
+    Ok(Setup {
+        plant,
+        measured,
+        output,
+        lattice,
+    })
+}
+
+fn refusal(sentence: &str) -> DiagnosisError {
+    DiagnosisError::NoDiagnosis {
+        sentence: sentence.to_owned(),
+    }
+}
+
+fn output_of(model: &ActuatorModel, run: &MeasuredRun) -> Result<Quantity, DiagnosisError> {
+    let wanted: &[Quantity] = if model.rod.is_some() {
+        &[Quantity::Displacement]
+    } else {
+        &[Quantity::Strain, Quantity::Displacement]
+    };
+    wanted
+        .iter()
+        .copied()
+        .find(|quantity| run.series(*quantity).is_some())
+        .ok_or_else(|| {
+            let names: Vec<&str> = wanted.iter().map(|quantity| quantity.name()).collect();
+            refusal(&format!(
+                "{}: the model \"{}\" predicts {}, and the run has no such column. Name one with --column {}=HEADER",
+                run.source,
+                model.name,
+                names.join(" or "),
+                wanted[0].key()
+            ))
+        })
+}
+
+/// What drives the model, and whether that is the command.
+fn inputs_of(run: &MeasuredRun) -> Result<(RunInputs, bool), DiagnosisError> {
+    let series = |quantity: Quantity| run.series(quantity).map(<[f64]>::to_vec);
+    let (drive_a_per_m, drive) = match (series(Quantity::FieldCommand), series(Quantity::Field)) {
+        (Some(command), _) => (command, Drive::Command),
+        (None, Some(field)) => (played(run, &field)?, Drive::CoilField),
+        (None, None) => {
+            return Err(refusal(&format!(
+                "{}: has neither a field command nor a field. Name what drove the actuator as one of them, with its field per \
+                 unit, as in --column command=HEADER*1000",
+                run.source
+            )));
+        }
+    };
+    let start = match (run.tick_s, run.series(Quantity::Magnetization)) {
+        // The sweep's own first sample; its zero is a matter of the instrument and small beside the loop.
+        (None, Some(magnetization)) => Some(MagneticState {
+            field_a_per_m: drive_a_per_m[0],
+            magnetization_a_per_m: magnetization[0] - middle(magnetization),
+        }),
+        _ => None,
+    };
+    let largest = drive_a_per_m.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    let begins_driven = drive_a_per_m
+        .first()
+        .is_some_and(|first| first.abs() > DRIVEN * largest);
+    let inputs = RunInputs {
+        drive_a_per_m,
+        drive,
+        tick_s: run.tick_s,
+        temperature_k: series(Quantity::Temperature),
+        force_n: series(Quantity::Force),
+        start,
+        // Rows cut out of a file begin in the middle of a motion; a file that begins with a drive found the actuator at rest.
+        from_rest: run.tick_s.is_some() && run.rows.first() == Some(&0) && begins_driven,
+    };
+    Ok((inputs, drive == Drive::Command))
+}
+
+fn played(run: &MeasuredRun, field: &[f64]) -> Result<Vec<f64>, DiagnosisError> {
+    let noise_rms = run.noise(Quantity::Field).map_or(0.0, |floor| floor.rms);
+    let mut play = Play::new(PLAY_DEVIATIONS * noise_rms).map_err(|error| refusal(&error.to_string()))?;
+    Ok(field.iter().map(|value| play.follow(*value)).collect())
+}
+
+/// Creep of long runs is given time constants up to the run's length.
+fn prepared(model: &ActuatorModel, runs: &[RunInputs]) -> ActuatorModel {
+    let durations = runs
+        .iter()
+        .filter_map(|run| Some(run.tick_s? * run.drive_a_per_m.len() as f64));
+    let longest_s = durations.fold(0.0, f64::max);
+    let absent = Effect::identity(EffectKind::AfterEffect).with("longest_s", LONGEST * longest_s);
+    match absent.and_then(|absent| absent.with("shortest_s", SHORTEST * longest_s)) {
+        Ok(absent) if longest_s > LONG_RUN_S && model.effect(EffectKind::AfterEffect).is_none() => {
+            model.clone().with_effect(absent)
+        }
+        _ => model.clone(),
+    }
+}
+
+fn span(series: &[f64]) -> f64 {
+    let low = series.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = series.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    (high - low).max(f64::MIN_POSITIVE)
+}
+
+/// Half way between the extremes.
+fn middle(series: &[f64]) -> f64 {
+    let low = series.iter().copied().fold(f64::INFINITY, f64::min);
+    low + 0.5 * span(series)
+}

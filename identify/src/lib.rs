@@ -1,0 +1,30 @@
+//! Parameters out of measured data: one set for all loops, and how well the data fix it.
+//!
+//! [`fit()`] finds the set and reports on it; [`material_text`] writes it as a material file. Nothing here prints, draws or
+//! writes: files, pictures and progress bars belong to the executable.
+
+mod error;
+mod fit;
+mod material;
+mod modelled;
+mod observed;
+pub mod parallel;
+mod parameters;
+mod progress;
+pub mod report;
+mod residuals;
+mod search;
+mod simulate;
+mod strain;
+mod summary;
+mod uncertainty;
+mod warnings;
+
+pub use error::IdentifyError;
+pub use fit::{Curves, Fit, FitOptions, fit};
+pub use material::material_text;
+pub use modelled::{FittedLoop, FittedStrain};
+pub use parameters::{Bounds, Fixed, Parameter};
+pub use progress::{Progress, Stage};
+pub use report::FitReport;
+pub use simulate::Beginning;

@@ -1,0 +1,22 @@
+//! Measured loops as a fit sees them, and what of them belongs to the instrument.
+
+use crate::simulate::Beginning;
+
+/// One loop as the fit sees it.
+#[derive(Clone, Debug)]
+pub(crate) struct ObservedLoop {
+    pub field_a_per_m: Vec<f64>,
+    pub magnetization_a_per_m: Vec<f64>,
+    pub magnetization_range_a_per_m: f64,
+    pub strain: Option<Vec<f64>>,
+    pub beginning: Beginning,
+}
+
+/// Unknowns that belong to the instrument and not to the material, as fractions of each loop's range of M.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Nuisance {
+    /// Measured zero of M: measured M = true M + offset.
+    pub offset: Vec<f64>,
+    /// First true M less (first measured M − offset), for loops whose beginning is fitted.
+    pub first: Vec<f64>,
+}

@@ -1,0 +1,210 @@
+//! From a page to its text.
+
+use std::fmt::{Display, Formatter};
+
+use super::badge::{Badge, Verdict};
+use super::document::{Block, Footer, Note, Page, Section, slug};
+use super::table::{Cell, Table};
+
+const STYLE: &str = include_str!("style.css");
+/// A page with this many sections opens with links to them.
+const SECTIONS_WITH_LINKS: usize = 3;
+
+/// Text that means itself.
+struct Plain<'a>(&'a str);
+
+impl Display for Plain<'_> {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> std::fmt::Result {
+        for letter in self.0.chars() {
+            match letter {
+                '<' => formatter.write_str("&lt;")?,
+                '>' => formatter.write_str("&gt;")?,
+                '&' => formatter.write_str("&amp;")?,
+                '"' => formatter.write_str("&quot;")?,
+                // What no document may hold.
+                control if control.is_control() && !matches!(control, '\n' | '\t') => formatter.write_str(" ")?,
+                other => write!(formatter, "{other}")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Text in which words between backticks are code; a backtick without its fellow means itself.
+struct Prose<'a>(&'a str);
+
+impl Display for Prose<'_> {
+    fn fmt(&self, formatter: &mut Formatter<'_>) -> std::fmt::Result {
+        let parts: Vec<&str> = self.0.split('`').collect();
+        let paired = parts.len() - usize::from(parts.len().is_multiple_of(2));
+        for (index, part) in parts.iter().enumerate() {
+            match (index % 2 == 1, index < paired) {
+                (true, true) => write!(formatter, "<code>{}</code>", Plain(part))?,
+                (_, true) => write!(formatter, "{}", Plain(part))?,
+                (_, false) => write!(formatter, "`{}", Plain(part))?,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The sections' ids, with a number where one was there before.
+fn ids(sections: &[Section]) -> Vec<String> {
+    let mut ids: Vec<String> = Vec::new();
+    for section in sections {
+        let wanted = slug(&section.id);
+        let numbered = (2..).map(|number| format!("{wanted}-{number}"));
+        let free = std::iter::once(wanted.clone())
+            .chain(numbered)
+            .find(|id| !ids.contains(id));
+        ids.push(free.unwrap_or(wanted));
+    }
+    ids
+}
+
+impl Page {
+    /// The page as text, to be written to one file.
+    pub fn html(&self) -> String {
+        let ids = ids(&self.sections);
+        let sections: String = self.sections.iter().zip(&ids).map(|(of, id)| section(of, id)).collect();
+        let title = Plain(&self.title);
+        let lead = if self.lead.is_empty() {
+            String::new()
+        } else {
+            format!("<p class=\"lead\">{}</p>\n", Prose(&self.lead))
+        };
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
+         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
+         <header>\n<h1>{title}</h1>\n{lead}</header>\n{}{sections}{}</main>\n</body>\n</html>\n",
+            links(self, &ids),
+            footer(&self.footer)
+        )
+    }
+}
+
+fn links(page: &Page, ids: &[String]) -> String {
+    if page.sections.len() < SECTIONS_WITH_LINKS {
+        return String::new();
+    }
+    let link = |(section, id): (&Section, &String)| {
+        let mark = section
+            .badge
+            .as_ref()
+            .map_or(String::new(), |of| format!(" {}", badge(of)));
+        format!(
+            "<li><a href=\"#{}\">{}</a>{mark}</li>\n",
+            Plain(id),
+            Prose(&section.heading)
+        )
+    };
+    let items: String = page.sections.iter().zip(ids).map(link).collect();
+    format!("<nav aria-label=\"Contents\">\n<ol>\n{items}</ol>\n</nav>\n")
+}
+
+fn section(section: &Section, id: &str) -> String {
+    let mark = section
+        .badge
+        .as_ref()
+        .map_or(String::new(), |of| format!(" {}", badge(of)));
+    let blocks: String = section.blocks.iter().map(block).collect();
+    let (id, heading) = (Plain(id), Prose(&section.heading));
+    format!("<section id=\"{id}\">\n<h2>{heading}{mark}</h2>\n{blocks}</section>\n")
+}
+
+fn block(block: &Block) -> String {
+    match block {
+        Block::Paragraph(text) => format!("<p>{}</p>\n", Prose(text)),
+        Block::List(items) => {
+            let items: String = items.iter().map(|item| format!("<li>{}</li>\n", Prose(item))).collect();
+            format!("<ul>\n{items}</ul>\n")
+        }
+        Block::Code(text) => format!("<pre><code>{}</code></pre>\n", Plain(text)),
+        Block::Table(of) => table(of),
+        Block::Picture { svg, caption } => picture(svg, caption),
+        Block::Beside { left, right, badge: of } => {
+            let mark = of
+                .as_ref()
+                .map_or(String::new(), |of| format!("<p class=\"verdict\">{}</p>\n", badge(of)));
+            format!("<div class=\"beside\">\n{}{}{mark}</div>\n", note(left), note(right))
+        }
+        Block::Badges(all) => {
+            let all: Vec<String> = all.iter().map(badge).collect();
+            format!("<p class=\"badges\">{}</p>\n", all.join(" "))
+        }
+    }
+}
+
+fn note(note: &Note) -> String {
+    format!(
+        "<div>\n<h3>{}</h3>\n<p>{}</p>\n</div>\n",
+        Prose(&note.heading),
+        Prose(&note.text)
+    )
+}
+
+fn badge(badge: &Badge) -> String {
+    // A colour alone says nothing to some readers and on paper.
+    let (class, sign) = match badge.verdict {
+        Verdict::Pass => ("pass", "✓ "),
+        Verdict::Fail => ("fail", "✗ "),
+        Verdict::Note => ("note", ""),
+    };
+    format!("<span class=\"badge {class}\">{sign}{}</span>", Plain(&badge.text))
+}
+
+/// The picture within the page: an inline SVG needs no name space, and a name for those who cannot see it.
+fn picture(svg: &str, caption: &str) -> String {
+    let start = svg.find("<svg").unwrap_or(0);
+    let named = format!("<svg role=\"img\" aria-label=\"{}\"", Plain(caption));
+    let inline = svg[start..]
+        .replacen("<svg", &named, 1)
+        .replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
+    format!(
+        "<figure>\n{}\n<figcaption>{}</figcaption>\n</figure>\n",
+        inline.trim_end(),
+        Prose(caption)
+    )
+}
+
+fn table(table: &Table) -> String {
+    let class = |numeric: bool| if numeric { " class=\"number\"" } else { "" };
+    let header = table.header.iter().enumerate();
+    let header: String = header
+        .map(|(column, name)| {
+            format!(
+                "<th scope=\"col\"{}>{}</th>",
+                class(table.is_numeric(column)),
+                Prose(name)
+            )
+        })
+        .collect();
+    let cell = |cell: &Cell| match cell {
+        Cell::Words(text) => format!("<td>{}</td>", Prose(text)),
+        Cell::Number(text) => format!("<td{}>{}</td>", class(true), Plain(text)),
+        Cell::Badge(of) => format!("<td>{}</td>", badge(of)),
+    };
+    let row = |row: &Vec<Cell>| format!("<tr>{}</tr>\n", row.iter().map(cell).collect::<String>());
+    let rows: String = table.rows.iter().map(row).collect();
+    let caption = match table.caption.as_str() {
+        "" => String::new(),
+        caption => format!("<caption>{}</caption>\n", Prose(caption)),
+    };
+    format!(
+        "<div class=\"wide\">\n<table>\n{caption}<thead>\n<tr>{header}</tr>\n</thead>\n<tbody>\n{rows}</tbody>\n</table>\n</div>\n"
+    )
+}
+
+fn footer(footer: &Footer) -> String {
+    let command = match footer.command.as_str() {
+        "" => String::new(),
+        command => format!("<dt>command</dt>\n<dd><code>{}</code></dd>\n", Plain(command)),
+    };
+    let fact = |(name, value): &(String, String)| format!("<dt>{}</dt>\n<dd>{}</dd>\n", Plain(name), Prose(value));
+    let facts: String = footer.facts.iter().map(fact).collect();
+    if command.is_empty() && facts.is_empty() {
+        return String::new();
+    }
+    format!("<footer>\n<dl>\n{command}{facts}</dl>\n</footer>\n")
+}
