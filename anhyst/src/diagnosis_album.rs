@@ -1,8 +1,8 @@
 //! A diagnosis as a Rerun recording: measured run, old model, new model and what each leaves, side by side.
 
-use crate::figure::{Panel, TIME, album_page, curve, panel};
 use anhyst_diagnosis::diagnose::{Diagnosed, RunSeries};
 use anhyst_recorder::{Album, AlbumPage};
+use anhyst_studies::figure::{Panel, TIME, album_page, curve, panel};
 
 /// Abscissa of a run without time.
 const ROW: &str = "row";

@@ -1,14 +1,14 @@
 //! `anhyst fit`: a material from measured loops, with standard deviations, warnings and a picture.
 
 use super::Ending;
-use super::summary::plain_table;
-use crate::error::RunError;
-use crate::scenario::to_ron;
 use anhyst_diagnosis::{
     ColumnMapping, Curves, DiagnosisError, Fit, FitOptions, FitReport, Fixed, MeasuredLoops, Progress, ReadOptions,
     RowRange, fit, material_text, picture,
 };
+use anhyst_launch::error::RunError;
+use anhyst_launch::table::plain_table;
 use anhyst_model::Anhysteretic;
+use anhyst_scenario::to_ron;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 

@@ -1,8 +1,8 @@
 //! The comparison as a table for the terminal and a section of the report.
 
 use super::{Control, Cut};
-use crate::commands::summary::plain_table;
 use anhyst_diagnosis::page::{Block, Cell, Section, Table};
+use anhyst_launch::table::plain_table;
 use comfy_table::CellAlignment;
 
 const HEADER: [&str; 5] = [

@@ -1,8 +1,8 @@
 //! An estimation as panels: where the estimate went, what was measured and predicted, what is left.
 
 use super::Estimated;
-use crate::figure::{Panel, TIME, curve, dashed, panel};
 use anhyst_diagnosis::{MeasuredRun, Quantity};
+use anhyst_studies::figure::{Panel, TIME, curve, dashed, panel};
 
 /// The panels of an estimation.
 pub fn picture(found: &Estimated, measured: &MeasuredRun) -> Vec<Panel> {
