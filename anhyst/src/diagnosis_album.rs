@@ -1,8 +1,8 @@
 //! A diagnosis as a Rerun recording: measured run, old model, new model and what each leaves, side by side.
 
-use crate::album::album_page;
 use anhyst_diagnosis::{Diagnosed, RunSeries};
 use anhyst_recorder::{Album, AlbumPage};
+use anhyst_report::album::album_page;
 use anhyst_report::figure::{Panel, TIME, curve, panel};
 
 /// Abscissa of a run without time.

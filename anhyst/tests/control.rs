@@ -3,8 +3,8 @@
 //! --nocapture`.
 
 use anhyst::control::{Compensation, Control, Cut, Models, control};
-use anhyst::scenario::{Scenario, Setting, load, to_ron};
 use anhyst_model::{ActuatorModel, Effect, EffectKind};
+use anhyst_scenario::{Scenario, Setting, load, to_ron};
 use ron::ser::PrettyConfig;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};

@@ -2,6 +2,8 @@
 //!
 //! Nothing here knows what it shows.
 
+#[cfg(feature = "recorder")]
+pub mod album;
 mod error;
 pub mod figure;
 pub mod page;

@@ -1,6 +1,8 @@
-//! Studies: many runs of a whole workflow, judged by what was put into them.
+//! Studies: the paper's figures, the estimation laws side by side, and the blind study of the diagnosis.
 
 pub mod blind;
 mod error;
+pub mod laws;
+pub mod paper;
 
 pub use error::StudyError;

@@ -1,10 +1,10 @@
 //! Guards the loop from pauses: after the start no step of any node allocates. Has caught nothing yet; that steps do not
 //! allocate was known by reading only.
 
-use anhyst::folder::RunFolder;
-use anhyst::process;
-use anhyst::scenario::{Placement, load};
 use anhyst_ipc::NodeId;
+use anhyst_launch::folder::RunFolder;
+use anhyst_launch::process;
+use anhyst_scenario::{Placement, load};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::path::Path;

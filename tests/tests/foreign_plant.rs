@@ -2,9 +2,9 @@
 //! the same bits twice; in real time it has the only timer, and the loop follows. No figure of time is judged, nor the error:
 //! the example's rod is not the one that the controller believes in.
 
-use anhyst::folder::RunFolder;
-use anhyst::realtime::Logs;
 use anhyst_ipc::{Measurement, NodeId};
+use anhyst_launch::folder::RunFolder;
+use anhyst_launch::realtime::Logs;
 use anhyst_tests::{A_FEW, Finished, LIMIT, alone, files_with, python, start, summary_as_judged};
 use serde_json::Value;
 use std::path::Path;

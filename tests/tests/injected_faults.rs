@@ -1,10 +1,10 @@
 //! Guards the whole loop against what a scenario injects: 25 kinds of fault, each in three severities. In every case the
 //! stated reaction within the stated ticks, the named event, never a field above the limit, never a number that is none.
 
-use anhyst::assemble;
-use anhyst::scenario::{Scenario, load};
 use anhyst_guard::{Event, Reaction};
 use anhyst_ipc::{CoilField, Connections, NodeId, SafeField, Stage};
+use anhyst_launch::assemble;
+use anhyst_scenario::{Scenario, load, wires};
 use std::path::Path;
 
 const HOLDING: u64 = 16;
@@ -34,7 +34,7 @@ fn scenario(reactions: &str, faults: &str) -> Scenario {
 
 /// What guard and amplifier sent in every tick.
 fn run(scenario: &Scenario) -> Vec<(SafeField, CoilField)> {
-    let mut connections = Connections::new(NodeId::LOOP_ORDER, assemble::wires(), None);
+    let mut connections = Connections::new(NodeId::LOOP_ORDER, wires(), None);
     connections.accept_any_tick(assemble::late_channels(scenario).unwrap());
     let nodes = NodeId::LOOP_ORDER.into_iter().filter(|node| *node != NodeId::Recorder);
     let mut stages: Vec<Box<dyn Stage>> = nodes

@@ -1,9 +1,9 @@
 //! Guards the estimate against a sensor's spike in the very tick in which the guard notices it, and the loop against an
 //! estimator that believes its prediction more than the world.
 
-use anhyst::assemble;
-use anhyst::scenario::{Scenario, load};
 use anhyst_ipc::{Connections, Estimate, NodeId, SafeField, Stage, Truth};
+use anhyst_launch::assemble;
+use anhyst_scenario::{Scenario, load, wires};
 use std::path::Path;
 
 const HOLDING: u64 = 16;
@@ -23,7 +23,7 @@ fn scenario(more: &[String]) -> Scenario {
 /// Estimate, truth and safe field of every tick.
 fn run(more: &[String]) -> Vec<(Estimate, Truth, SafeField)> {
     let scenario = scenario(more);
-    let mut connections = Connections::new(NodeId::LOOP_ORDER, assemble::wires(), None);
+    let mut connections = Connections::new(NodeId::LOOP_ORDER, wires(), None);
     connections.accept_any_tick(assemble::late_channels(&scenario).unwrap());
     let nodes = NodeId::LOOP_ORDER.into_iter().filter(|node| *node != NodeId::Recorder);
     let mut stages: Vec<Box<dyn Stage>> = nodes

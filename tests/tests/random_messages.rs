@@ -1,12 +1,12 @@
 //! Guards every block against every bit pattern: more than a million messages of random bytes, any tick, into each node of
 //! the loop. No panic, no endless step; no number that is none and no field above the limit comes out.
 
-use anhyst::assemble;
-use anhyst::scenario::{Scenario, load};
 use anhyst_ipc::{
     CoilField, Connections, Demand, Estimate, FieldCommand, FieldKind, MOST_FIELDS, Measurement, Message, NodeId,
     SafeField, Sender,
 };
+use anhyst_launch::assemble;
+use anhyst_scenario::{Scenario, load, wires};
 use std::path::Path;
 
 struct Random(u64);
@@ -85,7 +85,7 @@ fn assert_finite<M: Message>(token: &M) {
 
 /// Feeds a node `ticks` ticks of random tokens; how many messages that were.
 fn feed(node: NodeId, scenario: &Scenario, ticks: u64, seed: u64) -> u64 {
-    let mut connections = Connections::new(NodeId::LOOP_ORDER, assemble::wires(), None);
+    let mut connections = Connections::new(NodeId::LOOP_ORDER, wires(), None);
     connections.accept_any_tick(anhyst_ipc::Channel::ALL);
     let mut stage = assemble::stage(node, scenario, &mut connections).unwrap();
     let mut feeds = Feeds {
@@ -96,7 +96,7 @@ fn feed(node: NodeId, scenario: &Scenario, ticks: u64, seed: u64) -> u64 {
         safe_field: connections.sender().unwrap(),
         coil_field: connections.sender().unwrap(),
     };
-    let inputs = assemble::wires().iter().filter(|wire| wire.reader == node).count() as u64;
+    let inputs = wires().iter().filter(|wire| wire.reader == node).count() as u64;
     let limit = scenario.guard.acting_field_limit_a_per_m();
     let mut random = Random(seed);
     for tick in 0..ticks {

@@ -1,9 +1,9 @@
 //! Guards a loop that does not wait: whatever is late, dead or restarted, the field stays within its limit, the run comes to
 //! its end, and what happened can be run again bit for bit. No figure of time is judged: machines are shared.
 
-use anhyst::folder::RunFolder;
-use anhyst::realtime::Logs;
 use anhyst_ipc::{CoilField, Demand, Estimate, FieldKind, MOST_FIELDS, Message, NodeId, SafeField, Truth};
+use anhyst_launch::folder::RunFolder;
+use anhyst_launch::realtime::Logs;
 use anhyst_tests::{A_FEW, Finished, LIMIT, alone, children, files_with, start, summary_as_judged};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;

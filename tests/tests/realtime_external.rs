@@ -1,9 +1,9 @@
 //! Guards real time with somebody else's process in the loop: it takes part in both paces, what our nodes consumed of it runs
 //! again bit for bit, and if it dies or hangs the run ends by its name with the coil at rest. No figure of time is judged.
 
-use anhyst::folder::RunFolder;
-use anhyst::realtime::Logs;
 use anhyst_ipc::{CoilField, NodeId, SafeField};
+use anhyst_launch::folder::RunFolder;
+use anhyst_launch::realtime::Logs;
 use anhyst_tests::{A_FEW, Finished, LIMIT, alone, anhyst, children, files_with, python, start, summary_as_judged};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;

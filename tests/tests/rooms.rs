@@ -24,7 +24,7 @@ fn rooms_know_only_what_they_may() {
             )
         })
         .collect();
-    let may: [(&str, &[&str]); 16] = [
+    let may: [(&str, &[&str]); 19] = [
         ("anhyst-model", &[]),
         ("anhyst-ipc", &[]),
         ("anhyst-plant-sim", &["anhyst-model", "anhyst-ipc"]),
@@ -39,14 +39,59 @@ fn rooms_know_only_what_they_may() {
             "anhyst-diagnosis",
             &["anhyst-model", "anhyst-measured", "anhyst-identify", "anhyst-report"],
         ),
-        ("anhyst-report", &[]),
-        (
-            "anhyst-studies",
-            &["anhyst-model", "anhyst-measured", "anhyst-diagnosis"],
-        ),
+        ("anhyst-report", &["anhyst-recorder"]),
         ("anhyst-driver", &["anhyst-ipc"]),
         ("anhyst-amplifier-hardware", &["anhyst-ipc"]),
         ("anhyst-bridge", &["anhyst-ipc"]),
+        (
+            "anhyst-scenario",
+            &[
+                "anhyst-model",
+                "anhyst-ipc",
+                "anhyst-plant-sim",
+                "anhyst-estimator",
+                "anhyst-inverse",
+                "anhyst-controller",
+                "anhyst-guard",
+            ],
+        ),
+        (
+            "anhyst-launch",
+            &[
+                "anhyst-ipc",
+                "anhyst-plant-sim",
+                "anhyst-estimator",
+                "anhyst-inverse",
+                "anhyst-controller",
+                "anhyst-guard",
+                "anhyst-scenario",
+                "anhyst-recorder",
+            ],
+        ),
+        (
+            "anhyst-conformance",
+            &[
+                "anhyst-model",
+                "anhyst-ipc",
+                "anhyst-report",
+                "anhyst-scenario",
+                "anhyst-launch",
+            ],
+        ),
+        (
+            "anhyst-studies",
+            &[
+                "anhyst-model",
+                "anhyst-plant-sim",
+                "anhyst-estimator",
+                "anhyst-recorder",
+                "anhyst-measured",
+                "anhyst-identify",
+                "anhyst-diagnosis",
+                "anhyst-report",
+                "anhyst-launch",
+            ],
+        ),
     ];
     for (room, allowed) in may {
         let allowed: BTreeSet<String> = allowed.iter().map(|name| (*name).to_owned()).collect();

@@ -2,10 +2,10 @@
 //! sentence or runs without a number that is none; nothing panics. Has caught: a text of one `#!`, a torn string, and a
 //! million brackets, each of which ended the program.
 
-use anhyst::assemble;
-use anhyst::scenario::{Scenario, load};
 use anhyst_ipc::{CoilField, Connections, NodeId, SafeField};
+use anhyst_launch::assemble;
 use anhyst_measured::{MeasuredLoops, MeasuredRun, ReadOptions, RunReadOptions};
+use anhyst_scenario::{Scenario, load, wires};
 use anhyst_tests::repository;
 use proptest::prelude::*;
 use proptest::sample::{Index, select};
@@ -134,7 +134,7 @@ fn healthy_scenario() -> String {
 
 /// A few ticks of what was accepted: it must not be dangerous either.
 fn run(scenario: &Scenario) {
-    let mut connections = Connections::new(NodeId::LOOP_ORDER, assemble::wires(), None);
+    let mut connections = Connections::new(NodeId::LOOP_ORDER, wires(), None);
     connections.accept_any_tick(assemble::late_channels(scenario).unwrap());
     let nodes = NodeId::LOOP_ORDER.into_iter().filter(|node| *node != NodeId::Recorder);
     let mut stages: Vec<_> = nodes

@@ -2,16 +2,15 @@
 
 use super::Ending;
 use super::node::meeting;
-use crate::across::BRIDGE;
-use crate::assemble;
-use crate::cli::BridgeArguments;
-use crate::error::RunError;
-use crate::folder::RunFolder;
-use crate::process::Meeting;
-use crate::report::ProcessReport;
-use crate::scenario::{Scenario, load};
-use crate::signals;
+use crate::arguments::BridgeArguments;
 use anhyst_bridge::{BridgeError, BridgeSettings, End};
+use anhyst_launch::across::BRIDGE;
+use anhyst_launch::error::RunError;
+use anhyst_launch::folder::RunFolder;
+use anhyst_launch::process::Meeting;
+use anhyst_launch::report::ProcessReport;
+use anhyst_launch::signals;
+use anhyst_scenario::{Scenario, load, wires};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -97,7 +96,7 @@ fn settings(arguments: &BridgeArguments, scenario: &Scenario, meeting: Meeting) 
         died: node.end_with_launcher.then(|| RunFolder::open(&node.out).died()),
         processes: scenario.placement.processes(),
         here: across.here.clone(),
-        wires: assemble::wires(),
+        wires: wires(),
         agreement: meeting.agreement,
         tick_s: scenario.tick_s,
         ticks: scenario.ticks(),

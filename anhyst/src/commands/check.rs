@@ -1,9 +1,9 @@
 //! `anhyst check`: is this scenario usable?
 
 use super::Ending;
-use crate::cli::CheckArguments;
-use crate::error::RunError;
-use crate::scenario::{load, to_ron};
+use crate::arguments::CheckArguments;
+use anhyst_launch::error::RunError;
+use anhyst_scenario::{load, to_ron};
 
 /// Runs the command.
 ///

@@ -4,12 +4,13 @@
 
 use super::Ending;
 use super::progress_bar;
-use super::run::{embedded, prepare};
-use super::summary::{Summary, plain_table};
-use crate::cli::CompareArguments;
-use crate::error::RunError;
-use crate::scenario::{Placement, Scenario, load_changed};
-use crate::signals;
+use crate::arguments::CompareArguments;
+use anhyst_launch::embedded::{embedded, prepare};
+use anhyst_launch::error::RunError;
+use anhyst_launch::signals;
+use anhyst_launch::summary::Summary;
+use anhyst_launch::table::plain_table;
+use anhyst_scenario::{Placement, Scenario, load_changed};
 use comfy_table::CellAlignment;
 use std::path::PathBuf;
 

@@ -1,13 +1,13 @@
 //! `anhyst diagnose`: where model and measurement disagree, named, added to the model, and shown.
 
 use super::Ending;
-use super::summary::plain_table;
 use crate::control::{Control, Models, control, section, ticks};
-use crate::error::RunError;
-use crate::scenario;
 use anhyst_diagnosis::{DiagnoseOptions, Diagnosed, Diagnosis, DiagnosisError, amended_text, diagnose, page};
+use anhyst_launch::error::RunError;
+use anhyst_launch::table::plain_table;
 use anhyst_measured::{ColumnMapping, MeasuredError, MeasuredRun, RowRange, RunReadOptions};
 use anhyst_model::ActuatorModel;
+use anhyst_scenario::{Scenario, load};
 use clap::Args;
 use ron::extensions::Extensions;
 use serde::Serialize;
@@ -55,11 +55,7 @@ pub struct DiagnoseArguments {
 pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
     let model = load_model(&arguments.model)?;
     // Before the minutes that the search takes: a scenario with a mistake in it is told now.
-    let cut = arguments
-        .control
-        .as_ref()
-        .map(|file| scenario::load(file, &[]))
-        .transpose()?;
+    let cut = arguments.control.as_ref().map(|file| load(file, &[])).transpose()?;
     let reading = RunReadOptions {
         mappings: arguments.columns.clone(),
         rows: arguments.rows,
@@ -122,7 +118,7 @@ struct Written<'a> {
 
 /// The cut with every model; nothing where nothing was named.
 fn in_the_loop(
-    scenario: &scenario::Scenario,
+    scenario: &Scenario,
     old: &ActuatorModel,
     found: &Diagnosed,
     arguments: &DiagnoseArguments,
@@ -130,7 +126,7 @@ fn in_the_loop(
     if found.amended == *old {
         return Ok(None);
     }
-    crate::signals::install();
+    anhyst_launch::signals::install();
     let names = found.diagnosis.runner_up.as_ref().map(|rival| rival.name.as_str());
     let runner_up = names.zip(found.runner_up.as_ref());
     let bar = super::progress_bar(ticks(scenario, runner_up.is_some()), "control");

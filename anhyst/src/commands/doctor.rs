@@ -1,9 +1,9 @@
 //! `anhyst doctor`: is this machine fit to run the loop, and has a crashed run left something?
 
 use super::Ending;
-use crate::cli::DoctorArguments;
-use crate::error::RunError;
-use crate::resources;
+use crate::arguments::DoctorArguments;
+use anhyst_launch::error::RunError;
+use anhyst_launch::resources;
 use serde::Serialize;
 
 /// One finding.

@@ -1,17 +1,18 @@
 //! `anhyst doctor --realtime SCENARIO`: the loop in real time on this machine, beside a ring of the same processes, messages
 //! and wiring whose blocks do nothing. The ratio tells what is the loop's and what the machine's.
 
-use super::run::prepare;
-use super::summary::{Summary, plain_table};
 use super::{Ending, progress_bar};
-use crate::across::AcrossArguments;
-use crate::cli::DoctorArguments;
-use crate::error::RunError;
-use crate::launcher::{self, Options};
-use crate::realtime::{Distribution, RealtimeSummary};
-use crate::resources::{self, Resources};
-use crate::scenario::{Clock, Realtime, Scenario, load};
+use crate::arguments::DoctorArguments;
 use anhyst_ipc::LatencySummary;
+use anhyst_launch::across::AcrossArguments;
+use anhyst_launch::embedded::prepare;
+use anhyst_launch::error::RunError;
+use anhyst_launch::launcher::{self, Options};
+use anhyst_launch::realtime::{Distribution, RealtimeSummary};
+use anhyst_launch::resources::{self, Resources};
+use anhyst_launch::summary::Summary;
+use anhyst_launch::table::plain_table;
+use anhyst_scenario::{Clock, Realtime, Scenario, load};
 use comfy_table::CellAlignment;
 use serde::Serialize;
 use std::path::Path;
@@ -41,7 +42,7 @@ struct Compared {
 /// # Errors
 /// A scenario that cannot be used at this rate, or a process that failed.
 pub fn run(path: &Path, arguments: &DoctorArguments) -> miette::Result<Ending> {
-    crate::signals::install();
+    anhyst_launch::signals::install();
     let scenario = load(path, &arguments.settings)?;
     resources::sweep();
     let run_one = |empty_blocks| one(&timed(&scenario, arguments, empty_blocks)?);
@@ -155,7 +156,7 @@ impl Compared {
 
 fn find(
     compared: &Compared,
-    kind: impl Fn(&crate::realtime::RealtimeReport) -> Option<&Distribution>,
+    kind: impl Fn(&anhyst_launch::realtime::RealtimeReport) -> Option<&Distribution>,
 ) -> [LatencySummary; 2] {
     [&compared.real, &compared.empty].map(|summary| summary.find(&kind).map(|found| found.summary).unwrap_or_default())
 }

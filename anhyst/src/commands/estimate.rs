@@ -1,14 +1,14 @@
 //! `anhyst estimate`: parameters of a model from a measured run, by the laws of the loop, off line.
 
 use super::Ending;
-use super::summary::plain_table;
-use crate::error::RunError;
 use crate::estimate::{Choices, Estimated, one_parameter, picture, several_parameters};
-use crate::scenario::load_model;
 use anhyst_estimator::LawSettings;
+use anhyst_launch::error::RunError;
+use anhyst_launch::table::plain_table;
 use anhyst_measured::{ColumnMapping, MeasuredError, MeasuredRun, RowRange, RunReadOptions};
 use anhyst_model::HysteresisParameter;
 use anhyst_report::figure::svg;
+use anhyst_scenario::load_model;
 use clap::Args;
 use comfy_table::CellAlignment;
 use std::path::{Path, PathBuf};
@@ -159,7 +159,7 @@ fn write(found: &Estimated, measured: &MeasuredRun, model: &str, out: &Path) -> 
     #[cfg(feature = "recorder")]
     anhyst_recorder::Album {
         name: model.into(),
-        pages: vec![crate::album::album_page("estimate", "", &panels)],
+        pages: vec![anhyst_report::album::album_page("estimate", "", &panels)],
     }
     .save(&out.join("estimate.rrd"))?;
     Ok(())

@@ -5,12 +5,12 @@
 //! computing, one of hold), so it stands in row k. Nothing that only a simulation knows is written.
 
 use super::Ending;
-use crate::error::RunError;
-use crate::folder::RunFolder;
-use crate::scenario::{Scenario, load, to_ron};
 use anhyst_ipc::{Measurement, SafeField};
+use anhyst_launch::error::RunError;
+use anhyst_launch::folder::RunFolder;
 use anhyst_model::{ActuatorModel, TwoPole};
 use anhyst_recorder::Recording;
+use anhyst_scenario::{Scenario, load, to_ron};
 use clap::Args;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -1,13 +1,13 @@
 //! `anhyst fit`: a material from measured loops, with standard deviations, warnings and a picture.
 
 use super::Ending;
-use super::summary::plain_table;
-use crate::error::RunError;
 use crate::fit_picture::picture;
-use crate::scenario::to_ron;
 use anhyst_identify::{Curves, Fit, FitOptions, FitReport, Fixed, IdentifyError, Progress, fit, material_text};
+use anhyst_launch::error::RunError;
+use anhyst_launch::table::plain_table;
 use anhyst_measured::{ColumnMapping, MeasuredError, MeasuredLoops, ReadOptions, RowRange};
 use anhyst_model::Anhysteretic;
+use anhyst_scenario::to_ron;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 

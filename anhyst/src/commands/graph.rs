@@ -1,9 +1,8 @@
 //! `anhyst graph`: the wiring, drawn from the blocks' types and the scenario's placement.
 
 use super::Ending;
-use crate::assemble;
-use crate::cli::GraphArguments;
-use crate::scenario::{Scenario, load};
+use crate::arguments::GraphArguments;
+use anhyst_scenario::{Scenario, load, wires};
 use std::fmt::Write;
 
 /// Runs the command.
@@ -27,7 +26,7 @@ pub fn mermaid(scenario: &Scenario) -> String {
         }
         text.push_str("  end\n");
     }
-    for wire in assemble::wires() {
+    for wire in wires() {
         let arrow = if wire.delay == 0 { "-->" } else { "-.->" };
         let (from, to) = (
             wire.channel.producer().name().replace('-', "_"),

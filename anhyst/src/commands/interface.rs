@@ -1,8 +1,8 @@
 //! `anhyst interface`: the contract between the processes of a run, for people and for other languages.
 
 use super::Ending;
-use crate::error::RunError;
-use crate::interface;
+use anhyst_conformance::interface;
+use anhyst_launch::error::RunError;
 use clap::Args;
 
 /// `interface`

@@ -1,11 +1,11 @@
 //! `anhyst laws`: every estimation law under every motion, noise and drift, in one table.
 
 use super::Ending;
-use super::summary::plain_table;
-use crate::ablation::{Case, Excitation, Reached, run as run_case};
-use crate::error::RunError;
 use crate::parallel;
 use anhyst_estimator::LawSettings;
+use anhyst_launch::error::RunError;
+use anhyst_launch::table::plain_table;
+use anhyst_studies::laws::{Case, Excitation, Reached, run as run_case};
 use clap::{Args, ValueEnum};
 use comfy_table::CellAlignment;
 use serde::Serialize;

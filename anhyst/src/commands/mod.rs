@@ -22,8 +22,6 @@ pub mod replay;
 pub mod replay_recording;
 pub mod run;
 pub mod study;
-pub mod summary;
-mod summary_realtime;
 pub mod verify_amplifier;
 #[cfg(feature = "recorder")]
 pub mod view;

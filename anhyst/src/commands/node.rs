@@ -1,13 +1,13 @@
 //! One process of a run: `anhyst controller SCENARIO`, started by the launcher or by hand.
 
 use super::Ending;
-use crate::cli::NodeArguments;
-use crate::error::RunError;
-use crate::folder::RunFolder;
-use crate::process::{self, Meeting};
-use crate::scenario::{load, to_ron};
-use crate::{resources, signals};
+use crate::arguments::NodeArguments;
 use anhyst_ipc::NodeId;
+use anhyst_launch::error::RunError;
+use anhyst_launch::folder::RunFolder;
+use anhyst_launch::process::{self, Meeting};
+use anhyst_launch::{resources, signals};
+use anhyst_scenario::{load, to_ron};
 use std::time::Duration;
 
 /// Runs the process that `node` belongs to.

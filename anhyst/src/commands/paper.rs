@@ -1,9 +1,9 @@
 //! `anhyst paper`: the paper's figures, computed, on one page.
 
 use super::Ending;
-use super::summary::plain_table;
-use crate::error::RunError;
-use crate::paper::{Figure, figures, publish};
+use anhyst_launch::error::RunError;
+use anhyst_launch::table::plain_table;
+use anhyst_studies::paper::{Figure, figures, publish};
 use clap::Args;
 use std::path::PathBuf;
 

@@ -1,12 +1,12 @@
 //! The part of a run that is on this host, when the other part is on another one.
 
 use super::Ending;
-use crate::cli::RunArguments;
-use crate::error::RunError;
-use crate::folder::RunFolder;
-use crate::report::ProcessReport;
-use crate::scenario::{Placement, Scenario};
+use crate::arguments::RunArguments;
 use anhyst_ipc::{NodeId, NodeReport};
+use anhyst_launch::error::RunError;
+use anhyst_launch::folder::RunFolder;
+use anhyst_launch::report::ProcessReport;
+use anhyst_scenario::{Placement, Scenario};
 
 /// Checks the arguments of a run in parts.
 ///

@@ -2,12 +2,12 @@
 //! come from its token logs, those of a lockstep run from its recording.
 
 use super::Ending;
-use crate::cli::ReplayArguments;
-use crate::error::RunError;
-use crate::folder::RunFolder;
-use crate::realtime::{self, Logs, Replayed};
-use crate::scenario::{Scenario, load};
+use crate::arguments::ReplayArguments;
 use anhyst_ipc::NodeId;
+use anhyst_launch::error::RunError;
+use anhyst_launch::folder::RunFolder;
+use anhyst_launch::realtime::{self, Logs, Replayed};
+use anhyst_scenario::{Scenario, load};
 
 /// The nodes whose inputs and outputs a recording holds.
 const NODES: [NodeId; 6] = [

@@ -1,14 +1,14 @@
 //! Replays a lockstep run from its recording: every tick's tokens are those of the same tick.
 
-use crate::error::RunError;
-use crate::folder::RunFolder;
-use crate::realtime::Replayed;
-use crate::scenario::Scenario;
 use anhyst_ipc::{
     CoilField, Connections, Demand, Estimate, FieldCommand, Measurement, Message, NodeId, SafeField, Sender,
     TokenFault, Truth,
 };
+use anhyst_launch::error::RunError;
+use anhyst_launch::folder::RunFolder;
+use anhyst_launch::realtime::Replayed;
 use anhyst_recorder::Recording;
+use anhyst_scenario::Scenario;
 
 /// Every token of a run, by tick.
 pub struct Recorded {
@@ -108,9 +108,9 @@ impl<'a, M: Message> Feed<'a, M> {
 /// If the node cannot be built.
 pub fn replay(node: NodeId, scenario: &Scenario, recorded: &Recorded) -> Result<Replayed, RunError> {
     // All producers count as local, so that the node's inputs are cells that we fill.
-    let mut connections = Connections::new(NodeId::LOOP_ORDER, crate::assemble::wires(), None);
-    connections.accept_any_tick(crate::assemble::late_channels(scenario)?);
-    let mut stage = crate::assemble::stage(node, scenario, &mut connections)?;
+    let mut connections = Connections::new(NodeId::LOOP_ORDER, anhyst_scenario::wires(), None);
+    connections.accept_any_tick(anhyst_launch::assemble::late_channels(scenario)?);
+    let mut stage = anhyst_launch::assemble::stage(node, scenario, &mut connections)?;
     let mut measurement = Feed::open(&mut connections, &recorded.measurement)?;
     let mut truth = Feed::open(&mut connections, &recorded.truth)?;
     let mut estimate = Feed::open(&mut connections, &recorded.estimate)?;

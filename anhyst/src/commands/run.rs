@@ -1,15 +1,14 @@
 //! `anhyst run`: a scenario from start to verdict.
 
-use super::summary::Summary;
 use super::{Ending, progress_bar};
-use crate::cli::{RunArguments, ScenarioArguments};
-use crate::error::RunError;
-use crate::folder::RunFolder;
-use crate::process;
-use crate::report::ProcessReport;
-use crate::scenario::{Placement, Scenario, load_changed, to_ron};
-use crate::{launcher, resources, signals};
-use anhyst_ipc::NodeId;
+use crate::arguments::{RunArguments, ScenarioArguments};
+use anhyst_launch::embedded::{embedded, prepare};
+use anhyst_launch::error::RunError;
+use anhyst_launch::folder::RunFolder;
+use anhyst_launch::report::ProcessReport;
+use anhyst_launch::summary::Summary;
+use anhyst_launch::{launcher, resources, signals};
+use anhyst_scenario::{Placement, Scenario, load_changed};
 use std::time::Duration;
 
 /// Polls before a waiting process sleeps, on a machine with fewer cores than processes.
@@ -99,34 +98,6 @@ fn add_external(scenario: &mut Scenario, arguments: &RunArguments) {
         if !scenario.external.contains(node) {
             scenario.external.push(*node);
         }
-    }
-}
-
-/// Creates the run's folder with the effective scenario in it.
-///
-/// # Errors
-/// If the folder cannot be written, or another run writes to it.
-pub fn prepare(scenario: &Scenario, out: Option<&std::path::Path>) -> Result<RunFolder, RunError> {
-    let refuse = |path: std::path::PathBuf| move |cause| RunError::Write { path, cause };
-    let folder = RunFolder::create(out, &scenario.name)?;
-    let text = to_ron(scenario).map_err(|error| RunError::Setup(error.to_string()))?;
-    std::fs::write(folder.scenario(), text).map_err(refuse(folder.scenario()))?;
-    Ok(folder)
-}
-
-/// Runs all nodes in this process.
-///
-/// # Errors
-/// What went wrong in the loop.
-pub fn embedded(
-    scenario: &Scenario,
-    folder: &RunFolder,
-    progress: &mut dyn FnMut(u64),
-) -> Result<Vec<ProcessReport>, RunError> {
-    let report = process::run("embedded", &NodeId::LOOP_ORDER, scenario, folder, None, progress)?;
-    match report.error {
-        Some(error) => Err(RunError::Setup(error)),
-        None => Ok(vec![report]),
     }
 }
 

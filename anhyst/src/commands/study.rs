@@ -3,8 +3,8 @@
 //! Every finished run is a line of DIR/runs.jsonl, so that an interrupted study goes on where it was.
 
 use super::Ending;
-use super::summary::plain_table;
-use crate::error::RunError;
+use anhyst_launch::error::RunError;
+use anhyst_launch::table::plain_table;
 use anhyst_model::ActuatorModel;
 use anhyst_studies::blind::{Bar, Case, Plan, Results, StudyRun, markdown, study};
 use clap::Args;

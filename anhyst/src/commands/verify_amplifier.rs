@@ -1,18 +1,18 @@
 //! `anhyst verify-amplifier`: a conformance run against whatever process is plugged in as amplifier.
 
-use super::summary::plain_table;
 use super::{Ending, progress_bar};
-use crate::claim::claim;
-use crate::error::RunError;
-use crate::external;
-use crate::resources::Resources;
-use crate::scenario::{Clock, Placement, Scenario, Setting, load, to_ron};
-use crate::verify_amplifier::{
+use anhyst_conformance::amplifier::{
     Bound, DRIVER, Driver, Expectation, Outcome, Report, Test, Tested, Tolerances, short, test, tester_nodes, ticks,
 };
-use crate::{resources, signals};
 use anhyst_ipc::{Invalid, SharedSettings, Wait};
+use anhyst_launch::claim::claim;
+use anhyst_launch::error::RunError;
+use anhyst_launch::external;
+use anhyst_launch::resources::Resources;
+use anhyst_launch::table::plain_table;
+use anhyst_launch::{resources, signals};
 use anhyst_report::ReportError;
+use anhyst_scenario::{Clock, Placement, Scenario, Setting, load, to_ron};
 use clap::Args;
 use std::fs::File;
 use std::path::{Path, PathBuf};

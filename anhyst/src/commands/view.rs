@@ -1,8 +1,8 @@
 //! `anhyst view RUN`: the recording in the Rerun viewer.
 
 use super::Ending;
-use crate::cli::ViewArguments;
-use crate::folder::RunFolder;
+use crate::arguments::ViewArguments;
+use anhyst_launch::folder::RunFolder;
 
 /// Runs the command.
 ///

@@ -12,12 +12,12 @@ pub use compensation::Compensation;
 pub use section::section;
 pub use variant::{replaced, variant};
 
-use crate::commands::run::{embedded, prepare};
-use crate::commands::summary::Summary;
-use crate::error::RunError;
 use crate::parallel;
-use crate::scenario::Scenario;
+use anhyst_launch::embedded::{embedded, prepare};
+use anhyst_launch::error::RunError;
+use anhyst_launch::summary::Summary;
 use anhyst_model::ActuatorModel;
+use anhyst_scenario::Scenario;
 use serde::Serialize;
 use std::path::Path;
 

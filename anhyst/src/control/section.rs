@@ -1,7 +1,7 @@
 //! The comparison as a table for the terminal and a section of the report.
 
 use super::{Control, Cut};
-use crate::commands::summary::plain_table;
+use anhyst_launch::table::plain_table;
 use anhyst_report::page::{Block, Cell, Section, Table};
 use comfy_table::CellAlignment;
 

@@ -3,11 +3,11 @@
 //! The scenario gives trajectory, feedback, guard, noise and the estimator's law; material, rod, amplifier and effects
 //! come from the models. The plant's `a` stays where its model has it.
 
-use crate::error::RunError;
-use crate::scenario::{MaterialSource, Placement, Scenario};
 use anhyst_estimator::LawSettings;
+use anhyst_launch::error::RunError;
 use anhyst_model::ActuatorModel;
 use anhyst_plant_sim::{PlantRod, ShapeCourse};
+use anhyst_scenario::{MaterialSource, Placement, Scenario};
 
 /// The cut with this truth and this belief. Without `feedback` the feedforward and the estimator act alone.
 ///

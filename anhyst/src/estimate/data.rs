@@ -3,7 +3,7 @@
 //! The drive is the command through the model's amplifier where there is a command; else the measured field through a play of
 //! three standard deviations of its noise, because a noisy field ratchets a rate-independent model (docs/estimate.md).
 
-use crate::error::RunError;
+use anhyst_launch::error::RunError;
 use anhyst_measured::{MeasuredRun, NoiseFloor, Quantity};
 use anhyst_model::{Actuator, ActuatorInputs, ActuatorModel, ActuatorOutputs, Drive, MagneticState, Play};
 

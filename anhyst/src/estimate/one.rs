@@ -3,11 +3,11 @@
 use super::data::Output;
 use super::report::{EstimateReport, EstimatedParameter};
 use super::{Choices, Estimated, Observed};
-use crate::error::RunError;
 use crate::parallel;
 use anhyst_estimator::{
     AnyLaw, ExcitationMonitor, ExcitationSettings, FoldedSettings, Grid, Law, LawSettings, Prediction, Tuning,
 };
+use anhyst_launch::error::RunError;
 use anhyst_measured::MeasuredRun;
 use anhyst_model::{ActuatorModel, ActuatorOutputs, EffectKind, Stage, TwoPole};
 use std::collections::BTreeMap;

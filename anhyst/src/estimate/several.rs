@@ -4,10 +4,10 @@ use super::data::Output;
 use super::one::{abscissa, residual_rms, unexplained};
 use super::report::{EstimateReport, EstimatedParameter};
 use super::{Choices, Estimated, Observed};
-use crate::error::RunError;
 use anhyst_estimator::{
     MeasuredOutput, SeveralGaussNewton, SeveralReport, SeveralSettings, StrainLaw, estimate_several,
 };
+use anhyst_launch::error::RunError;
 use anhyst_measured::MeasuredRun;
 use anhyst_model::{ActuatorModel, ActuatorOutputs, HysteresisParameter, Stage, TwoPole};
 use std::time::Instant;

@@ -1,0 +1,147 @@
+//! From a scenario to blocks: the one place that knows all nodes.
+
+use crate::error::RunError;
+use crate::folder::RunFolder;
+use crate::judge::Judge;
+use crate::overheard::Overheard;
+use crate::report::ProcessReport;
+use crate::scribe::Scribe;
+use anhyst_estimator::Estimator;
+use anhyst_guard::Guard;
+use anhyst_inverse::{Drive, Inverse};
+use anhyst_ipc::{Block, Channel, Connections, Node, NodeId, Stage};
+use anhyst_plant_sim::{AmplifierNode, PlantNode};
+use anhyst_scenario::Scenario;
+
+fn setup(error: impl std::fmt::Display) -> RunError {
+    RunError::Setup(error.to_string())
+}
+
+/// Builds a node of the loop and opens its links.
+///
+/// # Errors
+/// If a setting cannot be used or a link cannot be opened.
+pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -> Result<Box<dyn Stage>, RunError> {
+    if scenario.clock.realtime().is_some_and(|realtime| realtime.empty_blocks) {
+        return crate::realtime::empty_stage(node, scenario.ticks(), connections);
+    }
+    let material = scenario.material()?;
+    let (believed, rod_per_strain) = scenario.believed()?;
+    let tick_s = scenario.tick_s;
+    Ok(match node {
+        NodeId::Plant => {
+            let rod = &scenario.rod.constants;
+            let block = PlantNode::new(&scenario.plant, material, rod, tick_s, scenario.seed).map_err(setup)?;
+            boxed(block, scenario, connections)?
+        }
+        NodeId::Amplifier => {
+            let block = AmplifierNode::new(&scenario.amplifier, tick_s)
+                .and_then(|node| node.with_watchdog(&scenario.watchdog))
+                .map_err(setup)?;
+            boxed(block, scenario, connections)?
+        }
+        NodeId::Estimator => {
+            let block = Estimator::with_effects(
+                &scenario.estimator,
+                &believed,
+                rod_per_strain,
+                scenario.amplifier,
+                tick_s,
+                &scenario.effects,
+            )
+            .map_err(setup)?;
+            boxed(block, scenario, connections)?
+        }
+        NodeId::Controller => boxed(scenario.controller()?, scenario, connections)?,
+        NodeId::Inverse => {
+            if let Some(signal) = scenario.inverse.drive {
+                let block = Drive::new(signal, tick_s, scenario.guard.acting_field_limit_a_per_m())?;
+                return boxed(block, scenario, connections);
+            }
+            let block = Inverse::with_effects(
+                &scenario.inverse,
+                believed.hysteresis,
+                &scenario.amplifier,
+                scenario.guard.acting_field_limit_a_per_m(),
+                &scenario.effects,
+                tick_s,
+            )
+            .and_then(|inverse| inverse.with_fall_back(&scenario.amplifier, tick_s))
+            .map_err(setup)?;
+            boxed(block, scenario, connections)?
+        }
+        NodeId::Guard => boxed(Guard::new(&scenario.guard, tick_s)?, scenario, connections)?,
+        NodeId::Recorder => return Err(RunError::Setup("the recorder is no stage of the loop".into())),
+    })
+}
+
+/// Opens a block's links, with the faults that the scenario injects into what it sends.
+fn boxed<B: Block + 'static>(
+    block: B,
+    scenario: &Scenario,
+    connections: &mut Connections,
+) -> Result<Box<dyn Stage>, RunError> {
+    let node = Node::open(block, connections, scenario.ticks(), scenario.fault)?;
+    Ok(Box::new(node.with_faults(&scenario.token_faults()?, scenario.seed)))
+}
+
+/// Channels whose tokens an injected fault makes late: their readers take them for what they are.
+///
+/// # Errors
+/// A fault that makes no sense.
+pub fn late_channels(scenario: &Scenario) -> Result<Vec<Channel>, RunError> {
+    let faults = scenario.token_faults()?;
+    let late = faults.iter().filter(|fault| fault.shifts_ticks());
+    Ok(late.map(|fault| fault.channel).collect())
+}
+
+/// Builds the recorder's block: judge, and recording if the scenario wants one.
+///
+/// # Errors
+/// If the recording cannot be created.
+pub fn scribe(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<Scribe, RunError> {
+    let foreign = scenario.external_nodes().into_iter();
+    let overheard = foreign.map(|node| Overheard::new(node, scenario.ticks())).collect();
+    let scribe = Scribe::new(Judge::new(
+        scenario.expect,
+        scenario.tick_s,
+        scenario.guard.field_limit_a_per_m,
+    ))
+    .with_overheard(overheard);
+    let restarted = scenario
+        .clock
+        .realtime()
+        .is_some_and(|realtime| realtime.restart.contains(&NodeId::Recorder));
+    let scribe = if restarted {
+        scribe.with_notes(folder.judged(), rejoins)
+    } else {
+        scribe
+    };
+    if !scenario.recording.on {
+        return Ok(scribe);
+    }
+    #[cfg(feature = "recorder")]
+    return crate::recording::add(scribe, scenario, folder, rejoins);
+    #[cfg(not(feature = "recorder"))]
+    {
+        Err(RunError::Setup(
+            "this build has no recorder (cargo feature `recorder`): run with --no-recording".into(),
+        ))
+    }
+}
+
+/// Closes the recording, if there is one, and notes what it holds.
+///
+/// # Errors
+/// If the recording could not be written to its end.
+pub fn finish_recording(scribe: &mut Scribe, report: &mut ProcessReport) -> Result<(), RunError> {
+    #[cfg(feature = "recorder")]
+    if let Some(recorder) = scribe.take_recorder() {
+        let recorded = recorder.finish()?;
+        report.recorded_rows = recorded.rows;
+        report.dropped_rows = recorded.dropped;
+    }
+    #[cfg(not(feature = "recorder"))]
+    let _ = (scribe, report);
+    Ok(())
+}

@@ -1,0 +1,36 @@
+//! A whole run in this process.
+
+use crate::error::RunError;
+use crate::folder::RunFolder;
+use crate::process;
+use crate::report::ProcessReport;
+use anhyst_ipc::NodeId;
+use anhyst_scenario::{Scenario, to_ron};
+
+/// Creates the run's folder with the effective scenario in it.
+///
+/// # Errors
+/// If the folder cannot be written, or another run writes to it.
+pub fn prepare(scenario: &Scenario, out: Option<&std::path::Path>) -> Result<RunFolder, RunError> {
+    let refuse = |path: std::path::PathBuf| move |cause| RunError::Write { path, cause };
+    let folder = RunFolder::create(out, &scenario.name)?;
+    let text = to_ron(scenario).map_err(|error| RunError::Setup(error.to_string()))?;
+    std::fs::write(folder.scenario(), text).map_err(refuse(folder.scenario()))?;
+    Ok(folder)
+}
+
+/// Runs all nodes in this process.
+///
+/// # Errors
+/// What went wrong in the loop.
+pub fn embedded(
+    scenario: &Scenario,
+    folder: &RunFolder,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Vec<ProcessReport>, RunError> {
+    let report = process::run("embedded", &NodeId::LOOP_ORDER, scenario, folder, None, progress)?;
+    match report.error {
+        Some(error) => Err(RunError::Setup(error)),
+        None => Ok(vec![report]),
+    }
+}

@@ -1,0 +1,38 @@
+use crate::launcher::error::LaunchError;
+use anhyst_ipc::{Invalid, LinkError};
+use std::path::PathBuf;
+
+/// Why a run, or a process of it, could not go on.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+pub enum RunError {
+    /// A setting that only shows when the block is built.
+    #[error(transparent)]
+    Invalid(#[from] Invalid),
+    /// A link failed before the loop began.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// A process failed.
+    #[error(transparent)]
+    Launch(#[from] LaunchError),
+    /// A result cannot be written.
+    #[error("{path} cannot be written: {cause}", path = path.display())]
+    Write {
+        /// Which.
+        path: PathBuf,
+        /// What the system says.
+        cause: std::io::Error,
+    },
+    /// Two runs into one folder would overwrite each other's results.
+    #[error("another run writes to {path}: wait for its end, or give this one a folder of its own", path = path.display())]
+    Claimed {
+        /// Which.
+        path: PathBuf,
+    },
+    /// The recording cannot be written.
+    #[cfg(feature = "recorder")]
+    #[error(transparent)]
+    Recorder(#[from] anhyst_recorder::RecorderError),
+    /// Anything else, in a sentence.
+    #[error("{0}")]
+    Setup(String),
+}

@@ -1,0 +1,316 @@
+//! Judges a cut while it runs: error is the reference minus the true displacement, after the settling time.
+
+use crate::any_number;
+use anhyst_guard::Event;
+use anhyst_ipc::{CoilField, Demand, Estimate, SafeField, Truth};
+use anhyst_scenario::Expect;
+use serde::{Deserialize, Serialize};
+
+/// Running sums over the tokens of a run. They can be written down, for the judge that takes the place of one that died.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Judge {
+    expect: Expect,
+    tick_s: f64,
+    field_limit_a_per_m: f64,
+    samples: u64,
+    #[serde(with = "any_number")]
+    sum_of_squares_m2: f64,
+    #[serde(with = "any_number")]
+    shape_error_sum_of_squares: f64,
+    verdict: Verdict,
+}
+
+/// So much more than the guard's limit may be in the coil: an amplifier's own limit, noise and resolution are not the guard's.
+const COIL_MARGIN: f64 = 1.01;
+
+/// Bits of the coil's status while the amplifier's own watchdog leads the field: on the way, there, on the way back.
+const WATCHDOG: u64 = 4 | 8 | 16;
+
+/// What came of it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Verdict {
+    /// Root mean square error.
+    #[serde(with = "any_number")]
+    pub error_rms_m: f64,
+    /// Largest error.
+    #[serde(with = "any_number")]
+    pub error_max_m: f64,
+    /// When the largest error occurred.
+    #[serde(with = "any_number")]
+    pub error_max_at_s: f64,
+    /// When the tolerance was first exceeded, if it was.
+    pub first_exceeded_at_s: Option<f64>,
+    /// Estimated minus true shape parameter at the end.
+    #[serde(rename = "a_final_error_A_per_m", with = "any_number")]
+    pub a_final_error_a_per_m: f64,
+    /// Root mean square error of the estimated shape parameter.
+    #[serde(with = "any_number")]
+    pub a_error_rms_a_per_m: f64,
+    /// Estimated shape parameter at the end.
+    #[serde(with = "any_number")]
+    pub a_estimated_a_per_m: f64,
+    /// True shape parameter at the end.
+    #[serde(with = "any_number")]
+    pub a_true_a_per_m: f64,
+    /// Ticks without an error to judge: in real time, those that the controller left out.
+    #[serde(default)]
+    pub unjudged_ticks: u64,
+    /// Ticks that were judged.
+    #[serde(default)]
+    pub judged_ticks: u64,
+    /// Largest field that was asked of the amplifier.
+    #[serde(with = "any_number")]
+    pub field_peak_a_per_m: f64,
+    /// Largest field in the coil.
+    #[serde(default, with = "any_number")]
+    pub coil_field_peak_a_per_m: f64,
+    /// Ticks with more field, asked for or in the coil, than the guard's limit permits.
+    #[serde(default)]
+    pub beyond_limit_ticks: u64,
+    /// Ticks in which the field asked for or the field in the coil was no finite number.
+    #[serde(default)]
+    pub broken_field_ticks: u64,
+    /// Largest true temperature.
+    #[serde(with = "any_number")]
+    pub temperature_peak_k: f64,
+    /// Ticks in which the guard limited the field or took it away.
+    pub guarded_ticks: u64,
+    /// Ticks in which the amplifier went its own way, because it heard nothing: to its safe field, there, and back.
+    #[serde(default)]
+    pub watchdog_ticks: u64,
+    /// The first of them.
+    #[serde(default)]
+    pub first_watchdog_tick: u64,
+    /// Number of the first event that the guard raised, 0 for none.
+    pub first_event: u64,
+    /// The tick of that event.
+    pub first_event_tick: u64,
+}
+
+/// A value that is no number exceeds every limit: it must never pass for a good result.
+fn exceeds(value: f64, limit: f64) -> bool {
+    value > limit || value.is_nan()
+}
+
+impl Judge {
+    /// A judge of what the scenario expects, and of the guard's field limit.
+    pub fn new(expect: Expect, tick_s: f64, field_limit_a_per_m: f64) -> Self {
+        Self {
+            expect,
+            tick_s,
+            field_limit_a_per_m,
+            samples: 0,
+            sum_of_squares_m2: 0.0,
+            shape_error_sum_of_squares: 0.0,
+            verdict: Verdict::default(),
+        }
+    }
+
+    /// Looks at one tick.
+    pub fn observe(
+        &mut self,
+        tick: u64,
+        truth: &Truth,
+        estimate: &Estimate,
+        demand: &Demand,
+        (field, coil): (&SafeField, &CoilField),
+    ) {
+        let time_s = tick as f64 * self.tick_s;
+        let verdict = &mut self.verdict;
+        verdict.field_peak_a_per_m = verdict.field_peak_a_per_m.max(field.field_a_per_m.abs());
+        verdict.coil_field_peak_a_per_m = verdict.coil_field_peak_a_per_m.max(coil.field_a_per_m.abs());
+        let limit = self.field_limit_a_per_m;
+        let beyond = field.field_a_per_m.abs() > limit || coil.field_a_per_m.abs() > COIL_MARGIN * limit;
+        verdict.beyond_limit_ticks += u64::from(beyond);
+        let finite = field.field_a_per_m.is_finite() && coil.field_a_per_m.is_finite();
+        verdict.broken_field_ticks += u64::from(!finite);
+        verdict.temperature_peak_k = verdict.temperature_peak_k.max(truth.temperature_k);
+        verdict.guarded_ticks += u64::from(field.status != 0);
+        if field.event != 0 && verdict.first_event == 0 {
+            (verdict.first_event, verdict.first_event_tick) = (field.event, tick);
+        }
+        if coil.status & WATCHDOG != 0 {
+            if verdict.watchdog_ticks == 0 {
+                verdict.first_watchdog_tick = tick;
+            }
+            verdict.watchdog_ticks += 1;
+        }
+        verdict.a_estimated_a_per_m = estimate.shape_a_per_m;
+        verdict.a_true_a_per_m = truth.shape_a_per_m;
+        verdict.a_final_error_a_per_m = estimate.shape_a_per_m - truth.shape_a_per_m;
+        if time_s < self.expect.settling_s {
+            return;
+        }
+        if demand.tick != truth.tick {
+            // In real time a controller may leave a tick out; its last reference is not that of now.
+            verdict.unjudged_ticks += 1;
+            return;
+        }
+        let error_m = demand.reference_m - truth.displacement_m;
+        self.samples += 1;
+        self.sum_of_squares_m2 += error_m * error_m;
+        self.shape_error_sum_of_squares += verdict.a_final_error_a_per_m * verdict.a_final_error_a_per_m;
+        if exceeds(error_m.abs(), verdict.error_max_m) {
+            (verdict.error_max_m, verdict.error_max_at_s) = (error_m.abs(), time_s);
+        }
+        if exceeds(error_m.abs(), self.expect.tolerance_m) && verdict.first_exceeded_at_s.is_none() {
+            verdict.first_exceeded_at_s = Some(time_s);
+        }
+    }
+
+    /// The verdict so far.
+    pub fn verdict(&self) -> Verdict {
+        let mean = |sum: f64| (sum / self.samples.max(1) as f64).sqrt();
+        Verdict {
+            error_rms_m: mean(self.sum_of_squares_m2),
+            a_error_rms_a_per_m: mean(self.shape_error_sum_of_squares),
+            judged_ticks: self.samples,
+            ..self.verdict.clone()
+        }
+    }
+}
+
+impl Verdict {
+    /// The verdict on a run of so many ticks: what the judge did not see, because its process was not there, it did not judge.
+    pub fn of_ticks(self, ticks: u64, tick_s: f64, expect: &Expect) -> Self {
+        let due = (0..ticks)
+            .rev()
+            .take_while(|tick| *tick as f64 * tick_s >= expect.settling_s);
+        let unjudged_ticks = (due.count() as u64).saturating_sub(self.judged_ticks);
+        Self { unjudged_ticks, ..self }
+    }
+
+    /// The name of the first event that the guard raised.
+    pub fn first_event_name(&self) -> Option<&'static str> {
+        Event::from_number(self.first_event).map(Event::name)
+    }
+
+    /// What did not hold, as sentences; empty if all did.
+    pub fn failures(&self, expect: &Expect) -> Vec<String> {
+        let mut failures = Vec::new();
+        let um = |m: f64| m * 1e6;
+        if self.judged_ticks == 0 && self.unjudged_ticks > 0 {
+            let ticks = self.unjudged_ticks;
+            failures.push(format!(
+                "not one of {ticks} ticks could be judged: none had a demand of its own"
+            ));
+        } else if self.unjudged_ticks > self.judged_ticks {
+            let ticks = self.judged_ticks + self.unjudged_ticks;
+            failures.push(format!("only {} of {ticks} ticks could be judged", self.judged_ticks));
+        }
+        if self.broken_field_ticks > 0 {
+            let ticks = self.broken_field_ticks;
+            failures.push(format!(
+                "the field asked for or the field in the coil was no finite number in {ticks} ticks"
+            ));
+        }
+        if self.beyond_limit_ticks > 0 {
+            let peak = self.field_peak_a_per_m.max(self.coil_field_peak_a_per_m) * 1e-3;
+            let ticks = self.beyond_limit_ticks;
+            failures.push(format!(
+                "the field went beyond the guard's limit in {ticks} ticks, up to {peak:.2} kA/m"
+            ));
+        }
+        if exceeds(self.error_max_m, expect.tolerance_m) {
+            let (max, at, limit) = (um(self.error_max_m), self.error_max_at_s, um(expect.tolerance_m));
+            failures.push(format!(
+                "largest error {max:.4} µm at {at:.4} s exceeds the tolerance of {limit:.4} µm"
+            ));
+        }
+        if let Some(limit) = expect.error_rms_m.filter(|limit| exceeds(self.error_rms_m, *limit)) {
+            failures.push(format!(
+                "error rms {:.5} µm exceeds {} µm",
+                um(self.error_rms_m),
+                um(limit)
+            ));
+        }
+        let final_error = self.a_final_error_a_per_m.abs();
+        if let Some(limit) = expect
+            .a_final_error_a_per_m
+            .filter(|limit| exceeds(final_error, *limit))
+        {
+            failures.push(format!("final error of a {final_error:.2} A/m exceeds {limit} A/m"));
+        }
+        failures
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EXPECT: Expect = Expect {
+        tolerance_m: 1e-6,
+        settling_s: 0.0,
+        error_rms_m: None,
+        a_final_error_a_per_m: None,
+    };
+
+    // Guards against a verdict on nothing: with every demand late no error is judged, and that is no success.
+    #[test]
+    fn a_run_of_which_nothing_was_judged_does_not_hold() {
+        let mut judge = Judge::new(EXPECT, 1e-3, 1e4);
+        let see = |judge: &mut Judge, tick: u64, demanded: u64| {
+            let truth = Truth {
+                tick,
+                ..Truth::default()
+            };
+            let demand = Demand {
+                tick: demanded,
+                ..Demand::default()
+            };
+            let fields = (&SafeField::default(), &CoilField::default());
+            judge.observe(tick, &truth, &Estimate::default(), &demand, fields);
+        };
+        see(&mut judge, 5, 4);
+        assert!(judge.verdict().failures(&EXPECT)[0].contains("not one of 1 ticks"));
+        see(&mut judge, 6, 6);
+        assert!(judge.verdict().failures(&EXPECT).is_empty());
+        // Of three ticks two went by while the judge's process was not there.
+        let most = judge.verdict().of_ticks(3, 1e-3, &EXPECT);
+        assert_eq!((most.unjudged_ticks, most.failures(&EXPECT).len()), (2, 1));
+    }
+
+    // Guards against blaming the guard: the amplifier takes the field away by itself, and the summary must tell.
+    #[test]
+    fn an_amplifier_that_goes_its_own_way_is_counted() {
+        let mut judge = Judge::new(EXPECT, 1e-3, 1e4);
+        for (tick, status) in [1 | 2, 4, 8, 16, 0].into_iter().enumerate() {
+            let coil = CoilField {
+                status,
+                ..CoilField::default()
+            };
+            let (truth, demand) = (Truth::default(), Demand::default());
+            let fields = (&SafeField::default(), &coil);
+            judge.observe(tick as u64, &truth, &Estimate::default(), &demand, fields);
+        }
+        let verdict = judge.verdict();
+        assert_eq!((verdict.watchdog_ticks, verdict.first_watchdog_tick), (3, 1));
+    }
+
+    // Guards that a cut whose field was beyond every limit, or no number, is never called good, however small its error.
+    #[test]
+    fn a_wild_field_does_not_hold() {
+        let failures = |asked: f64, in_coil: f64| {
+            let mut judge = Judge::new(EXPECT, 1e-3, 1e4);
+            let asked = SafeField {
+                field_a_per_m: asked,
+                ..SafeField::default()
+            };
+            let in_coil = CoilField {
+                field_a_per_m: in_coil,
+                ..CoilField::default()
+            };
+            let (truth, demand) = (Truth::default(), Demand::default());
+            judge.observe(0, &truth, &Estimate::default(), &demand, (&asked, &in_coil));
+            judge.verdict().failures(&EXPECT)
+        };
+        assert_eq!(failures(1e4, -1.01e4), Vec::<String>::new());
+        assert!(failures(1.000_1e4, 0.0)[0].contains("beyond the guard's limit in 1 ticks"));
+        assert!(failures(0.0, -1.02e4)[0].contains("up to 10.20 kA/m"));
+        for wild in [f64::NAN, f64::INFINITY] {
+            assert!(failures(wild, 0.0)[0].contains("no finite number in 1 ticks"));
+            assert!(failures(0.0, wild)[0].contains("no finite number in 1 ticks"));
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! Running and supervising the processes of a scenario: from its blocks to their reports, and what a run comes to.
+
+mod say;
+
+pub mod across;
+mod any_number;
+pub mod assemble;
+pub mod claim;
+pub mod embedded;
+pub mod error;
+pub mod external;
+pub mod folder;
+pub mod judge;
+pub mod launcher;
+mod overheard;
+pub mod process;
+pub mod realtime;
+#[cfg(feature = "recorder")]
+mod recording;
+pub mod report;
+pub mod resources;
+mod sabotage;
+mod safe_ending;
+mod scribe;
+pub mod signals;
+pub mod summary;
+mod summary_realtime;
+pub mod table;

@@ -1,0 +1,64 @@
+//! What the recorder notes of a node that another program runs and that leaves no report: the digest of what it sent, the
+//! same that a node of ours keeps of itself.
+
+use crate::folder::RunFolder;
+use anhyst_ipc::{Digest, MOST_FIELDS, Message, NodeId, NodeReport, Now, Trail};
+use anhyst_scenario::Everything;
+
+/// One foreign node, as heard.
+pub struct Overheard {
+    node: NodeId,
+    digest: Digest,
+    trail: Trail,
+}
+
+impl Overheard {
+    /// Room for a run of `ticks` ticks.
+    pub fn new(node: NodeId, ticks: u64) -> Self {
+        Self {
+            node,
+            digest: Digest::default(),
+            trail: Trail::with_capacity(ticks as usize),
+        }
+    }
+
+    /// Adds what the node sent in `tick`, in the order in which it sends.
+    pub fn hear(&mut self, tick: u64, inputs: &Everything) {
+        let (Now(measurement), Now(truth), Now(estimate), Now(demand), Now(command), Now(safe), Now(coil)) = inputs;
+        self.add(tick, measurement);
+        self.add(tick, truth);
+        self.add(tick, estimate);
+        self.add(tick, demand);
+        self.add(tick, command);
+        self.add(tick, safe);
+        self.add(tick, coil);
+        self.trail.push(self.digest);
+    }
+
+    fn add<M: Message>(&mut self, tick: u64, token: &M) {
+        if M::CHANNEL.producer() == self.node {
+            let mut words = [0; MOST_FIELDS];
+            token.write_words(&mut words);
+            self.digest.add(tick, &words[..M::FIELDS.len()]);
+        }
+    }
+
+    /// The report that the node itself would have left, without latencies.
+    pub fn report(&self) -> NodeReport {
+        NodeReport {
+            node: self.node,
+            ticks: self.trail.len() as u64,
+            digest: self.digest.0,
+            field_a_per_m: None,
+            links: Vec::new(),
+        }
+    }
+
+    /// Writes the digests after every tick.
+    ///
+    /// # Errors
+    /// If the file cannot be written.
+    pub fn write(&self, folder: &RunFolder) -> std::io::Result<()> {
+        std::fs::write(folder.trail(self.node.name()), self.trail.to_bytes())
+    }
+}

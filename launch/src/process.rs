@@ -1,0 +1,333 @@
+//! One process of a run: its nodes, opened, run to the end, and what they report.
+
+use crate::assemble;
+use crate::error::RunError;
+use crate::folder::RunFolder;
+use crate::realtime::{self, Timed};
+use crate::report::{Ending, ProcessReport};
+use crate::sabotage::Sabotage;
+use crate::safe_ending;
+use crate::scribe::Scribe;
+use anhyst_ipc::{
+    Connections, Discipline, LinkError, Node, NodeId, RecordLayout, SharedContext, SharedSettings, Stage, TokenLog,
+    Wait, stop_requested,
+};
+use anhyst_scenario::{Scenario, wires};
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+/// Where the other processes of the run are found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Meeting {
+    /// Prefix of the run's iceoryx2 resources.
+    pub prefix: String,
+    /// Directory of iceoryx2's files.
+    pub root: PathBuf,
+    /// Fingerprint of the scenario: all processes must have the same.
+    pub agreement: u64,
+    /// Polls before a waiting process sleeps.
+    pub yields: u32,
+    /// How long to wait for the others to appear.
+    pub start_limit: Duration,
+    /// Take the place of a process that died, in a real-time run that goes on.
+    pub rejoin: bool,
+}
+
+/// The reader must never be this far behind: its buffer is twice as deep.
+const CREDIT_TICKS: u64 = 4096;
+/// How often a process says where it is and looks whether it should stop.
+const HOUSEKEEPING_TICKS: u64 = 64;
+
+struct Loop {
+    connections: Connections,
+    stages: Vec<Box<dyn Stage>>,
+    scribe: Option<Node<Scribe>>,
+    shared: Option<Rc<SharedContext>>,
+    recorder_process: Option<String>,
+    receive_limit: Duration,
+    timed: Option<Timed>,
+    sabotage: Sabotage,
+    /// The tick that is being worked on.
+    reached: u64,
+    ending: Option<Ending>,
+}
+
+/// Runs the `nodes` of `scenario` in this process; `meeting` is none if all nodes are here. `progress` hears finished ticks.
+///
+/// # Errors
+/// Only what prevents a report; what goes wrong in the loop is in the report.
+pub fn run(
+    process: &str,
+    nodes: &[NodeId],
+    scenario: &Scenario,
+    folder: &RunFolder,
+    meeting: Option<&Meeting>,
+    progress: &mut dyn FnMut(u64),
+) -> Result<ProcessReport, RunError> {
+    let mut looping = open(process, nodes, scenario, folder, meeting)?;
+    let start = Instant::now();
+    let outcome = match looping.timed.take() {
+        None => looping.run(scenario.ticks(), progress),
+        Some(timed) => looping.run_timed(timed, scenario.ticks(), progress),
+    };
+    let loop_s = start.elapsed().as_secs_f64();
+    if let Err(error) = &outcome {
+        if meeting.is_some() {
+            // Said at once: bringing the field to safety takes time in which nobody must wonder who is silent.
+            crate::complain!("{error}");
+        }
+        looping.ending = Some(safe_ending::bring_to_safety(
+            &mut looping.stages,
+            looping.shared.as_deref(),
+            looping.reached,
+        ));
+    }
+    let outcome = outcome.and_then(|()| looping.connections.part());
+    looping.report(process, folder, loop_s, outcome.err())
+}
+
+fn open(
+    process: &str,
+    nodes: &[NodeId],
+    scenario: &Scenario,
+    folder: &RunFolder,
+    meeting: Option<&Meeting>,
+) -> Result<Loop, RunError> {
+    let receive_limit = Duration::from_secs_f64(scenario.clock.receive_limit_s());
+    let processes = scenario.placement.processes();
+    let process_of = |node: NodeId| {
+        let found = processes.iter().find(|(_, nodes)| nodes.contains(&node));
+        found.map(|(name, _)| name.clone())
+    };
+    let recorder_process = process_of(NodeId::Recorder);
+    let leader = process_of(NodeId::Plant).unwrap_or_default();
+    let index = processes
+        .iter()
+        .position(|(name, _)| name == process)
+        .unwrap_or_default();
+    let realtime = scenario.clock.realtime();
+    let rejoins = meeting.is_some_and(|meeting| meeting.rejoin);
+    let shared = meeting
+        .map(|meeting| {
+            let recorder_alone = nodes == [NodeId::Recorder];
+            let enter = if rejoins {
+                SharedContext::rejoin
+            } else {
+                SharedContext::open
+            };
+            enter(SharedSettings {
+                prefix: meeting.prefix.clone(),
+                root: meeting.root.clone(),
+                process: process.into(),
+                processes,
+                agreement: meeting.agreement,
+                wait: if recorder_alone {
+                    Wait::Poll {
+                        period: Duration::from_millis(1),
+                    }
+                } else {
+                    Wait::Bell { yields: meeting.yields }
+                },
+                receive_limit,
+                start_limit: meeting.start_limit,
+            })
+        })
+        .transpose()?
+        .map(Rc::new);
+    let pace = realtime.map(|realtime| realtime::pace(realtime, nodes, scenario.tick_s));
+    let discipline = pace.clone().map_or(Discipline::Lockstep, Discipline::Newest);
+    let mut connections = Connections::new(nodes.iter().copied(), wires(), shared.clone()).with_discipline(discipline);
+    connections.accept_any_tick(assemble::late_channels(scenario)?);
+    let comes_back = |node: &NodeId| realtime.is_some_and(|realtime| realtime.restart.contains(node));
+    // Whoever is started again cannot end the run: the others do.
+    if !nodes.iter().all(comes_back) {
+        let limit_ticks = scenario.clock.receive_limit_s() / scenario.tick_s;
+        connections.end_if_silent(scenario.external_nodes(), limit_ticks.ceil() as u64);
+    }
+    let mut stages = Vec::new();
+    let mut scribe = None;
+    for node in nodes {
+        if *node == NodeId::Recorder {
+            let block = assemble::scribe(scenario, folder, rejoins)?;
+            scribe = Some(Node::open(block, &mut connections, scenario.ticks(), None)?);
+        } else {
+            stages.push(assemble::stage(*node, scenario, &mut connections)?);
+        }
+    }
+    if realtime.is_some_and(|realtime| realtime.log_tokens) {
+        log_tokens(&mut stages, scenario, folder, rejoins)?;
+    }
+    connections.meet(&mut || stages.iter_mut().try_for_each(|stage| stage.connect()))?;
+    let timed = match (realtime, pace) {
+        (Some(realtime), Some(pace)) => {
+            let asked = realtime::ask(realtime, nodes, index);
+            let others = shared.as_deref().map(|context| (context, leader.as_str()));
+            Some(Timed::begin(pace, nodes, others, rejoins, asked)?)
+        }
+        _ => None,
+    };
+    let elsewhere = |name: &String| name != process;
+    Ok(Loop {
+        connections,
+        stages,
+        scribe,
+        shared,
+        recorder_process: recorder_process.filter(elsewhere),
+        receive_limit,
+        timed,
+        sabotage: Sabotage::new(scenario, nodes, meeting.is_some())?,
+        reached: 0,
+        ending: None,
+    })
+}
+
+fn log_tokens(
+    stages: &mut [Box<dyn Stage>],
+    scenario: &Scenario,
+    folder: &RunFolder,
+    rejoins: bool,
+) -> Result<(), RunError> {
+    for stage in stages {
+        let path = folder.tokens(stage.node().name());
+        if let Some(parent) = path.parent() {
+            let refused = |cause| RunError::Write {
+                path: path.clone(),
+                cause,
+            };
+            std::fs::create_dir_all(parent).map_err(refused)?;
+        }
+        let layout = RecordLayout::of(stage.node(), &wires()).with_copies_of(&scenario.external_nodes());
+        stage.log_tokens(TokenLog::open(&path, layout, scenario.ticks(), rejoins)?);
+    }
+    Ok(())
+}
+
+impl Loop {
+    fn run(&mut self, ticks: u64, progress: &mut dyn FnMut(u64)) -> Result<(), LinkError> {
+        let leads = self.stages.first().is_some_and(|stage| stage.node() == NodeId::Plant);
+        for tick in 0..ticks {
+            self.reached = tick;
+            self.sabotage.happen(tick);
+            for stage in &mut self.stages {
+                stage.tick(tick)?;
+            }
+            if let Some(scribe) = &mut self.scribe {
+                scribe.tick(tick)?;
+            }
+            let done = tick + 1;
+            if done % HOUSEKEEPING_TICKS == 0 || done == ticks {
+                self.housekeeping(done, leads)?;
+                progress(done);
+            }
+        }
+        Ok(())
+    }
+
+    /// As [`Loop::run`], but time decides which tick is next, and nobody is waited for.
+    fn run_timed(&mut self, mut timed: Timed, ticks: u64, progress: &mut dyn FnMut(u64)) -> Result<(), LinkError> {
+        let mut next = timed.first_tick();
+        let mut housekeeping = next;
+        let outcome = loop {
+            let tick = timed.turn_to(next);
+            if tick >= ticks {
+                break Ok(());
+            }
+            self.reached = tick;
+            // What comes back has already suffered what the scenario has for it.
+            if !timed.rejoined() {
+                self.sabotage.happen(tick);
+            }
+            let stages = self.stages.iter_mut().try_for_each(|stage| stage.tick(tick));
+            let all = stages.and_then(|()| self.scribe.as_mut().map_or(Ok(()), |scribe| scribe.tick(tick)));
+            if let Err(error) = all {
+                break Err(error);
+            }
+            timed.finish();
+            next = tick + 1;
+            if next >= housekeeping {
+                housekeeping = next + HOUSEKEEPING_TICKS;
+                // No credit for the recorder: it must never hold up the loop; what it misses is counted.
+                if let Err(error) = self.housekeeping(next, false) {
+                    break Err(error);
+                }
+                progress(next);
+            }
+        };
+        if let Some(shared) = &self.shared {
+            shared.set_tick(next.min(ticks));
+        }
+        progress(next.min(ticks));
+        self.timed = Some(timed);
+        outcome
+    }
+
+    /// Says where we are; the leading process also waits for a recorder that has fallen behind.
+    fn housekeeping(&self, done: u64, leads: bool) -> Result<(), LinkError> {
+        if stop_requested() {
+            return Err(LinkError::Stopped { tick: done });
+        }
+        let Some(shared) = &self.shared else { return Ok(()) };
+        shared.set_tick(done);
+        let Some(recorder) = self.recorder_process.as_deref().filter(|_| leads) else {
+            return Ok(());
+        };
+        let start = Instant::now();
+        while shared
+            .tick_of(recorder)
+            .is_some_and(|recorded| recorded + CREDIT_TICKS < done)
+        {
+            if stop_requested() {
+                return Err(LinkError::Stopped { tick: done });
+            }
+            if start.elapsed() > self.receive_limit {
+                let waited_s = start.elapsed().as_secs_f64();
+                return Err(LinkError::Absent {
+                    process: recorder.into(),
+                    phase: 2,
+                    waited_s,
+                });
+            }
+            std::thread::sleep(Duration::from_micros(200));
+        }
+        Ok(())
+    }
+
+    fn report(
+        mut self,
+        process: &str,
+        folder: &RunFolder,
+        loop_s: f64,
+        error: Option<LinkError>,
+    ) -> Result<ProcessReport, RunError> {
+        let mut report = ProcessReport {
+            process: process.into(),
+            nodes: self.stages.iter().map(|stage| stage.report()).collect(),
+            loop_s,
+            stopped: matches!(error, Some(LinkError::Stopped { .. })),
+            error: error.map(|error| error.to_string()),
+            ending: self.ending,
+            ..ProcessReport::default()
+        };
+        for stage in &self.stages {
+            let path = folder.trail(stage.node().name());
+            std::fs::write(&path, stage.trail().to_bytes()).map_err(|cause| RunError::Write { path, cause })?;
+        }
+        let round = self.scribe.as_ref().map(|scribe| scribe.block().round());
+        report.realtime = self.timed.take().map(|timed| timed.report(round));
+        if let Some(scribe) = self.scribe {
+            report.nodes.push(scribe.report());
+            let mut scribe = scribe.into_block();
+            for overheard in scribe.overheard() {
+                report.nodes.push(overheard.report());
+                let path = || folder.trail(overheard.report().node.name());
+                overheard
+                    .write(folder)
+                    .map_err(|cause| RunError::Write { path: path(), cause })?;
+            }
+            report.verdict = Some(scribe.verdict());
+            assemble::finish_recording(&mut scribe, &mut report)?;
+        }
+        Ok(report)
+    }
+}

@@ -1,0 +1,76 @@
+//! What the recorder has to know about a scenario.
+
+use crate::error::RunError;
+use crate::folder::RunFolder;
+use crate::scribe::Scribe;
+use anhyst_controller::TrajectorySettings;
+use anhyst_estimator::LawSettings;
+use anhyst_guard::Event;
+use anhyst_recorder::{EventName, Level, Recorder, RecorderSettings, RunInfo};
+use anhyst_scenario::Scenario;
+
+/// Adds a recorder to the scribe; one that takes the place of a dead one (`rejoins`) leaves that one's recording alone.
+///
+/// # Errors
+/// If the recording cannot be created.
+pub fn add(scribe: Scribe, scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<Scribe, RunError> {
+    let recording = scenario.recording;
+    let settings = RecorderSettings {
+        block_ticks: recording.block_ticks,
+        plot_rate_hz: recording.plot_rate_hz,
+        error_axis_nm: recording.error_axis_nm,
+        live: recording.live_port,
+        ..RecorderSettings::default()
+    };
+    Ok(scribe.with_recorder(Recorder::create(&settings, run_info(scenario, folder, rejoins)?)?))
+}
+
+fn run_info(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<RunInfo, RunError> {
+    let shape = scenario.material()?.hysteresis.shape_a_per_m;
+    let parameter_range = match scenario.estimator.law {
+        LawSettings::FixedShape { .. } => [0.9 * shape, 1.1 * shape],
+        adaptive => adaptive.range_a_per_m().into(),
+    };
+    Ok(RunInfo {
+        path: if rejoins {
+            folder.next_recording()
+        } else {
+            folder.recording()
+        },
+        run_id: format!("{}-{:x}", scenario.name, anhyst_ipc::monotonic_ns()),
+        name: scenario.name.clone(),
+        notes: String::new(),
+        tick_s: scenario.tick_s,
+        tolerance_m: scenario.expect.tolerance_m,
+        settling_time_s: scenario.expect.settling_s,
+        period_s: period_s(&scenario.controller.trajectory),
+        parameter_range,
+        realtime: scenario.clock.realtime().is_some(),
+        field_limit_a_per_m: scenario.guard.field_limit_a_per_m,
+        events: Event::ALL
+            .into_iter()
+            .map(|event| EventName {
+                number: event.number(),
+                text: event.name().replace('_', " "),
+                level: if !event.is_fault() {
+                    Level::Warning
+                } else {
+                    Level::Error
+                },
+            })
+            .collect(),
+    })
+}
+
+/// Period of the slowest part of a reference that repeats.
+fn period_s(trajectory: &TrajectorySettings) -> Option<f64> {
+    let slowest = |frequencies: &mut dyn Iterator<Item = f64>| frequencies.min_by(f64::total_cmp);
+    let frequency_hz = match trajectory {
+        TrajectorySettings::Harmonics { terms, .. } => slowest(&mut terms.iter().map(|(_, hz, _)| *hz)),
+        TrajectorySettings::Profile { spindle_rpm, lobes, .. } => {
+            slowest(&mut lobes.iter().map(|(lobe, _, _)| f64::from(*lobe) * spindle_rpm / 60.0))
+        }
+        TrajectorySettings::Rest | TrajectorySettings::SmoothRamps { .. } | TrajectorySettings::Table { .. } => None,
+    };
+    frequency_hz.map(|hz| 1.0 / hz)
+}

@@ -1,0 +1,201 @@
+//! What a run comes to: `summary.json` for programs, a table for people.
+
+use crate::folder::RunFolder;
+use crate::judge::Verdict;
+use crate::realtime::{ForeignCount, RealtimeSummary};
+use crate::report::ProcessReport;
+use crate::table::plain_table;
+use anhyst_ipc::{LinkReport, NodeId, NodeReport, combine};
+use anhyst_scenario::Scenario;
+use comfy_table::CellAlignment;
+use serde::{Deserialize, Serialize};
+
+/// The machine-readable summary.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// True if all that the scenario expects held.
+    pub held: bool,
+    /// What did not hold.
+    pub failures: Vec<String>,
+    /// Error, estimate, field.
+    #[serde(flatten)]
+    pub verdict: Verdict,
+    /// Name of the first event that the guard raised.
+    #[serde(default)]
+    pub first_event_name: Option<String>,
+    /// The workpiece's tolerance.
+    pub tolerance_m: f64,
+    /// Tolerance minus largest error.
+    pub tolerance_margin_m: f64,
+    /// Field limit.
+    pub field_limit_a_per_m: f64,
+    /// Ticks run.
+    pub ticks: u64,
+    /// Ticks per second of wall clock.
+    pub ticks_per_s: f64,
+    /// Simulated time over wall clock.
+    pub realtime_factor: f64,
+    /// Tokens that did not arrive, rows lost by the recording included.
+    pub lost_tokens: u64,
+    /// Rows of the recording.
+    pub recorded_rows: u64,
+    /// Of a real-time run: what was asked of the system, missed deadlines, distributions, restarts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub realtime: Option<RealtimeSummary>,
+    /// Digest of all tokens of all nodes.
+    pub digest: String,
+    /// Digest of each node, in loop order.
+    pub node_digests: Vec<(String, String)>,
+    /// Latencies of the links between processes.
+    pub links: Vec<LinkReport>,
+}
+
+impl Summary {
+    /// Gathers the processes' reports.
+    pub fn new(scenario: &Scenario, reports: &[ProcessReport]) -> Self {
+        let mut nodes: Vec<&NodeReport> = reports.iter().flat_map(|report| &report.nodes).collect();
+        nodes.sort_by_key(|report| report.node);
+        let senders = || nodes.iter().filter(|report| report.node != NodeId::Recorder);
+        let verdict = reports
+            .iter()
+            .find_map(|report| report.verdict.clone())
+            .unwrap_or_default();
+        let ticks = || senders().map(|report| report.ticks);
+        // In real time a node may leave out the last ticks; the plant leaves out none.
+        let ticks = if scenario.clock.realtime().is_some() {
+            ticks().max()
+        } else {
+            ticks().min()
+        };
+        let ticks = ticks.unwrap_or_default();
+        let verdict = verdict.of_ticks(ticks, scenario.tick_s, &scenario.expect);
+        let failures = verdict.failures(&scenario.expect);
+        let loop_s = reports.iter().map(|report| report.loop_s).fold(0.0, f64::max);
+        let ticks_per_s = if loop_s > 0.0 { ticks as f64 / loop_s } else { 0.0 };
+        let links: Vec<LinkReport> = nodes.iter().flat_map(|report| report.links.clone()).collect();
+        Self {
+            scenario: scenario.name.clone(),
+            held: failures.is_empty(),
+            failures,
+            first_event_name: verdict.first_event_name().map(str::to_owned),
+            tolerance_m: scenario.expect.tolerance_m,
+            tolerance_margin_m: scenario.expect.tolerance_m - verdict.error_max_m,
+            field_limit_a_per_m: scenario.guard.field_limit_a_per_m,
+            verdict,
+            ticks,
+            ticks_per_s,
+            realtime_factor: ticks_per_s * scenario.tick_s,
+            lost_tokens: links.iter().map(|link| link.lost).sum::<u64>()
+                + reports.iter().map(|report| report.dropped_rows).sum::<u64>(),
+            recorded_rows: reports.iter().map(|report| report.recorded_rows).sum(),
+            realtime: RealtimeSummary::new(reports).map(|realtime| RealtimeSummary {
+                external: ForeignCount::of(&scenario.external_nodes(), &links),
+                ..realtime
+            }),
+            digest: combine(senders().map(|report| (report.node.name(), report.digest))),
+            node_digests: senders()
+                .map(|report| (report.node.name().to_owned(), format!("{:016x}", report.digest)))
+                .collect(),
+            links,
+        }
+    }
+
+    /// Writes `summary.json` and `digest.txt`.
+    ///
+    /// # Errors
+    /// If a file cannot be written.
+    pub fn write(&self, folder: &RunFolder) -> std::io::Result<()> {
+        std::fs::write(folder.summary(), serde_json::to_string_pretty(self)? + "\n")?;
+        let nodes: String = self
+            .node_digests
+            .iter()
+            .map(|(node, digest)| format!("{digest}  {node}\n"))
+            .collect();
+        std::fs::write(folder.digest(), format!("{}  run\n{nodes}", self.digest))
+    }
+
+    /// The table for people.
+    pub fn table(&self) -> String {
+        let mut table = plain_table();
+        let verdict = &self.verdict;
+        let um = |m: f64| format!("{:.4} µm", m * 1e6);
+        let mut row = |name: &str, value: String| {
+            table.add_row([name.to_owned(), value]);
+        };
+        row("error rms", um(verdict.error_rms_m));
+        row(
+            "error max",
+            format!("{} at {:.3} s", um(verdict.error_max_m), verdict.error_max_at_s),
+        );
+        row(
+            "tolerance, margin",
+            format!("±{}, {}", um(self.tolerance_m), um(self.tolerance_margin_m)),
+        );
+        row(
+            "a true, estimated",
+            format!("{:.1}, {:.1} A/m", verdict.a_true_a_per_m, verdict.a_estimated_a_per_m),
+        );
+        row(
+            "a error rms, final",
+            format!(
+                "{:.2}, {:.2} A/m",
+                verdict.a_error_rms_a_per_m, verdict.a_final_error_a_per_m
+            ),
+        );
+        let (peak, limit) = (verdict.field_peak_a_per_m * 1e-3, self.field_limit_a_per_m * 1e-3);
+        row("field used, limit", format!("{peak:.2}, {limit:.2} kA/m"));
+        if verdict.guarded_ticks > 0 {
+            let first = self.first_event_name.as_ref();
+            let first = first.map(|name| format!(", first {name} at tick {}", verdict.first_event_tick));
+            row(
+                "guard acted in",
+                format!("{} ticks{}", verdict.guarded_ticks, first.unwrap_or_default()),
+            );
+        }
+        if verdict.watchdog_ticks > 0 {
+            let (ticks, first) = (verdict.watchdog_ticks, verdict.first_watchdog_tick);
+            row(
+                "amplifier's watchdog acted in",
+                format!("{ticks} ticks, first at tick {first}"),
+            );
+        }
+        row("ticks", format!("{} ({} lost)", self.ticks, self.lost_tokens));
+        row(
+            "ticks per second",
+            format!("{:.0} ({:.2} times real time)", self.ticks_per_s, self.realtime_factor),
+        );
+        row("digest", self.digest.clone());
+        let mut text = table.to_string();
+        if let Some(realtime) = &self.realtime {
+            text.push_str("\n\nreal time\n");
+            text.push_str(&crate::summary_realtime::table(realtime));
+        }
+        if self.links.iter().any(|link| link.latency.count > 0) {
+            text.push_str("\n\nlatency, µs\n");
+            text.push_str(&self.latency_table());
+        }
+        text
+    }
+
+    fn latency_table(&self) -> String {
+        let mut table = plain_table();
+        table.set_header(["link", "p50", "p99", "p99.9", "max"]);
+        for link in self.links.iter().filter(|link| link.latency.count > 0) {
+            let latency = &link.latency;
+            let us = |value: f64| format!("{value:.1}");
+            table.add_row([
+                format!("{} → {}", link.channel, link.reader),
+                us(latency.p50_us),
+                us(latency.p99_us),
+                us(latency.p999_us),
+                us(latency.max_us),
+            ]);
+        }
+        for column in table.column_iter_mut().skip(1) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+        table.to_string()
+    }
+}

@@ -1,0 +1,35 @@
+//! Every arrow of the loop, from the blocks' own types.
+
+use anhyst_controller::Controller;
+use anhyst_estimator::Estimator;
+use anhyst_guard::Guard;
+use anhyst_inverse::Inverse;
+use anhyst_ipc::{
+    CoilField, Demand, Estimate, FieldCommand, Inputs, Measurement, NodeId, Now, SafeField, Truth, Wire, wiring,
+};
+use anhyst_plant_sim::{AmplifierNode, PlantNode};
+
+/// Every token of a tick: what the recorder hears.
+pub type Everything = (
+    Now<Measurement>,
+    Now<Truth>,
+    Now<Estimate>,
+    Now<Demand>,
+    Now<FieldCommand>,
+    Now<SafeField>,
+    Now<CoilField>,
+);
+
+/// Every arrow of the loop.
+pub fn wires() -> Vec<Wire> {
+    [
+        wiring::<PlantNode>(),
+        wiring::<Estimator>(),
+        wiring::<Controller>(),
+        wiring::<Inverse>(),
+        wiring::<Guard>(),
+        wiring::<AmplifierNode>(),
+        Everything::wires(NodeId::Recorder),
+    ]
+    .concat()
+}
