@@ -2,16 +2,11 @@
 
 use crate::Controller;
 use crate::controller::Heard;
-use anhyst_ipc::{Block, Demand, FieldCommand, Measurement, NodeId, Now, Previous, SafeField};
+use anhyst_ipc::{Block, Demand, FieldCommand, Measurement, NodeId, Now, Previous, SafeField, status_word};
 
-/// Bits of `SafeField::status`.
-const GUARD_LIMITS: u64 = 1 | 2;
-const GUARD_ACTS: u64 = 4 | 8 | 16;
-/// Bit of `FieldCommand::status`.
-const INVERSE_LIMITS: u64 = 1;
-/// Bits of `Demand::status`.
-const INTEGRATION_STOPPED: u64 = 1;
-const STARTING: u64 = 2;
+/// The guard limits what is commanded, or does not follow it at all.
+const GUARD_LIMITS: u64 = SafeField::AMPLITUDE_LIMITED | SafeField::SLEW_LIMITED;
+const GUARD_ACTS: u64 = SafeField::RAMPING | SafeField::SAFE | SafeField::HOLDING;
 
 impl Block for Controller {
     const NODE: NodeId = NodeId::Controller;
@@ -31,7 +26,8 @@ impl Block for Controller {
                 field_a_per_m: safe.field_a_per_m,
                 open: set(safe.status, GUARD_ACTS),
                 field_cut_a_per_m: set(safe.status, GUARD_LIMITS).then_some(command.field_a_per_m - safe.field_a_per_m),
-                reached_a_per_m: set(command.status, INVERSE_LIMITS).then_some(command.reached_magnetization_a_per_m),
+                reached_a_per_m: set(command.status, FieldCommand::LIMITED)
+                    .then_some(command.reached_magnetization_a_per_m),
             },
         );
         (Demand {
@@ -42,8 +38,10 @@ impl Block for Controller {
             reference_m: decision.reference_m,
             error_m: decision.error_m,
             integral_m: decision.integral_m,
-            status: u64::from(decision.integration_stopped) * INTEGRATION_STOPPED
-                + u64::from(decision.starting) * STARTING,
+            status: status_word([
+                (decision.integration_stopped, Demand::INTEGRATION_STOPPED),
+                (decision.starting, Demand::STARTING),
+            ]),
             ..Demand::default()
         },)
     }

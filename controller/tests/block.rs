@@ -5,7 +5,7 @@ mod common;
 use anhyst_controller::{
     AntiWindup, CancellationSettings, Controller, ControllerSettings, DerivativeOn, PidSettings, TrajectorySettings,
 };
-use anhyst_ipc::{Block, FieldCommand, Measurement, Message, NodeId, Now, Previous, SafeField, wiring};
+use anhyst_ipc::{Block, Demand, FieldCommand, Measurement, Message, NodeId, Now, Previous, SafeField, wiring};
 use anhyst_model::{Magnetostriction, Material};
 use common::{Rig, TICK_S, rod, settings, two_tones};
 use proptest::prelude::*;
@@ -62,7 +62,11 @@ fn start_is_bumpless() {
         let (demand, _) = rig.step((100.0, 100.0));
         let step = (demand.magnetization_a_per_m - before).abs();
         assert!(step < 8e3, "tick {tick}: a step of {step} A/m");
-        assert_eq!(demand.status & 2 != 0, f64::from(tick) * TICK_S < 0.02, "tick {tick}");
+        assert_eq!(
+            demand.status & Demand::STARTING != 0,
+            f64::from(tick) * TICK_S < 0.02,
+            "tick {tick}"
+        );
         before = demand.magnetization_a_per_m;
     }
 }
@@ -85,7 +89,7 @@ fn windup_at_the_inverse_limit_is_seen_and_undone() {
         let (mut sum, mut stopped) = (0.0, 0);
         for tick in 0..6000 {
             let (demand, _) = rig.step((0.0, 0.0));
-            stopped += demand.status & 1;
+            stopped += u64::from(demand.status & Demand::INTEGRATION_STOPPED != 0);
             if f64::from(tick) * TICK_S > 0.14 {
                 sum += demand.error_m.abs() * TICK_S;
             }
@@ -127,7 +131,7 @@ fn missing_measurements_hold_the_error() {
         let demand = step(tick, f64::NAN);
         assert_eq!(
             (demand.error_m, demand.integral_m, demand.status),
-            (held.error_m, held.integral_m, 1)
+            (held.error_m, held.integral_m, Demand::INTEGRATION_STOPPED)
         );
         assert!(demand.magnetization_a_per_m.is_finite());
     }

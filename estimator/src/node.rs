@@ -1,13 +1,7 @@
 //! The estimator in the loop: which tokens it reads and what it says.
 
 use crate::{Estimation, Estimator};
-use anhyst_ipc::{Block, Estimate, Measurement, NodeId, Now, Previous, SafeField};
-
-const ADAPTING: u64 = 1;
-const AT_EDGE: u64 = 2;
-const HELD: u64 = 4;
-const FIXED: u64 = 8;
-const OUTLIER: u64 = 16;
+use anhyst_ipc::{Block, Estimate, Measurement, NodeId, Now, Previous, SafeField, status_word};
 
 impl Block for Estimator {
     const NODE: NodeId = NodeId::Estimator;
@@ -28,13 +22,6 @@ impl Block for Estimator {
 
 fn estimate(estimation: &Estimation) -> Estimate {
     let correction = &estimation.correction;
-    let bits = [
-        (correction.adapting, ADAPTING),
-        (correction.at_edge, AT_EDGE),
-        (correction.held, HELD),
-        (correction.fixed, FIXED),
-        (estimation.outlier, OUTLIER),
-    ];
     Estimate {
         shape_a_per_m: correction.shape_a_per_m,
         field_a_per_m: estimation.field.now_a_per_m,
@@ -50,7 +37,13 @@ fn estimate(estimation: &Estimation) -> Estimate {
         // Inverses, because an infinite number has no place in a token.
         excitation_above_per_a_per_m: 1.0 / estimation.excitation.least_error_above_a_per_m,
         excitation_below_per_a_per_m: 1.0 / estimation.excitation.least_error_below_a_per_m,
-        status: bits.iter().filter(|(set, _)| *set).map(|(_, bit)| bit).sum(),
+        status: status_word([
+            (correction.adapting, Estimate::ADAPTING),
+            (correction.at_edge, Estimate::AT_EDGE),
+            (correction.held, Estimate::HELD),
+            (correction.fixed, Estimate::FIXED),
+            (estimation.outlier, Estimate::OUTLIER),
+        ]),
         ..Estimate::default()
     }
 }
@@ -108,13 +101,16 @@ mod tests {
         );
         assert_eq!(
             (first.shape_a_per_m, first.field_a_per_m, first.status),
-            (7012.0, 0.0, FIXED)
+            (7012.0, 0.0, Estimate::FIXED)
         );
         let (second,) = Block::step(&mut fixed, 1, (Now(silent), Previous(SafeField::default())));
-        assert_eq!((second.status, second.output_error_m), (FIXED | HELD, 0.0));
+        assert_eq!(
+            (second.status, second.output_error_m),
+            (Estimate::FIXED | Estimate::HELD, 0.0)
+        );
         let mut folded = make(LawSettings::default());
         let (first,) = Block::step(&mut folded, 0, (Now(silent), Previous(SafeField::default())));
-        assert_eq!((first.shape_a_per_m, first.status), (6800.0, HELD));
+        assert_eq!((first.shape_a_per_m, first.status), (6800.0, Estimate::HELD));
     }
 
     // Guards real time: where measurements are late, the old one that is there does not move the estimate.
@@ -193,6 +189,6 @@ mod tests {
             assert!(tick > 0 || said[0] == 0.0, "{said:?} at tick {tick}");
         }
         let worst = EstimatorSettings::default().excitation.worst_deviation_a_per_m;
-        assert!(1.0 / last.information_per_a2_per_m2.sqrt() < worst && last.status & HELD == 0);
+        assert!(1.0 / last.information_per_a2_per_m2.sqrt() < worst && last.status & Estimate::HELD == 0);
     }
 }

@@ -3,17 +3,9 @@
 use crate::guard::Given;
 use crate::watch::{Heard, Quality};
 use crate::{Event, Guard, State};
-use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, FieldKind, Measurement, Message, NodeId, Now, SafeField};
-
-const AMPLITUDE: u64 = 1;
-const SLEW: u64 = 2;
-const RAMPING: u64 = 4;
-const SAFE: u64 = 8;
-const HOLDING: u64 = 16;
-const FALLEN_BACK: u64 = 32;
-
-/// Bit of `Estimate::status`: held, because not informed.
-const UNINFORMED: u64 = 4;
+use anhyst_ipc::{
+    Block, Demand, Estimate, FieldCommand, FieldKind, Measurement, Message, NodeId, Now, SafeField, status_word,
+};
 
 impl Block for Guard {
     const NODE: NodeId = NodeId::Guard;
@@ -37,7 +29,7 @@ impl Block for Guard {
             temperature_k: measurement.temperature_k,
             error_m: demand.error_m,
             shape_a_per_m: estimate.shape_a_per_m,
-            uninformed: estimate.status & UNINFORMED != 0,
+            uninformed: estimate.status & Estimate::HELD != 0,
         });
         (self.token(&given),)
     }
@@ -50,20 +42,16 @@ impl Block for Guard {
 
 impl Guard {
     fn token(&self, given: &Given) -> SafeField {
-        let bits = [
-            (given.amplitude_limited, AMPLITUDE),
-            (given.slew_limited, SLEW),
-            (self.state() == State::Ramping, RAMPING),
-            (self.state() == State::Safe, SAFE),
-            (given.holding, HOLDING),
-            (self.fallen_back(), FALLEN_BACK),
-        ];
         SafeField {
             field_a_per_m: given.field_a_per_m,
-            status: bits
-                .into_iter()
-                .filter(|(set, _)| *set)
-                .fold(0, |status, (_, bit)| status | bit),
+            status: status_word([
+                (given.amplitude_limited, SafeField::AMPLITUDE_LIMITED),
+                (given.slew_limited, SafeField::SLEW_LIMITED),
+                (self.state() == State::Ramping, SafeField::RAMPING),
+                (self.state() == State::Safe, SafeField::SAFE),
+                (given.holding, SafeField::HOLDING),
+                (self.fallen_back(), SafeField::FALL_BACK),
+            ]),
             event: given.event.map_or(0, Event::number),
             ..SafeField::default()
         }

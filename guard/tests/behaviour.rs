@@ -4,10 +4,6 @@ use anhyst_guard::{Event, Guard, GuardSettings, Monitors, Rearm, Responses, Stat
 use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, Measurement, Now, SafeField};
 
 const TICK_S: f64 = 5e-5;
-const AMPLITUDE: u64 = 1;
-const SLEW: u64 = 2;
-const RAMPING: u64 = 4;
-const SAFE: u64 = 8;
 
 fn settings() -> GuardSettings {
     GuardSettings {
@@ -96,12 +92,15 @@ fn passes_commands_unchanged() {
 #[test]
 fn limits_amplitude_and_slew() {
     let mut bench = Bench::new(&settings());
-    assert_eq!(bench.step(15_000.0).status, SLEW);
+    assert_eq!(bench.step(15_000.0).status, SafeField::SLEW_LIMITED);
     assert_eq!(bench.guard.field_a_per_m(), 10_000.0);
-    assert_eq!(bench.step(50_000.0).status, AMPLITUDE);
+    assert_eq!(bench.step(50_000.0).status, SafeField::AMPLITUDE_LIMITED);
     assert_eq!(bench.guard.field_a_per_m(), 20_000.0);
     let safe = bench.step(-50_000.0);
-    assert_eq!((safe.field_a_per_m, safe.status), (10_000.0, AMPLITUDE | SLEW));
+    assert_eq!(
+        (safe.field_a_per_m, safe.status),
+        (10_000.0, SafeField::AMPLITUDE_LIMITED | SafeField::SLEW_LIMITED)
+    );
     assert_eq!(bench.guard.state(), State::Normal);
 }
 
@@ -138,7 +137,7 @@ fn faults_ramp_to_the_safe_field_in_the_stated_ticks() {
         let first = bench.step_as_is();
         assert_eq!(
             (Event::from_number(first.event), first.status),
-            (Some(event), RAMPING | SLEW),
+            (Some(event), SafeField::RAMPING | SafeField::SLEW_LIMITED),
             "{event}"
         );
         assert!(
@@ -163,7 +162,7 @@ fn faults_ramp_to_the_safe_field_in_the_stated_ticks() {
             let safe = bench.step(20_000.0);
             assert_eq!(
                 (safe.field_a_per_m, safe.status, safe.event),
-                (-1000.0, SAFE, 0),
+                (-1000.0, SafeField::SAFE, 0),
                 "{event} is latched"
             );
         }

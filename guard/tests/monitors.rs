@@ -7,11 +7,6 @@ use anhyst_guard::{
 use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, Measurement, Now, SafeField};
 
 const TICK_S: f64 = 5e-5;
-const RAMPING: u64 = 4;
-const SAFE: u64 = 8;
-const HOLDING: u64 = 16;
-const FALL_BACK: u64 = 32;
-const UNINFORMED: u64 = 4;
 
 fn settings() -> GuardSettings {
     GuardSettings {
@@ -134,7 +129,7 @@ const FAULTS: [Fault; 17] = [
     (Event::EstimateStale, |t| t.estimate.tick = 299),
     (Event::EstimateOutside, |t| t.estimate.shape_a_per_m = 8000.1),
     (Event::EstimateOutside, |t| t.estimate.shape_a_per_m = -7000.0),
-    (Event::EstimateUninformed, |t| t.estimate.status = UNINFORMED),
+    (Event::EstimateUninformed, |t| t.estimate.status = Estimate::HELD),
     (Event::TemperatureExceeded, |t| t.measurement.temperature_k = 350.1),
     (Event::CurrentExceeded, |t| t.measurement.coil_field_a_per_m = -16_001.0),
     (Event::TrackingLost, |t| t.demand.error_m = -1.1e-6),
@@ -175,15 +170,18 @@ fn every_monitor_names_its_fault_and_reacts_in_the_stated_ticks() {
         let after = &tokens[detected as usize - 1 + bound - 1..];
         match settings.reactions.to(event).reaction {
             Reaction::RampToSafe => {
-                assert!(first.status & (RAMPING | SAFE) != 0, "{event}");
+                assert!(first.status & (SafeField::RAMPING | SafeField::SAFE) != 0, "{event}");
                 assert!(
                     after
                         .iter()
-                        .all(|safe| safe.field_a_per_m == 0.0 && safe.status == SAFE),
+                        .all(|safe| safe.field_a_per_m == 0.0 && safe.status == SafeField::SAFE),
                     "{event}"
                 );
             }
-            Reaction::FallBack => assert!(after.iter().all(|safe| safe.status & FALL_BACK != 0), "{event}"),
+            Reaction::FallBack => assert!(
+                after.iter().all(|safe| safe.status & SafeField::FALL_BACK != 0),
+                "{event}"
+            ),
             Reaction::Hold => unreachable!(),
         }
     }
@@ -196,9 +194,9 @@ fn falling_back_repeats_the_field_once_and_comes_back_by_itself() {
     bench.run(300, |_| {});
     let before = bench.guard.field_a_per_m();
     let first = bench.step(|t| t.estimate.shape_a_per_m = 9000.0);
-    assert_eq!((first.field_a_per_m, first.status), (before, FALL_BACK));
+    assert_eq!((first.field_a_per_m, first.status), (before, SafeField::FALL_BACK));
     let second = bench.step(|t| t.estimate.shape_a_per_m = 9000.0);
-    assert!(second.field_a_per_m != before && second.status == FALL_BACK && second.event == 0);
+    assert!(second.field_a_per_m != before && second.status == SafeField::FALL_BACK && second.event == 0);
     assert_eq!(bench.guard.state(), State::Normal);
     let healthy = bench.run(2100, |_| {});
     let back = healthy.iter().position(|safe| safe.event != 0).unwrap();
@@ -220,7 +218,7 @@ fn a_hold_ends_in_a_walk_back_or_at_the_safe_field() {
     assert_eq!(Event::from_number(held[0].event), Some(Event::DisplacementJump));
     assert!(
         held.iter()
-            .all(|safe| safe.field_a_per_m == before && safe.status == HOLDING)
+            .all(|safe| safe.field_a_per_m == before && safe.status == SafeField::HOLDING)
     );
     let mut last = before;
     let most = settings.ramp_slew_a_per_m_s() * TICK_S * (1.0 + 1e-12);
@@ -319,7 +317,7 @@ fn an_uninformed_estimate_does_not_keep_the_field_safe() {
     let mut bench = Bench::new(&responding(Event::MeasurementNotFinite, Reaction::RampToSafe, health));
     bench.run(300, |_| {});
     bench.step(|t| t.measurement.displacement_m = f64::NAN);
-    bench.run(1000, |t| t.estimate.status = UNINFORMED);
+    bench.run(1000, |t| t.estimate.status = Estimate::HELD);
     assert_eq!((bench.guard.state(), bench.guard.fallen_back()), (State::Normal, true));
     bench.run(2100, |_| {});
     assert!(!bench.guard.fallen_back());
@@ -340,7 +338,7 @@ fn alone_it_ramps_and_then_says_no_more() {
     assert!(alone.len() as u64 <= settings.most_ramp_ticks(TICK_S));
     assert_eq!(
         alone.last().map(|safe| (safe.field_a_per_m, safe.status)),
-        Some((0.0, SAFE))
+        Some((0.0, SafeField::SAFE))
     );
     assert!(bench.guard.alone(0).is_none());
 }

@@ -1,13 +1,8 @@
 //! The inverse in the loop: which tokens it reads and what it says.
 
 use crate::{Command, Inverse, Known, Wanted};
-use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, NodeId, Now, Previous, SafeField};
+use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, NodeId, Now, Previous, SafeField, status_word};
 use anhyst_model::MagneticState;
-
-const LIMITED: u64 = 1;
-const FALLEN_BACK: u64 = 2;
-/// Bit of `SafeField::status`: leave the estimate alone.
-const FALL_BACK: u64 = 32;
 
 impl Block for Inverse {
     const NODE: NodeId = NodeId::Inverse;
@@ -27,7 +22,7 @@ impl Block for Inverse {
             },
             next_field_a_per_m: estimate.next_field_a_per_m,
         };
-        let fall_back = safe.status & FALL_BACK != 0;
+        let fall_back = safe.status & SafeField::FALL_BACK != 0;
         let command = self.step_guarded(tick, wanted, known, fall_back, safe.field_a_per_m);
         (field_command(command, fall_back),)
     }
@@ -39,7 +34,10 @@ fn field_command(command: Command, fallen_back: bool) -> FieldCommand {
         coil_field_a_per_m: command.coil_field_a_per_m,
         start_magnetization_a_per_m: command.start_magnetization_a_per_m,
         reached_magnetization_a_per_m: command.reached_magnetization_a_per_m,
-        status: u64::from(command.limited) * LIMITED + u64::from(fallen_back) * FALLEN_BACK,
+        status: status_word([
+            (command.limited, FieldCommand::LIMITED),
+            (fallen_back, FieldCommand::FALLEN_BACK),
+        ]),
         ..FieldCommand::default()
     }
 }

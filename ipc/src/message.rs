@@ -116,19 +116,6 @@ impl Channel {
             .unwrap_or_default()
     }
 
-    /// The fields of its tokens.
-    pub const fn fields(self) -> &'static [Field] {
-        match self {
-            Channel::Measurement => crate::Measurement::FIELDS,
-            Channel::Truth => crate::Truth::FIELDS,
-            Channel::Estimate => crate::Estimate::FIELDS,
-            Channel::Demand => crate::Demand::FIELDS,
-            Channel::FieldCommand => crate::FieldCommand::FIELDS,
-            Channel::SafeField => crate::SafeField::FIELDS,
-            Channel::CoilField => crate::CoilField::FIELDS,
-        }
-    }
-
     /// The only node that sends on this channel.
     pub const fn producer(self) -> NodeId {
         match self {
@@ -296,10 +283,24 @@ pub(crate) const fn type_name_bytes(name: &str, hash: u64) -> ([u8; 64], usize) 
     (bytes, i + 17)
 }
 
-/// Declares a message: its struct (`#[repr(C)]`, eight bytes a field), its schema and its type name.
+/// The bits of a status word as the end of its sentence: ` 1 adapting, 2 at an edge.`
+macro_rules! bits_in_words {
+    ($value:literal $meaning:literal) => {
+        concat!(" ", stringify!($value), " ", $meaning, ".")
+    };
+    ($value:literal $meaning:literal $($more:tt)+) => {
+        concat!(" ", stringify!($value), " ", $meaning, ",", $crate::message::bits_in_words!($($more)+))
+    };
+}
+pub(crate) use bits_in_words;
+
+/// Declares a message: its struct (`#[repr(C)]`, eight bytes a field), its schema, its type name and the bits of its status.
 macro_rules! message {
     ($(#[doc = $about:literal])+ $name:ident on $channel:ident {
-        $( $(#[doc = $text:literal])+ $field:ident : $kind:ident in $unit:literal ),* $(,)?
+        $(
+            $(#[doc = $text:literal])+ $field:ident : $kind:ident in $unit:literal
+            $( { $( $bit:ident = $value:literal $meaning:literal ),+ $(,)? } )?
+        ),* $(,)?
     }) => {
         $(#[doc = $about])+
         #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -309,13 +310,18 @@ macro_rules! message {
             pub tick: u64,
             /// Monotonic time of sending in ns; 0 within one process; never part of a digest.
             pub sent_ns: u64,
-            $( $(#[doc = $text])+ pub $field: $kind, )*
+            $( #[doc = concat!($($text),+ $(, $crate::message::bits_in_words!($($value $meaning)+))?)] pub $field: $kind, )*
         }
+
+        $( $( impl $name {
+            $( #[doc = concat!("Bit of its status: ", $meaning, ".")] pub const $bit: u64 = $value; )+
+        } )? )*
 
         const _: () = {
             use $crate::message::{Channel, Field, Message, Word, schema_hash, type_name_bytes, MOST_FIELDS};
             const FIELDS: &[Field] = &[$( Field {
-                name: stringify!($field), unit: $unit, doc: concat!($($text),+), kind: <$kind as Word>::KIND,
+                name: stringify!($field), unit: $unit, kind: <$kind as Word>::KIND,
+                doc: concat!($($text),+ $(, $crate::message::bits_in_words!($($value $meaning)+))?),
             } ),*];
             const NAME: ([u8; 64], usize) = type_name_bytes(stringify!($name), schema_hash(FIELDS));
             const TYPE_NAME: &str = match std::str::from_utf8(NAME.0.split_at(NAME.1).0) {

@@ -3,7 +3,27 @@
 //! Timing: the plant measures at `t_k`; what is computed from it during `(t_k, t_k+1]` is in the coil at `t_k+2`, and
 //! fields are linear between ticks. That is one sample of computing delay and one of first-order hold.
 
-use crate::message::message;
+use crate::message::{Channel, Field, Message, message};
+
+/// Calls `$body` with the message type of a channel.
+macro_rules! with_message {
+    (@ $type:ty, $message:ident => $body:expr) => {{
+        type $message = $type;
+        $body
+    }};
+    ($channel:expr, $message:ident => $body:expr) => {
+        match $channel {
+            $crate::message::Channel::Measurement => with_message!(@ $crate::messages::Measurement, $message => $body),
+            $crate::message::Channel::Truth => with_message!(@ $crate::messages::Truth, $message => $body),
+            $crate::message::Channel::Estimate => with_message!(@ $crate::messages::Estimate, $message => $body),
+            $crate::message::Channel::Demand => with_message!(@ $crate::messages::Demand, $message => $body),
+            $crate::message::Channel::FieldCommand => with_message!(@ $crate::messages::FieldCommand, $message => $body),
+            $crate::message::Channel::SafeField => with_message!(@ $crate::messages::SafeField, $message => $body),
+            $crate::message::Channel::CoilField => with_message!(@ $crate::messages::CoilField, $message => $body),
+        }
+    };
+}
+pub(crate) use with_message;
 
 message! {
     /// What the sensors say at `t_k`.
@@ -64,9 +84,14 @@ message! {
         excitation_above_per_a_per_m: f64 in "1/(A/m)",
         /// The same for a true a below the estimate.
         excitation_below_per_a_per_m: f64 in "1/(A/m)",
-        /// Bits: 1 adapting (outside the dead zone), 2 at an edge of the parameter's range, 4 held (not informed), 8 fixed by
-        /// the scenario, 16 the measurement was left out, because it is too far from the predicted.
-        status: u64 in "",
+        /// Bits:
+        status: u64 in "" {
+            ADAPTING = 1 "adapting (outside the dead zone)",
+            AT_EDGE = 2 "at an edge of the parameter's range",
+            HELD = 4 "held (not informed)",
+            FIXED = 8 "fixed by the scenario",
+            OUTLIER = 16 "the measurement was left out, because it is too far from the predicted",
+        },
     }
 }
 
@@ -87,8 +112,11 @@ message! {
         error_m: f64 in "m",
         /// State of the PID's integrator, in metres of demanded displacement.
         integral_m: f64 in "m",
-        /// Bits: 1 integration stopped (anti-windup), 2 start not finished (bumpless).
-        status: u64 in "",
+        /// Bits:
+        status: u64 in "" {
+            INTEGRATION_STOPPED = 1 "integration stopped (anti-windup)",
+            STARTING = 2 "start not finished (bumpless)",
+        },
     }
 }
 
@@ -103,8 +131,11 @@ message! {
         start_magnetization_a_per_m: f64 in "A/m",
         /// Magnetization that the commanded field is predicted to reach.
         reached_magnetization_a_per_m: f64 in "A/m",
-        /// Bits: 1 the demand needs more field than the limit, 2 fallen back to the nominal inverse.
-        status: u64 in "",
+        /// Bits:
+        status: u64 in "" {
+            LIMITED = 1 "the demand needs more field than the limit",
+            FALLEN_BACK = 2 "fallen back to the nominal inverse",
+        },
     }
 }
 
@@ -113,9 +144,15 @@ message! {
     SafeField on SafeField {
         /// Field for t_k+2.
         field_a_per_m: f64 in "A/m",
-        /// Bits: 1 limited in amplitude, 2 limited in slew, 4 ramping to the safe field, 8 at the safe field, 16 holding the last
-        /// field, 32 the inverse is to leave the estimate alone (fall back).
-        status: u64 in "",
+        /// Bits:
+        status: u64 in "" {
+            AMPLITUDE_LIMITED = 1 "limited in amplitude",
+            SLEW_LIMITED = 2 "limited in slew",
+            RAMPING = 4 "ramping to the safe field",
+            SAFE = 8 "at the safe field",
+            HOLDING = 16 "holding the last field",
+            FALL_BACK = 32 "the inverse is to leave the estimate alone (fall back)",
+        },
         /// Number of the event that was raised in this tick; 0: none.
         event: u64 in "",
     }
@@ -126,8 +163,26 @@ message! {
     CoilField on CoilField {
         /// Field at t_k+1.
         field_a_per_m: f64 in "A/m",
-        /// Bits: 1 amplitude limit, 2 slew limit, 4 ramping to the safe field because nobody commands, 8 at it for that reason,
-        /// 16 on the way back to the commands.
-        status: u64 in "",
+        /// Bits:
+        status: u64 in "" {
+            AMPLITUDE_LIMITED = 1 "amplitude limit",
+            SLEW_LIMITED = 2 "slew limit",
+            RAMPING = 4 "ramping to the safe field because nobody commands",
+            SAFE = 8 "at it for that reason",
+            RETURNING = 16 "on the way back to the commands",
+        },
+    }
+}
+
+/// A status word: the bits that are set.
+pub fn status_word<const N: usize>(bits: [(bool, u64); N]) -> u64 {
+    let set = bits.into_iter().filter(|(set, _)| *set);
+    set.fold(0, |status, (_, bit)| status | bit)
+}
+
+impl Channel {
+    /// The fields of its tokens.
+    pub const fn fields(self) -> &'static [Field] {
+        with_message!(self, M => M::FIELDS)
     }
 }

@@ -24,7 +24,7 @@ pub struct Judge {
 const COIL_MARGIN: f64 = 1.01;
 
 /// Bits of the coil's status while the amplifier's own watchdog leads the field: on the way, there, on the way back.
-const WATCHDOG: u64 = 4 | 8 | 16;
+const WATCHDOG: u64 = CoilField::RAMPING | CoilField::SAFE | CoilField::RETURNING;
 
 /// What came of it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -275,7 +275,11 @@ mod tests {
     #[test]
     fn an_amplifier_that_goes_its_own_way_is_counted() {
         let mut judge = Judge::new(EXPECT, 1e-3, 1e4);
-        for (tick, status) in [1 | 2, 4, 8, 16, 0].into_iter().enumerate() {
+        let limited = CoilField::AMPLITUDE_LIMITED | CoilField::SLEW_LIMITED;
+        for (tick, status) in [limited, CoilField::RAMPING, CoilField::SAFE, CoilField::RETURNING, 0]
+            .into_iter()
+            .enumerate()
+        {
             let coil = CoilField {
                 status,
                 ..CoilField::default()

@@ -1,17 +1,11 @@
 //! Plant and amplifier as nodes of the loop: the only file here that knows messages.
 
-use anhyst_ipc::{Block, CoilField, Measurement, NodeId, Now, Previous, SafeField, Truth};
+use anhyst_ipc::{Block, CoilField, Measurement, NodeId, Now, Previous, SafeField, Truth, status_word};
 use anhyst_model::{Amplifier, AmplifierConstants, Material, RodConstants};
 use serde::{Deserialize, Serialize};
 
 use crate::watchdog::{Mode, Watchdog};
 use crate::{Plant, PlantError, PlantSettings, WatchdogSettings, validate_amplifier};
-
-const AMPLITUDE: u64 = 1;
-const SLEW: u64 = 2;
-const RAMPING: u64 = 4;
-const SAFE: u64 = 8;
-const RETURNING: u64 = 16;
 
 /// Behind a lag the coil never quite gets there: so close to the safe field counts as safe, A/m.
 const SAFE_WITHIN_A_PER_M: f64 = 1.0;
@@ -54,16 +48,15 @@ impl AmplifierNode {
     fn act(&mut self, command_a_per_m: f64) -> CoilField {
         let output = self.amplifier.step(command_a_per_m);
         let mode = self.watchdog.map(|watchdog| watchdog.mode());
-        let bits = [
-            (output.amplitude_limited, AMPLITUDE),
-            (output.slew_limited, SLEW),
-            (mode == Some(Mode::Ramping), RAMPING),
-            (mode == Some(Mode::Safe), SAFE),
-            (mode == Some(Mode::Returning), RETURNING),
-        ];
         CoilField {
             field_a_per_m: output.field_a_per_m,
-            status: bits.into_iter().filter(|(set, _)| *set).map(|(_, bit)| bit).sum(),
+            status: status_word([
+                (output.amplitude_limited, CoilField::AMPLITUDE_LIMITED),
+                (output.slew_limited, CoilField::SLEW_LIMITED),
+                (mode == Some(Mode::Ramping), CoilField::RAMPING),
+                (mode == Some(Mode::Safe), CoilField::SAFE),
+                (mode == Some(Mode::Returning), CoilField::RETURNING),
+            ]),
             ..CoilField::default()
         }
     }
@@ -142,7 +135,7 @@ impl Block for PlantNode {
         if tick > 0 && coil.field_a_per_m.abs() <= MOST_A_PER_M {
             self.field_a_per_m = coil.field_a_per_m;
         }
-        self.amplifier_is_safe = coil.status & SAFE != 0;
+        self.amplifier_is_safe = coil.status & CoilField::SAFE != 0;
         if tick > 0 {
             self.plant.advance(self.field_a_per_m);
         }

@@ -98,7 +98,7 @@ fn broken_commands_and_limits() {
         .collect();
     assert_eq!(given, [(0.0, 0), (500.0, 0), (500.0, 0), (1000.0, 1), (1000.0, 1)]);
     let (coil,) = amplifier.step(0, (Now(SafeField::default()),));
-    assert_eq!((coil.field_a_per_m, coil.status), (400.0, 2));
+    assert_eq!((coil.field_a_per_m, coil.status), (400.0, CoilField::SLEW_LIMITED));
 }
 
 /// ±40 µm at 50 Hz and ±12 µm at 150 Hz, faded in over 0.1 s, with two derivatives.

@@ -4,7 +4,9 @@
 //! A sum of two sines drives a Jiles-Atherton loop whose `a` rises while an estimate follows it; at 6 s the field is limited
 //! for a while, at 7 s the guard takes the field away and gives it back.
 
-use anhyst_ipc::{Block, CoilField, Demand, Estimate, FieldCommand, Measurement, Message as _, Now, SafeField, Truth};
+use anhyst_ipc::{
+    Block, CoilField, Demand, Estimate, FieldCommand, Measurement, Message as _, Now, SafeField, Truth, status_word,
+};
 use anhyst_recorder::{EventName, Level, Recorder, RecorderSettings, RunInfo};
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -88,9 +90,8 @@ impl World {
         };
         let noisy = displacement + 1e-8 * self.noise();
         let reference = displacement + true_error;
-        let starting = u64::from(t < 0.3);
-        let limited = u64::from(wanted != field && !fault);
-        let ramping = u64::from(fault && safe > 0.0) * 4 + u64::from(fault && safe == 0.0) * 8;
+        let starting = t < 0.3;
+        let limited = wanted != field && !fault;
         let event = [(7.0, 3), (7.45, 5)]
             .into_iter()
             .find(|(at, _)| (t - at).abs() < 0.4 * TICK_S);
@@ -106,11 +107,10 @@ impl World {
             upper_cover_m: output + 3e-7 * (TAU * 50.0 * t).sin().abs(),
             slope_m_per_a_per_m: -3e-9,
             standard_deviation_a_per_m: 2.0 + 60.0 * (-t / 0.5).exp(),
-            status: if fault {
-                4
-            } else {
-                u64::from((TAU * 100.0 * t).sin() > 0.3)
-            },
+            status: status_word([
+                (fault, Estimate::HELD),
+                (!fault && (TAU * 100.0 * t).sin() > 0.3, Estimate::ADAPTING),
+            ]),
             ..Estimate::default()
         };
         let mut inputs = (
@@ -136,18 +136,22 @@ impl World {
                 feedback_a_per_m: 500.0 * true_error / 1e-8,
                 reference_m: reference,
                 error_m: reference - noisy,
-                status: 2 * starting + limited,
+                status: status_word([(starting, Demand::STARTING), (limited, Demand::INTEGRATION_STOPPED)]),
                 ..Demand::default()
             }),
             Now(FieldCommand {
                 field_a_per_m: wanted,
                 coil_field_a_per_m: wanted,
-                status: limited,
+                status: status_word([(limited, FieldCommand::LIMITED)]),
                 ..FieldCommand::default()
             }),
             Now(SafeField {
                 field_a_per_m: field,
-                status: limited + ramping,
+                status: status_word([
+                    (limited, SafeField::AMPLITUDE_LIMITED),
+                    (fault && safe > 0.0, SafeField::RAMPING),
+                    (fault && safe == 0.0, SafeField::SAFE),
+                ]),
                 event: event.map_or(0, |(_, number)| number),
                 ..SafeField::default()
             }),

@@ -2,7 +2,7 @@
 
 use crate::row::Row;
 use crate::run::Level;
-use anhyst_ipc::Channel;
+use anhyst_ipc::{Channel, CoilField, Demand, Estimate, FieldCommand, SafeField};
 
 /// One status bit.
 pub(crate) struct Flag {
@@ -42,7 +42,7 @@ const fn flag(
 pub(crate) const FLAGS: [Flag; 18] = [
     flag(
         Channel::Estimate,
-        1,
+        Estimate::ADAPTING,
         Level::Info,
         "adapting",
         "adapts",
@@ -50,7 +50,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::Estimate,
-        4,
+        Estimate::HELD,
         Level::Info,
         "held",
         "holds: the input does not inform",
@@ -58,7 +58,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::Estimate,
-        2,
+        Estimate::AT_EDGE,
         Level::Warning,
         "at the edge",
         "a is at the edge of its range",
@@ -66,7 +66,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::Estimate,
-        8,
+        Estimate::FIXED,
         Level::Info,
         "fixed",
         "a is fixed by the scenario",
@@ -74,7 +74,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::Estimate,
-        16,
+        Estimate::OUTLIER,
         Level::Warning,
         "outlier",
         "leaves a measurement out: too far from the predicted",
@@ -82,7 +82,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::Demand,
-        2,
+        Demand::STARTING,
         Level::Info,
         "starting",
         "starts without a bump",
@@ -90,7 +90,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::Demand,
-        1,
+        Demand::INTEGRATION_STOPPED,
         Level::Warning,
         "anti-windup",
         "integration stopped (anti-windup)",
@@ -98,7 +98,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::FieldCommand,
-        1,
+        FieldCommand::LIMITED,
         Level::Warning,
         "limited",
         "demand needs more field than the limit",
@@ -106,7 +106,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::SafeField,
-        2,
+        SafeField::SLEW_LIMITED,
         Level::Warning,
         "slew limit",
         "limits the slew of the field",
@@ -114,7 +114,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::SafeField,
-        1,
+        SafeField::AMPLITUDE_LIMITED,
         Level::Warning,
         "field limit",
         "limits the field",
@@ -122,7 +122,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::SafeField,
-        32,
+        SafeField::FALL_BACK,
         Level::Warning,
         "fallen back",
         "tells the inverse to leave the estimate alone",
@@ -130,7 +130,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::SafeField,
-        16,
+        SafeField::HOLDING,
         Level::Error,
         "holding",
         "holds the field",
@@ -138,7 +138,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::SafeField,
-        4,
+        SafeField::RAMPING,
         Level::Error,
         "to safe field",
         "ramps to the safe field",
@@ -146,7 +146,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::SafeField,
-        8,
+        SafeField::SAFE,
         Level::Error,
         "safe field",
         "is at the safe field",
@@ -154,7 +154,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::CoilField,
-        16,
+        CoilField::RETURNING,
         Level::Warning,
         "returning",
         "amplifier walks back to the commands",
@@ -162,7 +162,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::CoilField,
-        4,
+        CoilField::RAMPING,
         Level::Error,
         "nobody commands",
         "amplifier ramps to its safe field by itself",
@@ -170,7 +170,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::CoilField,
-        8,
+        CoilField::SAFE,
         Level::Error,
         "by itself",
         "amplifier is at its safe field by itself",
@@ -178,7 +178,7 @@ pub(crate) const FLAGS: [Flag; 18] = [
     ),
     flag(
         Channel::CoilField,
-        3,
+        CoilField::AMPLITUDE_LIMITED | CoilField::SLEW_LIMITED,
         Level::Warning,
         "limited",
         "amplifier is at a limit",

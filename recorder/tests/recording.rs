@@ -1,6 +1,8 @@
 //! What is recorded can be read back: every tick, every bit, whatever the end of the run was like.
 
-use anhyst_ipc::{Block, CoilField, Demand, Estimate, FieldCommand, Measurement, Message, Now, SafeField, Truth};
+use anhyst_ipc::{
+    Block, CoilField, Demand, Estimate, FieldCommand, Measurement, Message, Now, SafeField, Truth, status_word,
+};
 use anhyst_recorder::{EventName, Level, Recorder, RecorderError, RecorderSettings, Recording, RunInfo, read_tokens};
 use std::path::{Path, PathBuf};
 
@@ -171,10 +173,10 @@ fn events_are_told() {
     let mut recorder = Recorder::create(&RecorderSettings::default(), info(path.clone())).unwrap();
     for tick in 0..10_000 {
         let mut inputs = calm(tick);
-        inputs.3.0.status = u64::from((2000..6000).contains(&tick));
-        inputs.4.0.status = u64::from(tick >= 3000);
+        inputs.3.0.status = status_word([((2000..6000).contains(&tick), Demand::INTEGRATION_STOPPED)]);
+        inputs.4.0.status = status_word([(tick >= 3000, FieldCommand::LIMITED)]);
         inputs.5.0.event = if tick == 5000 { 7 } else { 0 };
-        inputs.5.0.status = if tick >= 5000 { 4 } else { 0 };
+        inputs.5.0.status = status_word([(tick >= 5000, SafeField::RAMPING)]);
         recorder.step(tick, inputs);
     }
     recorder.finish().unwrap();

@@ -7,8 +7,6 @@ use anhyst_launch::assemble;
 use anhyst_scenario::{Scenario, load, wires};
 use std::path::Path;
 
-const HOLDING: u64 = 16;
-const FALL_BACK: u64 = 32;
 /// The profile's displacement is near its peak, and so is the field.
 const FROM_TICK: u64 = 2700;
 const TICKS: u64 = 8000;
@@ -323,7 +321,11 @@ fn assert_reaction(
             let (before, at) = (tokens[tick - 1].0, tokens[tick].0);
             assert_eq!(at.field_a_per_m, before.field_a_per_m, "{case}");
             // The loop stays closed: nobody may take the one tick for a hold.
-            assert_eq!(at.status & (HOLDING | FALL_BACK), FALL_BACK, "{case}");
+            assert_eq!(
+                at.status & (SafeField::HOLDING | SafeField::FALL_BACK),
+                SafeField::FALL_BACK,
+                "{case}"
+            );
             let back = tokens[tick + 1..]
                 .iter()
                 .find(|(token, _)| token.event != 0)
@@ -360,7 +362,10 @@ fn a_hold_goes_through_a_spike_without_a_step() {
             .filter_map(|(safe, _)| Event::from_number(safe.event))
             .collect();
         assert_eq!(events, [Event::DisplacementJump, Event::Resumed], "{size}");
-        let held = tokens.iter().filter(|(safe, _)| safe.status & HOLDING != 0).count();
+        let held = tokens
+            .iter()
+            .filter(|(safe, _)| safe.status & SafeField::HOLDING != 0)
+            .count();
         // Two ticks with a jump, there and back, then the health of 40 ticks, of which the last is the first on the way.
         assert_eq!(held, 41, "{size}");
         assert_eq!(tokens[TICKS as usize - 1].0.status, 0, "{size}");

@@ -6,8 +6,6 @@ use anhyst_launch::assemble;
 use anhyst_scenario::{Scenario, load, wires};
 use std::path::Path;
 
-const HOLDING: u64 = 16;
-const OUTLIER: u64 = 16;
 /// The profile's displacement is near its peak, and the estimate is at work.
 const FROM_TICK: u64 = 2700;
 const GUARD: &str = "guard=(field_limit_a_per_m: 30e3, jump_limit_m: 3e-6, \
@@ -46,7 +44,9 @@ fn fault(kind: &str, ticks: u64) -> String {
 
 /// Ticks in which a measurement was left out.
 fn left_out(tokens: &[(Estimate, Truth, SafeField)]) -> Vec<u64> {
-    let outliers = tokens.iter().filter(|(estimate, ..)| estimate.status & OUTLIER != 0);
+    let outliers = tokens
+        .iter()
+        .filter(|(estimate, ..)| estimate.status & Estimate::OUTLIER != 0);
     outliers.map(|(estimate, ..)| estimate.tick).collect()
 }
 
@@ -68,7 +68,7 @@ fn a_spike_does_not_move_the_estimate() {
         assert_eq!(left_out(&tokens), [FROM_TICK], "{law}");
         let [before, now] = [1, 0].map(|age| tokens[FROM_TICK as usize - age].0.shape_a_per_m);
         assert_eq!(now.to_bits(), before.to_bits(), "{law}");
-        assert_ne!(tokens[FROM_TICK as usize].2.status & HOLDING, 0, "{law}");
+        assert_ne!(tokens[FROM_TICK as usize].2.status & SafeField::HOLDING, 0, "{law}");
     }
     let spiked = run(&[fault("Offset(1e-3)", 1)]);
     assert!(worst_a_per_m(&spiked) < 10.0, "{} A/m", worst_a_per_m(&spiked));

@@ -13,9 +13,6 @@ use std::time::{Duration, Instant};
 
 const FIELD_LIMIT_A_PER_M: f64 = 30e3;
 const TICK_S: f64 = 1e-3;
-/// Status bits of a coil field: on the way to the safe field by itself, and there.
-const RAMPING: u64 = 4;
-const SAFE: u64 = 8;
 /// How long a foreign process may be silent, in ticks: 2 s.
 const SILENCE_LIMIT_TICKS: u64 = 2000;
 const OURS: [NodeId; 5] = [
@@ -193,15 +190,18 @@ fn while_the_guard_is_silent_the_amplifier_goes_to_the_safe_field() {
     let guard = at_work(&mut launcher, &out, "guard");
     kill_process(guard, Signal::STOP).unwrap();
     wait_for(&mut launcher, &out, |coil| {
-        coil.status & SAFE != 0 && coil.field_a_per_m == 0.0
+        coil.status & CoilField::SAFE != 0 && coil.field_a_per_m == 0.0
     });
     kill_process(guard, Signal::CONT).unwrap();
     assert_took_part(&out, launcher, 0.0);
     let taken = taken_by_the_plant(&out);
-    let safe = taken.iter().position(|(_, coil)| coil.status & SAFE != 0).unwrap();
+    let safe = taken
+        .iter()
+        .position(|(_, coil)| coil.status & CoilField::SAFE != 0)
+        .unwrap();
     let back = taken[safe..]
         .iter()
-        .any(|(_, coil)| coil.status & (RAMPING | SAFE) == 0);
+        .any(|(_, coil)| coil.status & (CoilField::RAMPING | CoilField::SAFE) == 0);
     assert!(back, "{:?}", taken.last());
 }
 

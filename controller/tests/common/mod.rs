@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
 use anhyst_controller::{Controller, ControllerSettings, TrajectorySettings};
-use anhyst_ipc::{Block, Demand, FieldCommand, Measurement, Now, Previous, SafeField};
+use anhyst_ipc::{Block, Demand, FieldCommand, Measurement, Now, Previous, SafeField, status_word};
 use anhyst_model::{Material, RodConstants, RodElements, RodState, TwoPole, TwoPolePropagator};
 use std::path::Path;
 
@@ -86,7 +86,7 @@ impl Rig {
             .clamp(-self.limit_a_per_m, self.limit_a_per_m);
         self.command = FieldCommand {
             reached_magnetization_a_per_m: reached,
-            status: u64::from(reached != demand.magnetization_a_per_m),
+            status: status_word([(reached != demand.magnetization_a_per_m, FieldCommand::LIMITED)]),
             ..FieldCommand::default()
         };
         for part in 0..SUBSTEPS {

@@ -8,15 +8,8 @@
 //! Assumption: amplifier and monitor are settled within the tick; a lag shows in `anhyst verify-amplifier --paced`.
 
 use crate::converter::{Converter, ConverterError};
+use anhyst_ipc::CoilField;
 
-/// The command was beyond the voltage limit.
-pub const AMPLITUDE_LIMITED: u64 = 1 << 0;
-/// The command changed faster than allowed.
-pub const SLEW_LIMITED: u64 = 1 << 1;
-/// On the way to zero because nobody commands.
-pub const RAMPING: u64 = 1 << 2;
-/// At zero for that reason.
-pub const SAFE: u64 = 1 << 3;
 /// The guard's field was no number; latched, too many were. A driver's own bits are 16 to 31.
 pub const NOT_A_NUMBER: u64 = 1 << 16;
 /// Fault: the converter refused.
@@ -122,8 +115,17 @@ impl<C: Converter> Drive<C> {
         let limited_v = wanted_v.clamp(-constants.limit_v, constants.limit_v);
         let most_v = constants.slew_limit_v_per_s * self.tick_s;
         let next_v = limited_v.clamp(self.command_v - most_v, self.command_v + most_v);
-        let mut status = broken | if limited_v == wanted_v { 0 } else { AMPLITUDE_LIMITED };
-        status |= if next_v == limited_v { 0 } else { SLEW_LIMITED };
+        let mut status = broken
+            | if limited_v == wanted_v {
+                0
+            } else {
+                CoilField::AMPLITUDE_LIMITED
+            };
+        status |= if next_v == limited_v {
+            0
+        } else {
+            CoilField::SLEW_LIMITED
+        };
         if self.converter.write_volts(next_v).is_err() {
             self.faults |= CONVERTER;
         }
@@ -175,7 +177,11 @@ impl<C: Converter> Drive<C> {
             let written = self.converter.write_volts(self.command_v);
             let zero = self.command_v == 0.0;
             // Nobody knows what is put out by a converter that refuses.
-            let said = if zero && written.is_ok() { SAFE } else { RAMPING };
+            let said = if zero && written.is_ok() {
+                CoilField::SAFE
+            } else {
+                CoilField::RAMPING
+            };
             tell(self.command_v * field_per_volt, self.faults | said);
             if zero {
                 return;
@@ -238,11 +244,11 @@ mod tests {
         let mut drive = drive();
         assert_eq!(drive.step(2000.0), (0.0, 0));
         assert_eq!(drive.step(6000.0), (2000.0, 0));
-        assert_eq!(drive.step(6000.0), (4000.0, SLEW_LIMITED));
+        assert_eq!(drive.step(6000.0), (4000.0, CoilField::SLEW_LIMITED));
         for _ in 0..10 {
             drive.step(1e6);
         }
-        assert_eq!(drive.step(1e6), (10_000.0, AMPLITUDE_LIMITED));
+        assert_eq!(drive.step(1e6), (10_000.0, CoilField::AMPLITUDE_LIMITED));
     }
 
     /// Guards the coil: each fault takes the output to zero, and it stays there.
@@ -275,7 +281,10 @@ mod tests {
         let mut told = Vec::new();
         drive.make_safe(SILENT, &mut |field_a_per_m, status| told.push((field_a_per_m, status)));
         assert_eq!((drive.converter.volts, drive.faults()), (0.0, SILENT));
-        assert_eq!(told, [(2000.0, SILENT | RAMPING), (0.0, SILENT | SAFE)]);
+        assert_eq!(
+            told,
+            [(2000.0, SILENT | CoilField::RAMPING), (0.0, SILENT | CoilField::SAFE)]
+        );
     }
 
     /// Guards the coil against a few broken tokens: no step, and no latched fault that ends the run.

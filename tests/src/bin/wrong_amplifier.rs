@@ -3,6 +3,7 @@
 
 use anhyst_ipc::{
     Channel, CoilField, Connections, LinkError, NodeId, SafeField, SharedContext, SharedSettings, Wait, Wire,
+    status_word,
 };
 use anhyst_model::{Amplifier, AmplifierConstants};
 use iceoryx2::prelude::*;
@@ -151,7 +152,10 @@ impl Wrong {
             "answers_nan" if !is_number => f64::NAN,
             _ => right,
         };
-        let limits = u64::from(output.amplitude_limited) | u64::from(output.slew_limited) << 1;
+        let limits = status_word([
+            (output.amplitude_limited, CoilField::AMPLITUDE_LIMITED),
+            (output.slew_limited, CoilField::SLEW_LIMITED),
+        ]);
         self.last = CoilField {
             tick,
             field_a_per_m,

@@ -3,9 +3,8 @@
 use super::super::findings::Findings;
 use super::super::program::{Part, Segment};
 use super::{Evidence, Levels, STUCK, largest};
+use anhyst_ipc::CoilField;
 
-const AMPLITUDE: u64 = 1;
-const SLEW: u64 = 2;
 /// So much of the time at the limit the answer must say so.
 const REPORTED: f64 = 0.9;
 /// What noise may add to the largest of many values, in standard deviations.
@@ -47,7 +46,10 @@ fn amplitude(evidence: &Evidence, noise_a_per_m: f64, findings: &mut Findings) {
         .flatten()
         .map(|answer| answer.status)
         .collect();
-    let said = judged.iter().filter(|status| **status & AMPLITUDE != 0).count();
+    let said = judged
+        .iter()
+        .filter(|status| **status & CoilField::AMPLITUDE_LIMITED != 0)
+        .count();
     findings.at_least(
         "limit_reported",
         said as f64 / judged.len().max(1) as f64,
@@ -97,7 +99,7 @@ fn slew(evidence: &Evidence, noise_a_per_m: f64, findings: &mut Findings) {
         return;
     }
     let said = ticks
-        .filter(|tick| evidence.transcript.answers[*tick].status & SLEW != 0)
+        .filter(|tick| evidence.transcript.answers[*tick].status & CoilField::SLEW_LIMITED != 0)
         .count();
     findings.at_least(
         "slew_reported",
