@@ -1,14 +1,14 @@
-//! The running bridge: one thread for what leaves, one for what comes, one for the beat, and one that watches them.
+//! The running bridge: one thread for what leaves, one for what comes, one for the heartbeat, and one that watches them.
 //!
 //! The watching thread never touches the network, so that a link that hangs cannot hold it.
 
-use crate::beat::PERIOD;
-use crate::greeting::{greet, measure};
+use crate::heartbeat::PERIOD;
+use crate::meeting::{greet, measure};
 use crate::round_trip::echo;
 use crate::session::{Incoming, Session, next};
-use crate::state::{CONNECTED, END, PORTS, State, lock};
-use crate::{Border, BridgeError, BridgeSettings, End, Hello, RoundTrips};
-use anhyst_ipc::{Arrivals, Departures, Progress, RawToken, monotonic_ns, stop_requested};
+use crate::state::{State, lock};
+use crate::{BridgeError, BridgeSettings, End, Handshake, Partition, RoundTrips};
+use anhyst_ipc::{CONNECTED, END, Egress, Ingress, PORTS, Progress, RawToken, monotonic_ns, stop_requested};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 use std::thread::JoinHandle;
@@ -43,7 +43,7 @@ pub struct Crossed {
 /// # Errors
 /// If the sides do not fit, the link is too slow, a process or the other bridge is silent, or a token is lost.
 pub fn run(settings: BridgeSettings, announce: &mut dyn FnMut(&RoundTrips)) -> Result<Crossed, BridgeError> {
-    let border = Border::new(&settings)?;
+    let partition = Partition::new(&settings)?;
     let Some(host) = settings.end.host() else {
         let endpoint = settings.end.endpoint();
         return Err(BridgeError::Setting(format!(
@@ -54,20 +54,20 @@ pub fn run(settings: BridgeSettings, announce: &mut dyn FnMut(&RoundTrips)) -> R
         End::Listen(_) => echo(host)?,
         End::Connect(_) => 0,
     };
-    let (session, incoming) = Session::open(&settings, &border)?;
-    let own = Hello::new(&settings, &border, echo_port);
+    let (session, incoming) = Session::open(&settings, &partition)?;
+    let own = Handshake::new(&settings, &partition, echo_port);
     let budget_us = own.budget_us;
     let other = greet(&settings, &session, &incoming, own)?;
     let round_trips = measure(&settings, &session, &incoming, &other)?;
     announce(&round_trips);
     round_trips.check(budget_us.min(other.budget_us))?;
-    let state = Arc::new(State::new(settings, border));
+    let state = Arc::new(State::new(settings, partition));
     cross(&state, Arc::new(session), incoming, other.instance)?;
     state.crossing.complete()?;
     Ok(Crossed {
         round_trips,
-        sent: state.crossing.total_of(&state.border.leaving),
-        received: state.crossing.total_of(&state.border.coming),
+        sent: state.crossing.total_of(&state.partition.leaving),
+        received: state.crossing.total_of(&state.partition.coming),
         ticks: state.settings.ticks,
     })
 }
@@ -89,7 +89,7 @@ fn cross(
             }
         })
     };
-    let beating = spawn(Box::new(beat));
+    let beating = spawn(Box::new(heartbeat));
     let leaving = spawn(Box::new(leave));
     let coming = spawn(Box::new(move |state: &State, session: &Session| {
         come(state, session, &incoming, instance)
@@ -145,10 +145,10 @@ fn watch(state: &State, threads: &[&JoinHandle<()>]) {
 }
 
 /// Tells the other bridge where this side stands, until the end.
-fn beat(state: &State, session: &Session) -> Result<(), BridgeError> {
+fn heartbeat(state: &State, session: &Session) -> Result<(), BridgeError> {
     loop {
         let last = state.over.is_set();
-        session.beat(&state.beat())?;
+        session.heartbeat(&state.heartbeat())?;
         if last {
             // The farewell must be on its way before the session closes.
             std::thread::sleep(LOOK);
@@ -161,27 +161,27 @@ fn beat(state: &State, session: &Session) -> Result<(), BridgeError> {
 /// What leaves: from the channels of this side to Zenoh.
 fn leave(state: &State, session: &Session) -> Result<(), BridgeError> {
     let settings = state.shared_settings("bridge-out");
-    let departures = Departures::open(settings, &state.border.away, &state.settings.wires)?;
+    let egress = Egress::open(settings, &state.partition.remote, &state.settings.wires)?;
     let mut relayed = Instant::now();
     let mut lively = Instant::now();
     while !state.failed() {
         if stop_requested() {
             // A launcher ends the others when one has crashed: then that is the reason.
-            return Err(died(&departures, false).unwrap_or(BridgeError::Stopped));
+            return Err(died(&egress, false).unwrap_or(BridgeError::Stopped));
         }
-        if let Some(token) = departures.next(PERIOD)? {
+        if let Some(token) = egress.next(PERIOD)? {
             forward(state, session, &token)?;
             lively = Instant::now();
         }
         if relayed.elapsed() >= PERIOD {
-            relay(state, session, &departures)?;
+            relay(state, session, &egress)?;
             relayed = Instant::now();
             if state.done.is_set() {
                 return Ok(());
             }
         }
         if lively.elapsed() > SUSPICIOUS {
-            if let Some(died) = died(&departures, true) {
+            if let Some(died) = died(&egress, true) {
                 return Err(died);
             }
             lively = Instant::now();
@@ -190,8 +190,8 @@ fn leave(state: &State, session: &Session) -> Result<(), BridgeError> {
     Ok(())
 }
 
-fn died(departures: &Departures, vanished: bool) -> Option<BridgeError> {
-    departures.dead(vanished).map(|process| BridgeError::Died { process })
+fn died(egress: &Egress, vanished: bool) -> Option<BridgeError> {
+    egress.dead(vanished).map(|process| BridgeError::Died { process })
 }
 
 fn forward(state: &State, session: &Session, token: &RawToken) -> Result<(), BridgeError> {
@@ -200,10 +200,10 @@ fn forward(state: &State, session: &Session, token: &RawToken) -> Result<(), Bri
 }
 
 /// Relays the rendezvous: this side's processes to the other side, the other side's to this one.
-fn relay(state: &State, session: &Session, departures: &Departures) -> Result<(), BridgeError> {
-    let here = departures.here();
+fn relay(state: &State, session: &Session, egress: &Egress) -> Result<(), BridgeError> {
+    let here = egress.here();
     // What these processes have sent goes before the news of where they stand: nobody may leave before its last token came.
-    while let Some(token) = departures.poll()? {
+    while let Some(token) = egress.poll()? {
         forward(state, session, &token)?;
     }
     *lock(&state.here) = here;
@@ -213,8 +213,8 @@ fn relay(state: &State, session: &Session, departures: &Departures) -> Result<()
         (true, false) => PORTS,
         (true, true) => END,
     };
-    for progress in lock(&state.away).iter() {
-        departures.set(&Progress {
+    for progress in lock(&state.remote).iter() {
+        egress.set(&Progress {
             phase: progress.phase.min(farthest),
             ..progress.clone()
         });
@@ -228,18 +228,18 @@ fn relay(state: &State, session: &Session, departures: &Departures) -> Result<()
 /// What comes: from Zenoh to the channels of this side.
 fn come(state: &State, session: &Session, incoming: &Receiver<Incoming>, instance: u64) -> Result<(), BridgeError> {
     let settings = state.shared_settings("bridge-in");
-    let mut arrivals = Arrivals::open(settings, &state.border.away, &state.settings.wires)?;
+    let ingress = Ingress::open(settings, &state.partition.remote, &state.settings.wires)?;
     state.ports.set();
-    while arrivals.lowest_phase() < PORTS && !state.failed() {
+    while ingress.lowest_phase() < PORTS && !state.failed() {
         listen(state, session)?;
         std::thread::sleep(Duration::from_millis(2));
     }
-    arrivals.connect()?;
+    ingress.connect()?;
     state.connected.set();
     let mut done_at: Option<Instant> = None;
     while !state.failed() {
         match next(incoming, state.settings.yields, LOOK) {
-            Ok(message) => hear(state, &mut arrivals, message, instance)?,
+            Ok(message) => hear(state, &ingress, message, instance)?,
             Err(_) => listen(state, session)?,
         }
         if state.done.is_set() {
@@ -252,28 +252,28 @@ fn come(state: &State, session: &Session, incoming: &Receiver<Incoming>, instanc
     Ok(())
 }
 
-fn hear(state: &State, arrivals: &mut Arrivals, message: Incoming, instance: u64) -> Result<(), BridgeError> {
+fn hear(state: &State, ingress: &Ingress, message: Incoming, instance: u64) -> Result<(), BridgeError> {
     match message {
         Incoming::Token(token) => {
             state.crossing.count(token.channel(), token.tick())?;
-            arrivals.deliver(&token)?;
+            ingress.deliver(&token)?;
         }
-        Incoming::Beat(beat) => {
-            if let Some(words) = beat.farewell {
-                let processes = state.border.away_names();
+        Incoming::Heartbeat(heartbeat) => {
+            if let Some(words) = heartbeat.farewell {
+                let processes = state.partition.remote_names();
                 return Err(BridgeError::Left { processes, words });
             }
-            *lock(&state.away) = beat.here;
-            if beat.done {
+            *lock(&state.remote) = heartbeat.here;
+            if heartbeat.done {
                 state.other_done.set();
             }
         }
-        Incoming::Hello(hello) if hello.instance != instance => {
-            let processes = state.border.away_names();
+        Incoming::Handshake(handshake) if handshake.instance != instance => {
+            let processes = state.partition.remote_names();
             return Err(BridgeError::Restarted { processes });
         }
         Incoming::Malformed { key, bytes } => return Err(BridgeError::Malformed { key, bytes }),
-        Incoming::Hello(_) | Incoming::Measured(_) | Incoming::Echo => {}
+        Incoming::Handshake(_) | Incoming::Measured(_) | Incoming::Echo => {}
     }
     Ok(())
 }
@@ -284,7 +284,7 @@ fn listen(state: &State, session: &Session) -> Result<(), BridgeError> {
     let limit = state.settings.receive_limit;
     if silent > limit && !state.other_done.is_set() && !state.done.is_set() {
         return Err(BridgeError::Silent {
-            processes: state.border.away_names(),
+            processes: state.partition.remote_names(),
             waited_s: silent.as_secs_f64(),
             limit_s: limit.as_secs_f64(),
         });

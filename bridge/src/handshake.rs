@@ -1,6 +1,6 @@
 //! What the two bridges tell each other before anything crosses, and what must be alike.
 
-use crate::{Border, BridgeError, BridgeSettings};
+use crate::{BridgeError, BridgeSettings, Partition};
 use anhyst_ipc::{NodeId, layouts, monotonic_ns};
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ const PROTOCOL: u32 = 1;
 
 /// A bridge's introduction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Hello {
+pub struct Handshake {
     /// Version of what the bridges say to each other.
     pub protocol: u32,
     /// Version of the program.
@@ -34,9 +34,9 @@ pub struct Hello {
     pub heard: bool,
 }
 
-impl Hello {
+impl Handshake {
     /// The introduction of a bridge with these settings.
-    pub fn new(settings: &BridgeSettings, border: &Border, echo_port: u16) -> Self {
+    pub fn new(settings: &BridgeSettings, partition: &Partition, echo_port: u16) -> Self {
         Self {
             protocol: PROTOCOL,
             version: env!("CARGO_PKG_VERSION").into(),
@@ -44,7 +44,7 @@ impl Hello {
             agreement: settings.agreement,
             tick_s: settings.tick_s,
             ticks: settings.ticks,
-            here: border.here.iter().flat_map(|(_, nodes)| nodes.clone()).collect(),
+            here: partition.here.iter().flat_map(|(_, nodes)| nodes.clone()).collect(),
             budget_us: settings.budget.as_secs_f64() * 1e6,
             instance: monotonic_ns() ^ (u64::from(std::process::id()) << 40),
             echo_port,
@@ -56,12 +56,12 @@ impl Hello {
     ///
     /// # Errors
     /// The first thing that is not alike, or a node that runs on both sides or on neither.
-    pub fn compare(&self, other: &Hello) -> Result<(), BridgeError> {
+    pub fn compare(&self, other: &Handshake) -> Result<(), BridgeError> {
         let program = "install the same version on both hosts";
         let scenario = "give both sides the same scenario and the same --set";
         let hex = |number: u64| format!("{number:016x}");
         let seconds = |tick_s: f64| format!("{tick_s:e} s");
-        let protocol = |hello: &Hello| format!("{} (anhyst {})", hello.protocol, hello.version);
+        let protocol = |handshake: &Handshake| format!("{} (anhyst {})", handshake.protocol, handshake.version);
         let alike: [(&'static str, String, String, &'static str); 5] = [
             ("bridge protocol", protocol(self), protocol(other), program),
             ("message layouts", hex(self.layouts), hex(other.layouts), program),
@@ -103,8 +103,8 @@ impl Hello {
 mod tests {
     use super::*;
 
-    fn hello(here: &[NodeId]) -> Hello {
-        Hello {
+    fn handshake(here: &[NodeId]) -> Handshake {
+        Handshake {
             protocol: PROTOCOL,
             version: "1.2.3".into(),
             layouts: layouts(),
@@ -123,26 +123,26 @@ mod tests {
     #[test]
     fn two_sides_of_one_run_are_alike() {
         let (one, other) = NodeId::LOOP_ORDER.split_at(3);
-        let text = serde_json::to_string(&hello(other)).unwrap();
-        hello(one).compare(&serde_json::from_str(&text).unwrap()).unwrap();
+        let text = serde_json::to_string(&handshake(other)).unwrap();
+        handshake(one).compare(&serde_json::from_str(&text).unwrap()).unwrap();
     }
 
     // Guards that nothing crosses between programs or scenarios that differ, and that the sentence says in what.
     #[test]
     fn what_is_not_alike_is_refused_by_name() {
         let (one, other) = NodeId::LOOP_ORDER.split_at(3);
-        type Change = fn(&mut Hello);
+        type Change = fn(&mut Handshake);
         let change: [(&str, Change); 5] = [
-            ("message layouts", |hello| hello.layouts ^= 1),
-            ("the scenario", |hello| hello.agreement ^= 1),
-            ("a tick of", |hello| hello.tick_s *= 2.0),
-            ("a length in ticks", |hello| hello.ticks += 1),
-            ("bridge protocol", |hello| hello.protocol += 1),
+            ("message layouts", |handshake| handshake.layouts ^= 1),
+            ("the scenario", |handshake| handshake.agreement ^= 1),
+            ("a tick of", |handshake| handshake.tick_s *= 2.0),
+            ("a length in ticks", |handshake| handshake.ticks += 1),
+            ("bridge protocol", |handshake| handshake.protocol += 1),
         ];
         for (what, change) in change {
-            let mut changed = hello(other);
+            let mut changed = handshake(other);
             change(&mut changed);
-            let sentence = hello(one).compare(&changed).unwrap_err().to_string();
+            let sentence = handshake(one).compare(&changed).unwrap_err().to_string();
             assert!(sentence.contains(what), "{what}: {sentence}");
         }
     }
@@ -151,12 +151,14 @@ mod tests {
     #[test]
     fn a_node_on_both_sides_or_on_neither_is_refused() {
         let (one, other) = NodeId::LOOP_ORDER.split_at(3);
-        let twice = hello(one).compare(&hello(&NodeId::LOOP_ORDER[2..])).unwrap_err();
+        let twice = handshake(one)
+            .compare(&handshake(&NodeId::LOOP_ORDER[2..]))
+            .unwrap_err();
         assert!(
             twice.to_string().starts_with("controller runs on both sides"),
             "{twice}"
         );
-        let missing = hello(one).compare(&hello(&other[1..])).unwrap_err();
+        let missing = handshake(one).compare(&handshake(&other[1..])).unwrap_err();
         assert!(
             missing.to_string().starts_with("inverse runs on neither side"),
             "{missing}"

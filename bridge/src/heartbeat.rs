@@ -9,7 +9,7 @@ pub const PERIOD: Duration = Duration::from_millis(5);
 
 /// One of them.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Beat {
+pub struct Heartbeat {
     /// The processes of the bridge's side. What they had sent when this was noted has been sent before this.
     pub here: Vec<Progress>,
     /// True when all processes of both sides have come to the end.

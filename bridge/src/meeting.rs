@@ -2,7 +2,7 @@
 
 use crate::round_trip::{COUNT, Plain, WARM_UP};
 use crate::session::{Incoming, Session, next};
-use crate::{BridgeError, BridgeSettings, End, Hello, Quantiles, RoundTrips};
+use crate::{BridgeError, BridgeSettings, End, Handshake, Quantiles, RoundTrips};
 use anhyst_ipc::stop_requested;
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
@@ -48,33 +48,33 @@ pub fn greet(
     settings: &BridgeSettings,
     session: &Session,
     incoming: &Receiver<Incoming>,
-    mut own: Hello,
-) -> Result<Hello, BridgeError> {
+    mut own: Handshake,
+) -> Result<Handshake, BridgeError> {
     let mut sent: Option<Instant> = None;
-    let hello = std::cell::RefCell::new(&mut own);
+    let handshake = std::cell::RefCell::new(&mut own);
     let other = wait_for(
         settings,
         incoming,
         &mut || {
             if sent.is_none_or(|sent| sent.elapsed() > AGAIN) {
-                session.hello(&hello.borrow())?;
+                session.handshake(&handshake.borrow())?;
                 sent = Some(Instant::now());
             }
             Ok(())
         },
         &mut |message| {
-            let Incoming::Hello(other) = message else {
+            let Incoming::Handshake(other) = message else {
                 return Ok(None);
             };
             // Once each side knows that the other has heard it, the link works both ways.
-            hello.borrow_mut().heard = true;
-            session.hello(&hello.borrow())?;
+            handshake.borrow_mut().heard = true;
+            session.handshake(&handshake.borrow())?;
             Ok(other.heard.then_some(*other))
         },
     )?;
     if let Err(refusal) = own.compare(&other) {
         for _ in 0..REPEATS {
-            session.hello(&own)?;
+            session.handshake(&own)?;
             std::thread::sleep(LOOK);
         }
         return Err(refusal);
@@ -90,7 +90,7 @@ pub fn measure(
     settings: &BridgeSettings,
     session: &Session,
     incoming: &Receiver<Incoming>,
-    other: &Hello,
+    other: &Handshake,
 ) -> Result<RoundTrips, BridgeError> {
     let End::Connect(_) = settings.end else {
         let mut nothing = || Ok(());

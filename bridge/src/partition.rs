@@ -1,4 +1,4 @@
-//! Which processes are here, which are away, and what crosses between them.
+//! The partition of a run: which processes are here, which are remote, and what crosses between them.
 
 use crate::{BridgeError, BridgeSettings};
 use anhyst_ipc::{Channel, NodeId, crossing};
@@ -6,31 +6,31 @@ use anhyst_ipc::{Channel, NodeId, crossing};
 /// Processes by name, with their nodes.
 pub type Processes = Vec<(String, Vec<NodeId>)>;
 
-/// The border between the two sides of a run.
+/// The two sides of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Border {
+pub struct Partition {
     /// Processes of this side.
     pub here: Processes,
     /// Processes of the other side.
-    pub away: Processes,
+    pub remote: Processes,
     /// Channels that leave this side, in the order in which a tick sends them.
     pub leaving: Vec<Channel>,
     /// Channels that come to this side, in the same order.
     pub coming: Vec<Channel>,
 }
 
-impl Border {
-    /// Draws the border.
+impl Partition {
+    /// Of these settings.
     ///
     /// # Errors
     /// If a side would have no process, or a process nodes on both sides.
     pub fn new(settings: &BridgeSettings) -> Result<Self, BridgeError> {
         let is_here = |node: &NodeId| settings.here.contains(node);
         let mut here = Processes::new();
-        let mut away = Processes::new();
+        let mut remote = Processes::new();
         for (name, nodes) in &settings.processes {
             match nodes.iter().filter(|node| is_here(node)).count() {
-                0 => away.push((name.clone(), nodes.clone())),
+                0 => remote.push((name.clone(), nodes.clone())),
                 count if count == nodes.len() => here.push((name.clone(), nodes.clone())),
                 count => {
                     return Err(BridgeError::Setting(format!(
@@ -40,7 +40,7 @@ impl Border {
                 }
             }
         }
-        if here.is_empty() || away.is_empty() {
+        if here.is_empty() || remote.is_empty() {
             let side = if here.is_empty() { "this" } else { "the other" };
             return Err(BridgeError::Setting(format!("{side} side has no process of the run")));
         }
@@ -54,18 +54,18 @@ impl Border {
             let crossing = crossing(from, to, &settings.wires);
             crossing.into_iter().map(|(channel, _)| channel).collect::<Vec<_>>()
         };
-        let (ours, theirs) = (nodes(&here), nodes(&away));
+        let (ours, theirs) = (nodes(&here), nodes(&remote));
         Ok(Self {
             leaving: channels(&ours, &theirs),
             coming: channels(&theirs, &ours),
             here,
-            away,
+            remote,
         })
     }
 
     /// The names of the other side's processes, for a sentence.
-    pub fn away_names(&self) -> String {
-        let names: Vec<&str> = self.away.iter().map(|(name, _)| name.as_str()).collect();
+    pub fn remote_names(&self) -> String {
+        let names: Vec<&str> = self.remote.iter().map(|(name, _)| name.as_str()).collect();
         names.join(", ")
     }
 }

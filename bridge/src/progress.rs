@@ -1,6 +1,6 @@
 //! How far each channel has come: every token must be the next of its channel.
 
-use crate::{Border, BridgeError};
+use crate::{BridgeError, Partition};
 use anhyst_ipc::Channel;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -14,8 +14,8 @@ pub struct Crossing {
 
 impl Crossing {
     /// Nothing has crossed yet.
-    pub fn new(border: &Border, ticks: u64) -> Self {
-        let crosses = |channel: &Channel| border.leaving.contains(channel) || border.coming.contains(channel);
+    pub fn new(partition: &Partition, ticks: u64) -> Self {
+        let crosses = |channel: &Channel| partition.leaving.contains(channel) || partition.coming.contains(channel);
         let channels = Channel::ALL.into_iter().filter(crosses);
         Self {
             next: channels.map(|channel| (channel, AtomicU64::new(0))).collect(),
@@ -86,13 +86,13 @@ mod tests {
     use super::*;
 
     fn crossing() -> Crossing {
-        let border = Border {
+        let partition = Partition {
             here: Vec::new(),
-            away: Vec::new(),
+            remote: Vec::new(),
             leaving: vec![Channel::Measurement, Channel::CoilField],
             coming: vec![Channel::SafeField],
         };
-        Crossing::new(&border, 2)
+        Crossing::new(&partition, 2)
     }
 
     // Guards the tick check: a token that is lost, repeated or of another tick ends the run by name.

@@ -3,10 +3,10 @@
 //! Explicit endpoints, no scouting; reliable, blocking, of the highest priority, never batched (`express`): a token leaves at
 //! once and none is dropped. What comes is handed over in the order in which Zenoh delivers it.
 
-use crate::beat::Beat;
+use crate::heartbeat::Heartbeat;
 use crate::round_trip::BYTES;
-use crate::{Border, BridgeError, BridgeSettings, End, Hello, RoundTrips};
-use anhyst_ipc::{Channel, MOST_BYTES, RawToken, monotonic_ns};
+use crate::{BridgeError, BridgeSettings, End, Handshake, Partition, RoundTrips};
+use anhyst_ipc::{Channel, MAX_BYTES, RawToken, monotonic_ns};
 use serde::de::DeserializeOwned;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -23,9 +23,9 @@ pub enum Incoming {
     /// A token.
     Token(RawToken),
     /// Where its processes stand.
-    Beat(Beat),
+    Heartbeat(Heartbeat),
     /// Its introduction.
-    Hello(Box<Hello>),
+    Handshake(Box<Handshake>),
     /// What it measured.
     Measured(RoundTrips),
     /// A ping of the connecting bridge, or its echo.
@@ -57,8 +57,8 @@ pub fn next(incoming: &Receiver<Incoming>, yields: u32, limit: Duration) -> Resu
 /// The open session.
 pub struct Session {
     tokens: Vec<(Channel, Publisher<'static>)>,
-    hello: Publisher<'static>,
-    beat: Publisher<'static>,
+    handshake: Publisher<'static>,
+    heartbeat: Publisher<'static>,
     measured: Publisher<'static>,
     echo: Publisher<'static>,
     heard_ns: Arc<AtomicU64>,
@@ -157,7 +157,7 @@ impl Session {
     ///
     /// # Errors
     /// If Zenoh cannot listen at the endpoint, or refuses a key.
-    pub fn open(settings: &BridgeSettings, border: &Border) -> Result<(Self, Receiver<Incoming>), BridgeError> {
+    pub fn open(settings: &BridgeSettings, partition: &Partition) -> Result<(Self, Receiver<Incoming>), BridgeError> {
         let endpoint = settings.end.endpoint();
         let session = zenoh::open(configure(&settings.end)?)
             .wait()
@@ -173,12 +173,12 @@ impl Session {
         let mut subscribers = vec![
             keys.subscriber(
                 &format!("hello/{other}"),
-                |bytes| parse(bytes).map(Incoming::Hello),
+                |bytes| parse(bytes).map(Incoming::Handshake),
                 &sender,
             )?,
             keys.subscriber(
                 &format!("beat/{other}"),
-                |bytes| parse(bytes).map(Incoming::Beat),
+                |bytes| parse(bytes).map(Incoming::Heartbeat),
                 &sender,
             )?,
             keys.subscriber("measured", |bytes| parse(bytes).map(Incoming::Measured), &sender)?,
@@ -188,15 +188,19 @@ impl Session {
             End::Connect(_) => ("ping", "pong"),
         };
         subscribers.push(keys.subscriber(echo_in, |_| Some(Incoming::Echo), &sender)?);
-        for channel in border.coming.iter().copied() {
+        for channel in partition.coming.iter().copied() {
             let hear = move |bytes: &[u8]| RawToken::from_bytes(channel, bytes).map(Incoming::Token);
             subscribers.push(keys.subscriber(channel.name(), hear, &sender)?);
         }
         let token = |channel: &Channel| Ok((*channel, keys.publisher(channel.name())?));
         let link = Self {
-            tokens: border.leaving.iter().map(token).collect::<Result<_, BridgeError>>()?,
-            hello: keys.publisher(&format!("hello/{own}"))?,
-            beat: keys.publisher(&format!("beat/{own}"))?,
+            tokens: partition
+                .leaving
+                .iter()
+                .map(token)
+                .collect::<Result<_, BridgeError>>()?,
+            handshake: keys.publisher(&format!("hello/{own}"))?,
+            heartbeat: keys.publisher(&format!("beat/{own}"))?,
             measured: keys.publisher("measured")?,
             echo: keys.publisher(echo_out)?,
             heard_ns,
@@ -219,7 +223,7 @@ impl Session {
         let Some((channel, publisher)) = self.tokens.iter().find(|(channel, _)| *channel == token.channel()) else {
             return Ok(());
         };
-        let mut buffer = [0; MOST_BYTES];
+        let mut buffer = [0; MAX_BYTES];
         let used = token.write_bytes(&mut buffer);
         publisher
             .put(buffer.get(..used).unwrap_or_default())
@@ -239,16 +243,16 @@ impl Session {
     ///
     /// # Errors
     /// If Zenoh refuses.
-    pub fn hello(&self, hello: &Hello) -> Result<(), BridgeError> {
-        Self::json(&self.hello, hello)
+    pub fn handshake(&self, handshake: &Handshake) -> Result<(), BridgeError> {
+        Self::json(&self.handshake, handshake)
     }
 
     /// Says where this side stands.
     ///
     /// # Errors
     /// If Zenoh refuses.
-    pub fn beat(&self, beat: &Beat) -> Result<(), BridgeError> {
-        Self::json(&self.beat, beat)
+    pub fn heartbeat(&self, heartbeat: &Heartbeat) -> Result<(), BridgeError> {
+        Self::json(&self.heartbeat, heartbeat)
     }
 
     /// Says what was measured.

@@ -1,18 +1,11 @@
 //! What the threads of a bridge share.
 
-use crate::beat::Beat;
+use crate::heartbeat::Heartbeat;
 use crate::progress::Crossing;
-use crate::{Border, BridgeError, BridgeSettings};
+use crate::{BridgeError, BridgeSettings, Partition};
 use anhyst_ipc::{Progress, SharedSettings, Wait, request_stop};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
-
-/// The last phase of the rendezvous: the end.
-pub const END: u64 = 3;
-/// All have connected: the loop runs.
-pub const CONNECTED: u64 = 2;
-/// All have created their ports.
-pub const PORTS: u64 = 1;
 
 /// A flag that one thread sets and others see.
 #[derive(Debug, Default)]
@@ -34,12 +27,12 @@ impl Flag {
 #[derive(Debug)]
 pub struct State {
     pub settings: BridgeSettings,
-    pub border: Border,
+    pub partition: Partition,
     pub crossing: Crossing,
     /// Where the processes of this side stand.
     pub here: Mutex<Vec<Progress>>,
     /// Where those of the other side stand.
-    pub away: Mutex<Vec<Progress>>,
+    pub remote: Mutex<Vec<Progress>>,
     /// The sending ends for this side's readers exist.
     pub ports: Flag,
     /// They are connected.
@@ -48,7 +41,7 @@ pub struct State {
     pub done: Flag,
     /// The other bridge says the same.
     pub other_done: Flag,
-    /// The last beat may go.
+    /// The last heartbeat may go.
     pub over: Flag,
     failed: Flag,
     failure: Mutex<Option<BridgeError>>,
@@ -60,13 +53,13 @@ pub fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl State {
-    pub fn new(settings: BridgeSettings, border: Border) -> Self {
+    pub fn new(settings: BridgeSettings, partition: Partition) -> Self {
         Self {
-            crossing: Crossing::new(&border, settings.ticks),
+            crossing: Crossing::new(&partition, settings.ticks),
             settings,
-            border,
+            partition,
             here: Mutex::default(),
-            away: Mutex::default(),
+            remote: Mutex::default(),
             ports: Flag::default(),
             connected: Flag::default(),
             done: Flag::default(),
@@ -101,8 +94,8 @@ impl State {
     }
 
     /// What the other bridge is told.
-    pub fn beat(&self) -> Beat {
-        Beat {
+    pub fn heartbeat(&self) -> Heartbeat {
+        Heartbeat {
             here: lock(&self.here).clone(),
             done: self.done.is_set(),
             farewell: self.failure().map(|failure| failure.to_string()),
@@ -115,7 +108,7 @@ impl State {
             let side = lock(side);
             side.len() == count && side.iter().all(|progress| progress.phase >= phase)
         };
-        reached(&self.here, self.border.here.len()) && reached(&self.away, self.border.away.len())
+        reached(&self.here, self.partition.here.len()) && reached(&self.remote, self.partition.remote.len())
     }
 
     /// How this bridge joins the rendezvous of its side, under a name of its own.
@@ -125,9 +118,9 @@ impl State {
             prefix: settings.prefix.clone(),
             root: settings.root.clone(),
             process: name.into(),
-            processes: self.border.here.clone(),
+            processes: self.partition.here.clone(),
             agreement: settings.agreement,
-            wait: Wait::Bell {
+            wait: Wait::Notified {
                 yields: settings.yields,
             },
             receive_limit: settings.receive_limit,

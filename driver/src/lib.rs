@@ -7,7 +7,7 @@ mod boundary;
 mod error;
 mod options;
 
-use anhyst_ipc::{Channel, Guest, Heard};
+use anhyst_ipc::{Channel, ExternalNode, MAX_WORDS, RawToken, Received};
 use boundary::{guarded, read_words, text, write_words};
 use error::{Failure, forget, remember};
 use std::ffi::{c_char, c_void};
@@ -17,12 +17,9 @@ const OK: i32 = 0;
 const SILENCE: i32 = 1;
 const END: i32 = 2;
 
-/// The most words that a token has: tick, time of sending, fields.
-const MOST_WORDS: usize = 2 + anhyst_ipc::MOST_FIELDS;
-
 /// A process's place in the loop.
 pub struct AnhystHandle {
-    guest: Guest,
+    external: ExternalNode,
 }
 
 fn channel(number: u32) -> Result<Channel, Failure> {
@@ -59,8 +56,8 @@ pub unsafe extern "C" fn anhyst_open_checked(
             ));
         }
         let settings = options::settings(process, prefix, root, processes, reads, start_limit_s)?;
-        let guest = Guest::open_timed(settings, options::clock()?)?;
-        handle = Box::into_raw(Box::new(AnhystHandle { guest }));
+        let external = ExternalNode::open(settings, options::clock()?)?;
+        handle = Box::into_raw(Box::new(AnhystHandle { external }));
         Ok(OK)
     });
     handle
@@ -81,17 +78,20 @@ pub unsafe extern "C" fn anhyst_receive(
         // SAFETY: by the caller's promise a live handle of this thread, or null.
         let handle = unsafe { handle.as_mut() }.ok_or_else(Failure::no_handle)?;
         let channel = channel(channel_number)?;
-        let mut words = [0; MOST_WORDS];
+        let mut words = [0; MAX_WORDS];
         let limit = Duration::from_micros(timeout_us);
-        let heard = handle.guest.receive(channel, limit, &mut words);
-        if matches!(heard, Ok(Heard::Token(_)) | Err(anhyst_ipc::LinkError::Gap { .. })) {
+        let received = handle.external.receive(channel, limit, &mut words);
+        if matches!(
+            received,
+            Ok(Received::Token(_)) | Err(anhyst_ipc::LinkError::Gap { .. })
+        ) {
             // SAFETY: by the caller's promise `token` is the channel's struct, which has so many words.
-            unsafe { write_words(token, &words[..Guest::words(channel)])? };
+            unsafe { write_words(token, &words[..RawToken::words_of(channel)])? };
         }
-        Ok(match heard? {
-            Heard::Token(_) => OK,
-            Heard::Silence => SILENCE,
-            Heard::End => END,
+        Ok(match received? {
+            Received::Token(_) => OK,
+            Received::Silence => SILENCE,
+            Received::End => END,
         })
     })
 }
@@ -106,10 +106,10 @@ pub unsafe extern "C" fn anhyst_send(handle: *mut AnhystHandle, channel_number: 
         // SAFETY: by the caller's promise a live handle of this thread, or null.
         let handle = unsafe { handle.as_mut() }.ok_or_else(Failure::no_handle)?;
         let channel = channel(channel_number)?;
-        let mut words = [0; MOST_WORDS];
+        let mut words = [0; MAX_WORDS];
         // SAFETY: by the caller's promise `token` is the channel's struct, which has so many words.
-        unsafe { read_words(token, &mut words[..Guest::words(channel)])? };
-        handle.guest.send(channel, &words)?;
+        unsafe { read_words(token, &mut words[..RawToken::words_of(channel)])? };
+        handle.external.send(channel, &words)?;
         Ok(OK)
     })
 }
@@ -123,7 +123,7 @@ pub unsafe extern "C" fn anhyst_wait_for_tick(handle: *mut AnhystHandle, tick: u
     guarded(|| {
         // SAFETY: by the caller's promise a live handle of this thread, or null.
         let handle = unsafe { handle.as_mut() }.ok_or_else(Failure::no_handle)?;
-        handle.guest.wait_for_tick(tick)?;
+        handle.external.wait_for_tick(tick)?;
         Ok(OK)
     })
 }
@@ -140,7 +140,7 @@ pub unsafe extern "C" fn anhyst_close(handle: *mut AnhystHandle) -> i32 {
         }
         // SAFETY: not null, made by `Box::into_raw` in `anhyst_open_checked`, and by the caller's promise closed only once.
         let handle = unsafe { Box::from_raw(handle) };
-        handle.guest.close()?;
+        handle.external.close()?;
         Ok(OK)
     })
 }

@@ -1,7 +1,7 @@
 //! Who a driver is: from its arguments, else from the environment that the launcher sets.
 
 use crate::error::Failure;
-use anhyst_ipc::{Channel, GuestClock, GuestSettings};
+use anhyst_ipc::{Channel, ExternalClock, ExternalSettings};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -28,14 +28,14 @@ fn number(variable: &str, default: f64) -> Result<f64, Failure> {
 }
 
 /// How time passes: lockstep unless the environment tells otherwise.
-pub fn clock() -> Result<GuestClock, Failure> {
+pub fn clock() -> Result<ExternalClock, Failure> {
     match from_environment("ANHYST_CLOCK") {
-        Some(name) => Ok(GuestClock::told(&name, number("ANHYST_TICK_S", f64::NAN)?)?),
-        None => Ok(GuestClock::Lockstep),
+        Some(name) => Ok(ExternalClock::told(&name, number("ANHYST_TICK_S", f64::NAN)?)?),
+        None => Ok(ExternalClock::Lockstep),
     }
 }
 
-/// A guest's settings.
+/// An external node's settings.
 pub fn settings(
     process: Option<&str>,
     prefix: Option<&str>,
@@ -43,7 +43,7 @@ pub fn settings(
     processes: Option<&str>,
     reads: u32,
     start_limit_s: f64,
-) -> Result<GuestSettings, Failure> {
+) -> Result<ExternalSettings, Failure> {
     let start_limit_s = if start_limit_s == 0.0 {
         number("ANHYST_START_LIMIT_S", START_LIMIT_S)?
     } else {
@@ -59,7 +59,7 @@ pub fn settings(
             "reads = {reads:#x} names channels that do not exist"
         )));
     }
-    Ok(GuestSettings {
+    Ok(ExternalSettings {
         process: given(process, "ANHYST_PROCESS")?,
         prefix: given(prefix, "ANHYST_SERVICE_PREFIX")?,
         root: PathBuf::from(given(root, "ANHYST_ROOT")?),

@@ -60,7 +60,7 @@ impl Guard {
 
 /// Every number of the token is finite: a sender that computes nonsense in one field is not trusted in another.
 fn quality<M: Message>(tick: u64, token: &M) -> Quality {
-    let mut words = [0; anhyst_ipc::MOST_FIELDS];
+    let mut words = [0; anhyst_ipc::MAX_FIELDS];
     token.write_words(&mut words);
     Quality {
         finite: M::FIELDS

@@ -1,9 +1,11 @@
 //! A block and its wiring. `Inputs` and `Outputs` are tuples of tokens; [`Now`] reads the token of this tick, [`Previous`]
 //! that of the tick before (at tick 0: the default token, all zero). The graph of the loop follows from these types alone.
 
+use crate::error::LinkError;
 use crate::link::{Connections, Receiver, Sender};
+use crate::message::{Channel, MAX_FIELDS, Message, NodeId};
+use crate::statistics::LinkReport;
 use crate::wire::Wire;
-use crate::{Channel, LinkError, Message, NodeId};
 
 /// A pure state machine: its own state and its inputs in, its outputs out; no clock, no I/O, no randomness of its own.
 pub trait Block {
@@ -71,7 +73,7 @@ pub trait Inputs: Sized {
     /// The tokens taken last, for a log: the tick of each, and what writes its fields.
     fn taken(receivers: &Self::Receivers, note: &mut Note);
     /// What the links measured.
-    fn reports(receivers: &Self::Receivers) -> Vec<crate::LinkReport>;
+    fn reports(receivers: &Self::Receivers) -> Vec<LinkReport>;
     /// The arrows into `reader`.
     fn wires(reader: NodeId) -> Vec<Wire>;
 }
@@ -116,7 +118,7 @@ macro_rules! tuples {
             fn taken(($($receiver,)*): &Self::Receivers, note: &mut Note) {
                 $(note($receiver.taken(), &|words| $receiver.write_taken(words));)*
             }
-            fn reports(($($receiver,)*): &Self::Receivers) -> Vec<crate::LinkReport> {
+            fn reports(($($receiver,)*): &Self::Receivers) -> Vec<LinkReport> {
                 vec![$($receiver.report()),*]
             }
             fn wires(reader: NodeId) -> Vec<Wire> {
@@ -145,7 +147,7 @@ macro_rules! output_tuples {
                 #[allow(unused_mut, reason = "the empty tuple sends nothing")]
                 let mut outcome = Ok(());
                 $(
-                    let mut words = [0; crate::message::MOST_FIELDS];
+                    let mut words = [0; MAX_FIELDS];
                     $token.write_words(&mut words);
                     let stamp = seen.see($message::CHANNEL, tick, &mut words[..$message::FIELDS.len()]);
                     // All are sent even if one fails: at the end of a run some readers may be gone before others.
@@ -157,7 +159,7 @@ macro_rules! output_tuples {
             fn show(self, tick: u64, seen: &mut dyn Seen) {
                 let ($($token,)*) = self;
                 $(
-                    let mut words = [0; crate::message::MOST_FIELDS];
+                    let mut words = [0; MAX_FIELDS];
                     $token.write_words(&mut words);
                     seen.see($message::CHANNEL, tick, &mut words[..$message::FIELDS.len()]);
                 )*

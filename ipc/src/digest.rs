@@ -1,7 +1,7 @@
 //! The digest of what a node sent: a chain of hashes, one link a tick, so that two runs can be compared and the first tick
 //! that differs found. Tick and fields enter, the time of sending does not.
 
-use crate::message::MOST_FIELDS;
+use crate::message::MAX_FIELDS;
 use xxhash_rust::xxh3::{xxh3_64_with_seed, xxh3_128};
 
 /// Running hash over tokens.
@@ -11,7 +11,7 @@ pub struct Digest(pub u64);
 impl Digest {
     /// Adds one token: its tick and the bits of its fields.
     pub fn add(&mut self, tick: u64, words: &[u64]) {
-        let mut bytes = [0; 8 * (MOST_FIELDS + 1)];
+        let mut bytes = [0; 8 * (MAX_FIELDS + 1)];
         let used = words.len() + 1;
         for (chunk, word) in bytes
             .chunks_exact_mut(8)
@@ -25,11 +25,11 @@ impl Digest {
 
 /// The digest after every tick of one node.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Trail {
+pub struct DigestHistory {
     chain: Vec<u64>,
 }
 
-impl Trail {
+impl DigestHistory {
     /// Room for `ticks` ticks, taken now so that no step allocates.
     pub fn with_capacity(ticks: usize) -> Self {
         Self {
@@ -77,7 +77,7 @@ impl Trail {
         self.chain.iter().flat_map(|link| link.to_le_bytes()).collect()
     }
 
-    /// The inverse of [`Trail::to_bytes`]; trailing bytes that are no whole link are dropped.
+    /// The inverse of [`DigestHistory::to_bytes`]; trailing bytes that are no whole link are dropped.
     pub fn from_bytes(bytes: &[u8]) -> Self {
         let (links, _) = bytes.as_chunks::<8>();
         Self {

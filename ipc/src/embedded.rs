@@ -1,7 +1,7 @@
 //! Links within one process: one memory cell a channel. A tick passes the nodes in loop order, so a cell always holds the
 //! token that its reader is due: this tick's for a reader after the producer, the last tick's for one before it.
 
-use crate::{Channel, Message};
+use crate::message::{Channel, Message};
 use std::any::Any;
 use std::cell::Cell;
 use std::collections::BTreeMap;

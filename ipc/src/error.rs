@@ -1,4 +1,5 @@
-use crate::{Channel, NodeId};
+use crate::clock::CLOCKS;
+use crate::message::{Channel, NodeId};
 
 /// Why a link could not do what the loop needs. No token is ever guessed: any of these ends the node's run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -90,7 +91,7 @@ pub enum LinkError {
         sending: bool,
     },
     /// No way to keep time.
-    #[error("ANHYST_CLOCK={name} with ANHYST_TICK_S={tick_s}: known are {clocks}, with a tick of 1e-6 to 1 s", clocks = crate::CLOCKS.join(", "))]
+    #[error("ANHYST_CLOCK={name} with ANHYST_TICK_S={tick_s}: known are {clocks}, with a tick of 1e-6 to 1 s", clocks = CLOCKS.join(", "))]
     UnknownClock {
         /// Its name.
         name: String,

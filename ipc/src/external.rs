@@ -1,47 +1,31 @@
 //! A process that brings its own nodes: a driver, a rig, another language. It opens channels by number, needs neither
-//! blocks nor the loop's wiring nor the scenario, and keeps the same rules as everybody else: two phases of the start, then
+//! blocks nor the loop's wiring nor the scenario, and keeps the same rules as everybody else: the barriers of the start, then
 //! in lockstep one token a tick and channel, gaps being errors, and in real time the newest token, older ones being dropped.
 
-use crate::guest_clock::GuestClock;
-use crate::shared::{ANY_AGREEMENT, SharedContext, SharedReceiver, SharedSender, SharedSettings, Wait};
-use crate::{Channel, LinkError, Message, NodeId, Pace, monotonic_ns, stop_requested};
+use crate::clock::monotonic_ns;
+use crate::error::LinkError;
+use crate::external_clock::ExternalClock;
+use crate::message::{Channel, NodeId};
+use crate::newest::Newest;
+use crate::pace::Pace;
+use crate::raw::RawToken;
+use crate::shared::{ANY_AGREEMENT, CONNECTED, RawReceiver, RawSender, SharedContext, SharedSettings, Wait};
+use crate::stop::stop_requested;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-/// Words of eight bytes before the fields: tick and time of sending.
-const HEAD: usize = 2;
-/// A waiting guest looks this often whether the run is over.
+/// Whoever waits looks this often whether the run is over.
 const LOOK: Duration = Duration::from_millis(20);
 /// A plant waits for the recorder when it is so many ticks ahead: half of the recorder's buffer.
 const CREDIT_TICKS: u64 = 4096;
 /// From the moment at which a plant says when tick 0 begins to that tick: the others need to hear of it.
 const RUN_UP_NS: u64 = 20_000_000;
 
-/// Calls `$body` with the message type of a channel.
-macro_rules! with_message {
-    (@ $type:ty, $message:ident => $body:expr) => {{
-        type $message = $type;
-        $body
-    }};
-    ($channel:expr, $message:ident => $body:expr) => {
-        match $channel {
-            $crate::Channel::Measurement => with_message!(@ $crate::Measurement, $message => $body),
-            $crate::Channel::Truth => with_message!(@ $crate::Truth, $message => $body),
-            $crate::Channel::Estimate => with_message!(@ $crate::Estimate, $message => $body),
-            $crate::Channel::Demand => with_message!(@ $crate::Demand, $message => $body),
-            $crate::Channel::FieldCommand => with_message!(@ $crate::FieldCommand, $message => $body),
-            $crate::Channel::SafeField => with_message!(@ $crate::SafeField, $message => $body),
-            $crate::Channel::CoilField => with_message!(@ $crate::CoilField, $message => $body),
-        }
-    };
-}
-pub(crate) use with_message;
-
-/// Who a guest is and where it meets the others.
+/// Who an external node is and where it meets the others.
 #[derive(Debug, Clone, PartialEq)]
-pub struct GuestSettings {
+pub struct ExternalSettings {
     /// Name of its process, as in `processes`: `amplifier`, or `plant-sim+amplifier` for a whole rig.
     pub process: String,
     /// Prefix of the run's iceoryx2 resources.
@@ -61,7 +45,7 @@ pub struct GuestSettings {
 
 /// What waiting for a token came to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Heard {
+pub enum Received {
     /// A token of this tick.
     Token(u64),
     /// Nothing within the limit.
@@ -70,68 +54,31 @@ pub enum Heard {
     End,
 }
 
-trait Ear {
-    fn receive(&self, limit: Duration, words: &mut [u64]) -> Result<Option<u64>, LinkError>;
-    fn poll(&self, words: &mut [u64]) -> Result<Option<u64>, LinkError>;
-}
-
-fn put<M: Message>(token: Option<M>, words: &mut [u64]) -> Option<u64> {
-    let token = token?;
-    words[0] = token.tick();
-    words[1] = token.sent_ns();
-    token.write_words(&mut words[HEAD..]);
-    Some(token.tick())
-}
-
-impl<M: Message> Ear for SharedReceiver<M> {
-    fn receive(&self, limit: Duration, words: &mut [u64]) -> Result<Option<u64>, LinkError> {
-        Ok(put(self.receive_within(limit)?, words))
-    }
-
-    fn poll(&self, words: &mut [u64]) -> Result<Option<u64>, LinkError> {
-        Ok(put(SharedReceiver::poll(self)?, words))
-    }
-}
-
-trait Mouth {
-    fn connect(&mut self, context: &SharedContext) -> Result<(), LinkError>;
-    fn send(&mut self, words: &[u64]) -> Result<(), LinkError>;
-}
-
-impl<M: Message> Mouth for SharedSender<M> {
-    fn connect(&mut self, context: &SharedContext) -> Result<(), LinkError> {
-        self.connect_to_all(context)
-    }
-
-    fn send(&mut self, words: &[u64]) -> Result<(), LinkError> {
-        let mut token = M::from_words(words[0], &words[HEAD..]);
-        token.stamp(words[0], monotonic_ns());
-        SharedSender::send(self, token)
-    }
-}
-
-struct Opened {
-    ear: Box<dyn Ear>,
+/// A channel that is read.
+struct Input {
+    receiver: RawReceiver,
+    /// The next tick.
     due: u64,
+    /// In real time.
+    newest: Option<Newest>,
 }
 
-impl Opened {
-    /// In real time: `tick` has come and is in `words`; the newest that is there replaces it. None if it is no newer than the
-    /// token taken last.
-    fn newest(&mut self, mut tick: u64, words: &mut [u64]) -> Result<Option<u64>, LinkError> {
-        while let Some(newer) = self.ear.poll(words)? {
-            tick = newer;
-        }
-        let is_news = tick >= self.due;
-        self.due = self.due.max(tick + 1);
-        Ok(is_news.then_some(tick))
+impl Input {
+    /// The next token; in real time the newest that is newer than the one taken last.
+    fn receive(&mut self, limit: Duration) -> Result<Option<RawToken>, LinkError> {
+        let Self { receiver, due, newest } = self;
+        receiver.wait(limit, || {
+            let Some(newest) = newest else { return receiver.poll() };
+            newest.catch_up(monotonic_ns(), || receiver.poll())?;
+            Ok(newest.token().filter(|token| token.tick() >= *due).copied())
+        })
     }
 }
 
 /// A foreign process's place in the loop. It sends on every channel that its nodes produce.
-pub struct Guest {
-    ears: BTreeMap<Channel, Opened>,
-    mouths: BTreeMap<Channel, Box<dyn Mouth>>,
+pub struct ExternalNode {
+    inputs: BTreeMap<Channel, Input>,
+    outputs: BTreeMap<Channel, RawSender>,
     reader: NodeId,
     recorder: Option<String>,
     start_limit: Duration,
@@ -170,20 +117,12 @@ fn unknown(name: &str, processes: &str) -> LinkError {
     }
 }
 
-impl Guest {
-    /// Opens the guest's channels and meets the other processes; when it returns, tick 0 may begin.
+impl ExternalNode {
+    /// Opens its channels and meets the other processes; when it returns, tick 0 may begin.
     ///
     /// # Errors
     /// A name that does not belong to the run, a process that does not come, or what iceoryx2 refuses.
-    pub fn open(settings: GuestSettings) -> Result<Self, LinkError> {
-        Self::open_timed(settings, GuestClock::Lockstep)
-    }
-
-    /// As [`Guest::open`], for a run with this clock.
-    ///
-    /// # Errors
-    /// As [`Guest::open`].
-    pub fn open_timed(settings: GuestSettings, clock: GuestClock) -> Result<Self, LinkError> {
+    pub fn open(settings: ExternalSettings, clock: ExternalClock) -> Result<Self, LinkError> {
         let processes = processes(settings.processes.as_deref())?;
         let Some((_, nodes)) = processes.iter().find(|(name, _)| *name == settings.process) else {
             let names: Vec<&str> = processes.iter().map(|(name, _)| name.as_str()).collect();
@@ -197,86 +136,79 @@ impl Guest {
             process: settings.process,
             processes,
             agreement: ANY_AGREEMENT,
-            wait: Wait::Bell {
+            wait: Wait::Notified {
                 yields: settings.yields,
             },
             receive_limit: settings.start_limit,
             start_limit: settings.start_limit,
         })?);
-        let mut guest = Self {
-            ears: BTreeMap::new(),
-            mouths: BTreeMap::new(),
+        let mut external = Self {
+            inputs: BTreeMap::new(),
+            outputs: BTreeMap::new(),
             reader,
             recorder: context.process_of(NodeId::Recorder).map(str::to_owned),
             start_limit: settings.start_limit,
             ended: false,
             pace: match clock {
-                GuestClock::Lockstep => None,
-                GuestClock::Realtime { tick } => Some(Rc::new(Pace::new(&nodes, tick, false))),
+                ExternalClock::Lockstep => None,
+                ExternalClock::Realtime { tick } => Some(Rc::new(Pace::new(&nodes, tick, false))),
             },
             epoch_ns: None,
             context,
         };
-        guest.open_channels(&nodes, &settings.reads)?;
-        guest.context.barrier(1)?;
-        for mouth in guest.mouths.values_mut() {
-            mouth.connect(&guest.context)?;
-        }
-        guest.context.barrier(2)?;
-        Ok(guest)
+        external.open_channels(&nodes, &settings.reads)?;
+        let (context, outputs) = (&external.context, &mut external.outputs);
+        context.start_barriers(&mut || {
+            outputs
+                .values_mut()
+                .try_for_each(|output| output.connect_to_all(context))
+        })?;
+        Ok(external)
     }
 
     fn open_channels(&mut self, nodes: &[NodeId], reads: &[Channel]) -> Result<(), LinkError> {
         for channel in reads {
-            let ear: Box<dyn Ear> = with_message!(*channel, M => {
-                Box::new(SharedReceiver::<M>::open(&self.context, self.reader)?)
-            });
-            self.ears.insert(*channel, Opened { ear, due: 0 });
+            let input = Input {
+                receiver: RawReceiver::open(&self.context, *channel, self.reader)?,
+                due: 0,
+                newest: self.pace.as_ref().map(|pace| Newest::new(pace.period_ns())),
+            };
+            self.inputs.insert(*channel, input);
         }
         for channel in Channel::ALL {
             if nodes.contains(&channel.producer()) {
-                let mouth: Box<dyn Mouth> = with_message!(channel, M => {
-                    Box::new(SharedSender::<M>::open(&self.context, &[], self.pace.clone())?)
-                });
-                self.mouths.insert(channel, mouth);
+                let output = RawSender::open(&self.context, channel, &[], self.pace.clone())?;
+                self.outputs.insert(channel, output);
             }
         }
         Ok(())
     }
 
-    /// Words of eight bytes that a token of `channel` has: tick, time of sending, fields.
-    pub fn words(channel: Channel) -> usize {
-        HEAD + with_message!(channel, M => M::FIELDS.len())
-    }
-
-    /// Waits at most `limit` for the next token and writes it to `words`, [`Guest::words`] long. In real time: for one that is
+    /// Waits at most `limit` for the next token and writes it to `words`, [`RawToken::words_of`] long. In real time: for one that is
     /// newer than the token taken last, and takes the newest; those between are dropped, and the tick tells how many.
     ///
     /// # Errors
     /// In lockstep [`LinkError::Gap`] if a token of another tick came (it is in `words`, and the count goes on from it),
     /// [`LinkError::NotOpened`], [`LinkError::Stopped`], or what iceoryx2 refuses.
-    pub fn receive(&mut self, channel: Channel, limit: Duration, words: &mut [u64]) -> Result<Heard, LinkError> {
+    pub fn receive(&mut self, channel: Channel, limit: Duration, words: &mut [u64]) -> Result<Received, LinkError> {
         let start = Instant::now();
         let not_opened = || LinkError::NotOpened {
             process: self.reader.name().into(),
             channel,
             sending: false,
         };
-        let opened = self.ears.get_mut(&channel).ok_or_else(not_opened)?;
+        let input = self.inputs.get_mut(&channel).ok_or_else(not_opened)?;
         loop {
             // Looked at before the channel: what was sent before the end is then found.
             let ended = self.context.finished(channel.producer(), self.pace.is_some());
             let left = limit.saturating_sub(start.elapsed());
-            if let Some(tick) = opened.ear.receive(left.min(LOOK), words)? {
-                if self.pace.is_some() {
-                    match opened.newest(tick, words)? {
-                        Some(tick) => return Ok(Heard::Token(tick)),
-                        None => continue,
-                    }
-                }
-                let expected = std::mem::replace(&mut opened.due, tick + 1);
-                if tick == expected {
-                    return Ok(Heard::Token(tick));
+            if let Some(token) = input.receive(left.min(LOOK))? {
+                token.write_words(words);
+                let tick = token.tick();
+                // A foreign sender's tick may be any number.
+                let expected = std::mem::replace(&mut input.due, tick.saturating_add(1));
+                if tick == expected || self.pace.is_some() {
+                    return Ok(Received::Token(tick));
                 }
                 return Err(LinkError::Gap {
                     reader: self.reader,
@@ -287,13 +219,13 @@ impl Guest {
             }
             if ended {
                 self.ended = true;
-                return Ok(Heard::End);
+                return Ok(Received::End);
             }
             if stop_requested() {
-                return Err(LinkError::Stopped { tick: opened.due });
+                return Err(LinkError::Stopped { tick: input.due });
             }
             if start.elapsed() >= limit {
-                return Ok(Heard::Silence);
+                return Ok(Received::Silence);
             }
         }
     }
@@ -301,10 +233,10 @@ impl Guest {
     /// Sends a token: tick in the first word, the second is set here, then the fields.
     ///
     /// # Errors
-    /// In lockstep [`LinkError::Undelivered`] if a reader is gone (in real time it may come back), [`LinkError::Absent`] if the recorder has fallen behind for too long,
-    /// [`LinkError::NotOpened`], or what iceoryx2 refuses.
+    /// In lockstep [`LinkError::Undelivered`] if a reader is gone (in real time it may come back), [`LinkError::Absent`] if the
+    /// recorder has fallen behind for too long, [`LinkError::NotOpened`], or what iceoryx2 refuses.
     pub fn send(&mut self, channel: Channel, words: &[u64]) -> Result<(), LinkError> {
-        let mouth = self.mouths.get_mut(&channel).ok_or_else(|| LinkError::NotOpened {
+        let output = self.outputs.get(&channel).ok_or_else(|| LinkError::NotOpened {
             process: self.reader.name().into(),
             channel,
             sending: true,
@@ -315,8 +247,9 @@ impl Guest {
             self.epoch_ns = Some(now_ns);
             self.context.set_epoch(now_ns);
         }
-        mouth.send(words)?;
-        let done = words[0] + 1;
+        let token = RawToken::from_words(channel, words).sent_at(monotonic_ns());
+        output.send(&token)?;
+        let done = token.tick().saturating_add(1);
         self.context.set_tick(done);
         if channel == Channel::Measurement && self.pace.is_none() {
             self.wait_for_credit(done)?;
@@ -334,7 +267,7 @@ impl Guest {
         if let Some(epoch_ns) = self.epoch_ns {
             return Ok(epoch_ns);
         }
-        let epoch_ns = if self.mouths.contains_key(&Channel::Measurement) {
+        let epoch_ns = if self.outputs.contains_key(&Channel::Measurement) {
             let epoch_ns = monotonic_ns() + RUN_UP_NS;
             self.context.set_epoch(epoch_ns);
             epoch_ns
@@ -350,7 +283,7 @@ impl Guest {
     /// In real time: sleeps until `tick` begins, at once if it has; in lockstep it does nothing. For a plant without a timer.
     ///
     /// # Errors
-    /// As [`Guest::epoch_ns`].
+    /// As [`ExternalNode::epoch_ns`].
     pub fn wait_for_tick(&mut self, tick: u64) -> Result<(), LinkError> {
         self.epoch_ns()?;
         if let Some(pace) = &self.pace {
@@ -366,12 +299,12 @@ impl Guest {
         while self
             .context
             .tick_of(recorder)
-            .is_some_and(|tick| tick + CREDIT_TICKS < done)
+            .is_some_and(|tick| tick.saturating_add(CREDIT_TICKS) < done)
         {
             if start.elapsed() > self.start_limit {
                 return Err(LinkError::Absent {
                     process: recorder.clone(),
-                    phase: 2,
+                    phase: CONNECTED,
                     waited_s: start.elapsed().as_secs_f64(),
                 });
             }
@@ -380,11 +313,11 @@ impl Guest {
         Ok(())
     }
 
-    /// Leaves the loop. After [`Heard::End`] it waits for the others: they may still have to send to it.
+    /// Leaves the loop. After [`Received::End`] it waits for the others: they may still have to send to it.
     ///
     /// # Errors
     /// The process that does not come to the end.
     pub fn close(self) -> Result<(), LinkError> {
-        if self.ended { self.context.barrier(3) } else { Ok(()) }
+        if self.ended { self.context.end_barrier() } else { Ok(()) }
     }
 }

@@ -1,14 +1,15 @@
 //! How a foreign process is told to keep time.
 
-use crate::LinkError;
+use crate::clock::CLOCKS;
+use crate::error::LinkError;
 use std::time::Duration;
 
-/// Shortest and longest time between two ticks that a guest keeps time with.
+/// Shortest and longest time between two ticks that an external node keeps time with.
 const TICK_S: std::ops::RangeInclusive<f64> = 1e-6..=1.0;
 
-/// How time passes in a guest's run.
+/// How time passes in an external node's run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum GuestClock {
+pub enum ExternalClock {
     /// Every token is waited for, and none may be lost.
     Lockstep,
     /// A late token is not waited for, and the newest counts.
@@ -18,7 +19,7 @@ pub enum GuestClock {
     },
 }
 
-impl GuestClock {
+impl ExternalClock {
     /// The clock that `ANHYST_CLOCK` names, one of [`CLOCKS`], with `ANHYST_TICK_S`.
     ///
     /// # Errors
@@ -37,9 +38,6 @@ impl GuestClock {
     }
 }
 
-/// The names of the three ways to keep time, as foreign processes are told them.
-pub const CLOCKS: [&str; 3] = ["lockstep", "free_running", "paced_by_measurement"];
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -48,11 +46,11 @@ mod tests {
     #[test]
     fn clocks_have_names() {
         let tick = Duration::from_millis(1);
-        let told = CLOCKS.map(|name| GuestClock::told(name, 1e-3));
-        let timed = Ok(GuestClock::Realtime { tick });
-        assert_eq!(told, [Ok(GuestClock::Lockstep), timed.clone(), timed]);
+        let told = CLOCKS.map(|name| ExternalClock::told(name, 1e-3));
+        let timed = Ok(ExternalClock::Realtime { tick });
+        assert_eq!(told, [Ok(ExternalClock::Lockstep), timed.clone(), timed]);
         for (name, tick_s) in [("Lockstep", 1e-3), ("free_running", f64::NAN), ("free_running", 0.0)] {
-            let refused = GuestClock::told(name, tick_s).unwrap_err().to_string();
+            let refused = ExternalClock::told(name, tick_s).unwrap_err().to_string();
             assert!(refused.contains(&format!("ANHYST_CLOCK={name}")), "{refused}");
         }
     }

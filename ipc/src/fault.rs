@@ -5,12 +5,12 @@
 //! jumped is the one that the reader would have in its place, stamped with its own tick, so the reader sees its age.
 
 use crate::digest::Digest;
-use crate::message::MOST_FIELDS;
-use crate::{Channel, Field, FieldKind, Invalid};
+use crate::invalid::Invalid;
+use crate::message::{Channel, Field, FieldKind, MAX_FIELDS};
 use serde::{Deserialize, Serialize};
 
 /// Longest injected delay.
-pub const LONGEST_DELAY_TICKS: u64 = 64;
+pub const MAX_DELAY_TICKS: u64 = 64;
 
 /// A fault of what is sent on one channel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -115,7 +115,7 @@ impl TokenFault {
         };
         match self.kind {
             TokenKind::Delay(ticks) => {
-                Invalid::unless_between("kind", ticks as f64, 1.0, LONGEST_DELAY_TICKS as f64, "ticks")
+                Invalid::unless_between("kind", ticks as f64, 1.0, MAX_DELAY_TICKS as f64, "ticks")
             }
             TokenKind::ClockJump(0) => Err(Invalid::new("kind", "a jump by 0 ticks does nothing")),
             TokenKind::GainStep(1.0) => Err(Invalid::new("kind", "a gain of 1 does nothing")),
@@ -187,14 +187,14 @@ fn nearly_normal(seed: u64, tick: u64, index: u64) -> f64 {
 #[derive(Debug, Clone, Copy)]
 struct Sent {
     tick: u64,
-    words: [u64; MOST_FIELDS],
+    words: [u64; MAX_FIELDS],
 }
 
 impl Default for Sent {
     fn default() -> Self {
         Self {
             tick: 0,
-            words: [0; MOST_FIELDS],
+            words: [0; MAX_FIELDS],
         }
     }
 }
@@ -260,7 +260,7 @@ impl Injector {
                 fault: fault.clone(),
                 before: Sent::default(),
                 past: match fault.kind {
-                    TokenKind::Delay(ticks) => vec![Sent::default(); ticks.clamp(1, LONGEST_DELAY_TICKS) as usize],
+                    TokenKind::Delay(ticks) => vec![Sent::default(); ticks.clamp(1, MAX_DELAY_TICKS) as usize],
                     _ => Vec::new(),
                 },
             })
@@ -279,7 +279,8 @@ impl Injector {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Measurement, Message};
+    use crate::message::Message;
+    use crate::messages::Measurement;
 
     fn fault(kind: TokenKind, field: Option<&str>) -> TokenFault {
         TokenFault {
@@ -304,7 +305,7 @@ mod tests {
                     temperature_k: 300.0,
                     ..Measurement::default()
                 };
-                let mut words = [0; MOST_FIELDS];
+                let mut words = [0; MAX_FIELDS];
                 healthy.write_words(&mut words);
                 let stamp = injector.see(Channel::Measurement, tick, &mut words[..Measurement::FIELDS.len()]);
                 Measurement::from_words(stamp, &words)

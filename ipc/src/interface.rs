@@ -1,10 +1,10 @@
 //! What a foreign process must know to take part, as data: read from the message types and the services' settings, so that
 //! every document and header made from it is true.
 
-use crate::guest::with_message;
-use crate::message::FieldKind;
+use crate::digest::fingerprint;
+use crate::message::{Channel, FieldKind, Message, NodeId};
+use crate::messages::with_message;
 use crate::shared::names;
-use crate::{Channel, Message, NodeId};
 use serde::Serialize;
 
 /// Bytes of every field.
@@ -111,13 +111,13 @@ pub fn interface() -> Interface {
         sizes: ServiceSizes {
             deepest_buffer: names::DEEPEST_BUFFER,
             loop_buffer: names::LOOP_BUFFER,
-            most_borrowed: names::MOST_BORROWED,
-            most_publishers: names::MOST_PUBLISHERS,
-            most_subscribers: names::MOST_SUBSCRIBERS,
-            most_nodes: names::MOST_NODES,
-            most_notifiers: names::MOST_NOTIFIERS,
-            most_listeners: names::MOST_LISTENERS,
-            most_status_readers: names::MOST_STATUS_READERS,
+            most_borrowed: names::MAX_BORROWED,
+            most_publishers: names::MAX_PUBLISHERS,
+            most_subscribers: names::MAX_SUBSCRIBERS,
+            most_nodes: names::MAX_NODES,
+            most_notifiers: names::MAX_NOTIFIERS,
+            most_listeners: names::MAX_LISTENERS,
+            most_status_readers: names::MAX_STATUS_READERS,
         },
         bell_service: names::bell_service("PROCESS"),
         status_service: names::status_service("PROCESS", 0),
@@ -129,7 +129,7 @@ pub fn interface() -> Interface {
 
 /// Hash of all layouts: the type names hash their fields.
 pub fn layouts() -> u64 {
-    crate::fingerprint(
+    fingerprint(
         &Channel::ALL
             .map(|channel| with_message!(channel, M => M::TYPE_NAME))
             .join(","),
@@ -207,7 +207,7 @@ fn describe_message<M: Message>() -> ChannelDescription {
 #[cfg(test)]
 mod tests {
     use super::interface;
-    use crate::{CoilField, SafeField};
+    use crate::messages::{CoilField, SafeField};
     use std::mem::offset_of;
 
     /// Guards the offsets that foreign languages are told: those of the structs themselves.

@@ -11,9 +11,9 @@ mod clock;
 mod digest;
 mod embedded;
 mod error;
+mod external;
+mod external_clock;
 mod fault;
-mod guest;
-mod guest_clock;
 mod interface;
 mod invalid;
 mod link;
@@ -30,23 +30,24 @@ mod token_log;
 mod wire;
 
 pub use block::{Block, Edge, Inputs, Note, Now, Outputs, Previous, Seen, wiring};
-pub use clock::monotonic_ns;
-pub use digest::{Digest, Trail, combine, fingerprint};
+pub use clock::{CLOCKS, monotonic_ns};
+pub use digest::{Digest, DigestHistory, combine, fingerprint};
 pub use embedded::Cells;
 pub use error::LinkError;
-pub use fault::{LONGEST_DELAY_TICKS, TokenFault, TokenKind};
-pub use guest::{Guest, GuestSettings, Heard, processes};
-pub use guest_clock::{CLOCKS, GuestClock};
+pub use external::{ExternalNode, ExternalSettings, Received, processes};
+pub use external_clock::ExternalClock;
+pub use fault::{MAX_DELAY_TICKS, TokenFault, TokenKind};
 pub use interface::{ChannelDescription, FieldDescription, Interface, ServiceSizes, StatusEntry, interface, layouts};
 pub use invalid::Invalid;
 pub use link::{Connections, Discipline, Receiver, Sender};
-pub use message::{Channel, Field, FieldKind, MOST_FIELDS, Message, NodeId};
+pub use message::{Channel, Field, FieldKind, MAX_FIELDS, Message, NodeId};
 pub use messages::*;
-pub use node::{Node, NodeReport, OneUlp, Stage};
+pub use node::{Node, NodeReport, Stage};
 pub use pace::Pace;
-pub use raw::{MOST_BYTES, RawToken};
+pub use raw::{MAX_BYTES, MAX_WORDS, RawToken};
 pub use shared::{
-    ANY_AGREEMENT, Arrivals, Departures, Layout, Observer, Progress, SharedContext, SharedSettings, Wait, crossing,
+    ANY_AGREEMENT, CONNECTED, END, Egress, Ingress, Layout, Observer, PORTS, Progress, SharedContext, SharedSettings,
+    Wait, crossing,
 };
 pub use statistics::{Bin, Latency, LatencySummary, LinkReport};
 pub use stop::{request_stop, stop_flag, stop_requested};

@@ -1,12 +1,15 @@
 //! A link, whichever transport carries it, and the connections of one process.
 
+use crate::clock::monotonic_ns;
 use crate::embedded::Cells;
+use crate::error::LinkError;
+use crate::message::{Channel, Message, NodeId};
 use crate::newest::{Newest, noted};
 use crate::pace::Pace;
-use crate::shared::{SharedContext, SharedReceiver, SharedSender};
-use crate::statistics::Latency;
+use crate::raw::RawToken;
+use crate::shared::{RawReceiver, RawSender, SharedContext};
+use crate::statistics::{Latency, LinkReport};
 use crate::wire::Wire;
-use crate::{Channel, LinkError, LinkReport, Message, NodeId, monotonic_ns};
 use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::rc::Rc;
@@ -67,24 +70,23 @@ impl Connections {
         self.watched = (senders, limit_ticks);
     }
 
-    /// Meets the other processes: all have opened their links, all connect (`connect` does it for this process's senders),
-    /// and only then anyone sends. Without other processes it only connects.
+    /// As [`SharedContext::start_barriers`]; without other processes it only connects.
     ///
     /// # Errors
     /// The process that does not come, or what `connect` says.
-    pub fn meet(&self, connect: &mut dyn FnMut() -> Result<(), LinkError>) -> Result<(), LinkError> {
-        let Some(shared) = &self.shared else { return connect() };
-        shared.barrier(1)?;
-        connect()?;
-        shared.barrier(2)
+    pub fn start_barriers(&self, connect: &mut dyn FnMut() -> Result<(), LinkError>) -> Result<(), LinkError> {
+        match &self.shared {
+            Some(shared) => shared.start_barriers(connect),
+            None => connect(),
+        }
     }
 
-    /// Waits until all processes have come to the end: who left earlier could not be sent its last tokens.
+    /// As [`SharedContext::end_barrier`].
     ///
     /// # Errors
     /// The process that does not come.
-    pub fn part(&self) -> Result<(), LinkError> {
-        self.shared.as_ref().map_or(Ok(()), |shared| shared.barrier(3))
+    pub fn end_barrier(&self) -> Result<(), LinkError> {
+        self.shared.as_ref().map_or(Ok(()), |shared| shared.end_barrier())
     }
 
     /// Opens the reading end of `M`'s channel for `reader`, late by `delay` ticks.
@@ -99,7 +101,7 @@ impl Connections {
                 reader,
                 channel: M::CHANNEL,
             })?;
-            Source::Shared(SharedReceiver::open(shared, reader)?)
+            Source::Shared(RawReceiver::open(shared, M::CHANNEL, reader)?)
         };
         let watched = self.watched.0.contains(&M::CHANNEL.producer());
         Ok(Receiver {
@@ -107,7 +109,7 @@ impl Connections {
             reader,
             delay,
             discipline: self.discipline.clone(),
-            newest: Newest::default(),
+            newest: Newest::new(self.pace().map_or(0, |pace| pace.period_ns())),
             taken: 0,
             any_tick: self.any_tick.contains(&M::CHANNEL),
             silence_limit_ticks: watched.then_some(self.watched.1),
@@ -128,7 +130,7 @@ impl Connections {
             .map(|wire| wire.reader)
             .collect();
         let shared = match &self.shared {
-            Some(shared) if !remote.is_empty() => Some(SharedSender::open(shared, &remote, self.pace())?),
+            Some(shared) if !remote.is_empty() => Some(RawSender::open(shared, M::CHANNEL, &remote, self.pace())?),
             _ => None,
         };
         Ok(Sender {
@@ -155,7 +157,7 @@ impl Connections {
 /// The sending end of a channel.
 pub struct Sender<M: Message> {
     cell: Rc<Cell<Option<M>>>,
-    shared: Option<SharedSender<M>>,
+    shared: Option<RawSender>,
 }
 
 impl<M: Message> Sender<M> {
@@ -164,9 +166,9 @@ impl<M: Message> Sender<M> {
     /// # Errors
     /// In lockstep if it reached fewer readers than are connected; in real time that is counted.
     pub fn send(&mut self, mut token: M) -> Result<(), LinkError> {
-        if let Some(shared) = &mut self.shared {
+        if let Some(shared) = &self.shared {
             token.stamp(token.tick(), monotonic_ns());
-            shared.send(token)?;
+            shared.send(&RawToken::of(&token))?;
         }
         self.cell.set(Some(token));
         Ok(())
@@ -177,13 +179,18 @@ impl<M: Message> Sender<M> {
     /// # Errors
     /// If iceoryx2 refuses.
     pub fn connect(&mut self) -> Result<(), LinkError> {
-        self.shared.as_mut().map_or(Ok(()), SharedSender::connect)
+        self.shared.as_ref().map_or(Ok(()), RawSender::connect)
     }
 }
 
 enum Source<M: Message> {
     Cell(Rc<Cell<Option<M>>>),
-    Shared(SharedReceiver<M>),
+    Shared(RawReceiver),
+}
+
+/// The token again: its channel has one message type.
+fn typed<M: Message>(token: &RawToken) -> M {
+    token.typed().unwrap_or_default()
 }
 
 /// The reading end of a channel.
@@ -192,7 +199,7 @@ pub struct Receiver<M: Message> {
     reader: NodeId,
     delay: u64,
     discipline: Discipline,
-    newest: Newest<M>,
+    newest: Newest,
     taken: u32,
     any_tick: bool,
     silence_limit_ticks: Option<u64>,
@@ -221,20 +228,21 @@ impl<M: Message> Receiver<M> {
     /// A token of tick `k` is due within tick `k`: a delayed reader, which reads it a tick later, never waits.
     fn receive_newest(&mut self, tick: u64, pace: &Pace) -> Result<M, LinkError> {
         let Some(due) = tick.checked_sub(self.delay) else {
-            self.taken = noted::<M>(None);
+            self.taken = noted(None);
             return Ok(M::default());
         };
         match &mut self.source {
             Source::Cell(cell) => {
                 let token = cell.get();
-                self.taken = noted(token.as_ref());
+                self.taken = noted(token.map(|token| token.tick()));
                 Ok(token.unwrap_or_default())
             }
             Source::Shared(shared) => {
+                self.newest.anchor(pace.anchored());
                 let had = self.newest.noted_tick();
                 let until_ns = if self.delay == 0 { pace.time_out_ns(tick) } else { 0 };
                 shared.receive_newest(&mut self.newest, due, until_ns)?;
-                let token = self.newest.token();
+                let token: M = self.newest.token().map(typed).unwrap_or_default();
                 self.taken = self.newest.noted_tick();
                 let now_ns = monotonic_ns();
                 if self.taken != had {
@@ -270,7 +278,10 @@ impl<M: Message> Receiver<M> {
 
     /// The fields of that token, for the log of one who hears a foreign process.
     pub(crate) fn write_taken(&self, words: &mut [u64]) {
-        self.newest.token().write_words(words);
+        if let Some(token) = self.newest.token() {
+            let fields = words.len().min(token.fields().len());
+            words[..fields].copy_from_slice(&token.fields()[..fields]);
+        }
     }
 
     fn receive_due(&mut self, tick: u64) -> Result<M, LinkError> {
@@ -283,7 +294,7 @@ impl<M: Message> Receiver<M> {
                 channel: M::CHANNEL,
             })?,
             Source::Shared(shared) => {
-                let token = shared.receive(due)?;
+                let token: M = typed(&shared.receive(due)?);
                 self.latency.record(monotonic_ns().saturating_sub(token.sent_ns()));
                 token
             }
@@ -322,7 +333,7 @@ impl<M: Message> Receiver<M> {
                 reader: self.reader,
                 channel: M::CHANNEL,
             }),
-            Source::Shared(shared) => shared.receive(due),
+            Source::Shared(shared) => shared.receive(due).map(|token| typed(&token)),
         }
     }
 }

@@ -158,7 +158,7 @@ pub struct Field {
 }
 
 /// The most fields that a message may have (the digest's buffer is sized by it).
-pub const MOST_FIELDS: usize = 24;
+pub const MAX_FIELDS: usize = 24;
 
 /// A token: `tick` and `sent_ns`, then the fields.
 pub trait Message: Copy + Default + PartialEq + std::fmt::Debug + ZeroCopySend + 'static {
@@ -185,7 +185,7 @@ pub trait Message: Copy + Default + PartialEq + std::fmt::Debug + ZeroCopySend +
 
     /// The fields as numbers, for recordings: counts and flags converted, numbers as they are.
     fn write_values(&self, values: &mut [f64]) {
-        let mut words = [0; MOST_FIELDS];
+        let mut words = [0; MAX_FIELDS];
         self.write_words(&mut words);
         for ((value, word), field) in values.iter_mut().zip(words).zip(Self::FIELDS) {
             *value = match field.kind {
@@ -197,7 +197,7 @@ pub trait Message: Copy + Default + PartialEq + std::fmt::Debug + ZeroCopySend +
 
     /// The inverse of [`Message::write_values`].
     fn from_values(tick: u64, values: &[f64]) -> Self {
-        let mut words = [0; MOST_FIELDS];
+        let mut words = [0; MAX_FIELDS];
         for ((value, word), field) in values.iter().zip(&mut words).zip(Self::FIELDS) {
             *word = match field.kind {
                 FieldKind::F64 => value.to_bits(),
@@ -318,7 +318,7 @@ macro_rules! message {
         } )? )*
 
         const _: () = {
-            use $crate::message::{Channel, Field, Message, Word, schema_hash, type_name_bytes, MOST_FIELDS};
+            use $crate::message::{Channel, Field, Message, Word, schema_hash, type_name_bytes, MAX_FIELDS};
             const FIELDS: &[Field] = &[$( Field {
                 name: stringify!($field), unit: $unit, kind: <$kind as Word>::KIND,
                 doc: concat!($($text),+ $(, $crate::message::bits_in_words!($($value $meaning)+))?),
@@ -329,7 +329,7 @@ macro_rules! message {
                 Err(_) => panic!("a type name is ASCII"),
             };
             const _: () = assert!(size_of::<$name>() == 8 * (2 + FIELDS.len()));
-            const _: () = assert!(FIELDS.len() <= MOST_FIELDS);
+            const _: () = assert!(FIELDS.len() <= MAX_FIELDS);
 
             // SAFETY: `#[repr(C)]`, only u64 and f64 fields, no pointers, no padding (asserted above).
             unsafe impl iceoryx2::prelude::ZeroCopySend for $name {

@@ -1,9 +1,13 @@
 //! A block with its links opened, its digest, and the faults that tests inject.
 
-use crate::block::{Inputs as _, Outputs as _, Seen};
+use crate::block::{Block, Inputs, Outputs, Seen};
+use crate::digest::{Digest, DigestHistory};
+use crate::error::LinkError;
 use crate::fault::{Injector, TokenFault};
+use crate::link::Connections;
+use crate::message::{Channel, NodeId};
+use crate::statistics::LinkReport;
 use crate::token_log::TokenLog;
-use crate::{Block, Channel, Connections, Digest, LinkError, LinkReport, NodeId, Trail};
 use serde::{Deserialize, Serialize};
 
 /// What one node reports when its run ends.
@@ -41,27 +45,16 @@ pub trait Stage {
     /// From here on a reader that is gone is no error: the run is ending, and whoever still listens is to hear.
     fn end(&mut self);
     /// Answers tick `tick` without hearing anybody, on the way to the safe state. False if there is nothing (more) to do.
-    /// Neither digest nor trail notes it.
+    /// The digest does not note it.
     fn alone(&mut self, tick: u64) -> bool;
     /// The digest after every tick.
-    fn trail(&self) -> &Trail;
+    fn digest_history(&self) -> &DigestHistory;
     /// What it measured.
     fn report(&self) -> NodeReport;
 }
 
-/// Injected fault: the lowest bit of the node's first field is flipped in one tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct OneUlp {
-    /// Which node.
-    pub node: NodeId,
-    /// In which tick.
-    pub tick: u64,
-}
-
 struct Watcher {
     digest: Digest,
-    one_ulp_at: Option<u64>,
     log: Option<TokenLog>,
     injector: Injector,
     /// Where the coil's field stands in what is sent, and its last value.
@@ -72,7 +65,7 @@ struct Watcher {
 }
 
 impl Watcher {
-    fn new<B: Block>(one_ulp: Option<OneUlp>) -> Self {
+    fn new<B: Block>() -> Self {
         let sent = B::Outputs::channels().into_iter().rev();
         let of_field = |channel: Channel| {
             let mut names = channel.fields().iter().map(|field| field.name);
@@ -80,7 +73,6 @@ impl Watcher {
         };
         Self {
             digest: Digest::default(),
-            one_ulp_at: one_ulp.filter(|fault| fault.node == B::NODE).map(|fault| fault.tick),
             log: None,
             injector: Injector::default(),
             field: sent
@@ -96,11 +88,6 @@ impl Seen for Watcher {
     fn see(&mut self, channel: Channel, tick: u64, words: &mut [u64]) -> u64 {
         let mut stamp = tick;
         if !self.alone {
-            if self.one_ulp_at == Some(tick)
-                && let Some(first) = words.first_mut()
-            {
-                *first ^= 1;
-            }
             stamp = self.injector.see(channel, tick, words);
             self.digest.add(stamp, words);
             if let Some(log) = &mut self.log {
@@ -119,30 +106,25 @@ impl Seen for Watcher {
 /// A block in the loop.
 pub struct Node<B: Block> {
     block: B,
-    receivers: <B::Inputs as crate::Inputs>::Receivers,
-    senders: <B::Outputs as crate::Outputs>::Senders,
+    receivers: <B::Inputs as Inputs>::Receivers,
+    senders: <B::Outputs as Outputs>::Senders,
     watcher: Watcher,
-    trail: Trail,
+    digest_history: DigestHistory,
     ticks: u64,
     ending: bool,
 }
 
 impl<B: Block> Node<B> {
-    /// Opens the block's links. `ticks` is the length of the run: room for the digest's trail is taken now.
+    /// Opens the block's links. `ticks` is the length of the run: room for the digests is taken now.
     ///
     /// # Errors
     /// If a link cannot be opened.
-    pub fn open(
-        block: B,
-        connections: &mut Connections,
-        ticks: u64,
-        one_ulp: Option<OneUlp>,
-    ) -> Result<Self, LinkError> {
+    pub fn open(block: B, connections: &mut Connections, ticks: u64) -> Result<Self, LinkError> {
         Ok(Self {
             receivers: B::Inputs::open(B::NODE, connections)?,
             senders: B::Outputs::open(connections)?,
-            watcher: Watcher::new::<B>(one_ulp),
-            trail: Trail::with_capacity(ticks as usize),
+            watcher: Watcher::new::<B>(),
+            digest_history: DigestHistory::with_capacity(ticks as usize),
             block,
             ticks: 0,
             ending: false,
@@ -157,7 +139,7 @@ impl<B: Block> Node<B> {
     /// Lets these faults happen to what the node sends; those of other nodes' channels are left out. `seed` is of their noise.
     #[must_use]
     pub fn with_faults(mut self, faults: &[TokenFault], seed: u64) -> Self {
-        let sent = <B::Outputs as crate::Outputs>::channels();
+        let sent = <B::Outputs as Outputs>::channels();
         self.watcher.injector = Injector::new(faults.iter().filter(|fault| sent.contains(&fault.channel)), seed);
         self
     }
@@ -174,7 +156,7 @@ impl<B: Block> Stage for Node<B> {
     }
 
     fn connect(&mut self) -> Result<(), LinkError> {
-        <B::Outputs as crate::Outputs>::connect(&mut self.senders)
+        <B::Outputs as Outputs>::connect(&mut self.senders)
     }
 
     fn tick(&mut self, tick: u64) -> Result<(), LinkError> {
@@ -184,7 +166,7 @@ impl<B: Block> Stage for Node<B> {
             B::Inputs::taken(&self.receivers, &mut |taken, fields| log.consume(taken, fields));
         }
         let outputs = self.block.step(tick, inputs);
-        self.trail.leave_out_until(tick);
+        self.digest_history.leave_out_until(tick);
         let sent = if self.ending && B::NODE == NodeId::Plant {
             // What a plant still measured would let the others go on cutting: silence makes the guard take the field away.
             outputs.show(tick, &mut self.watcher);
@@ -192,7 +174,7 @@ impl<B: Block> Stage for Node<B> {
         } else {
             outputs.send(&mut self.senders, tick, &mut self.watcher)
         };
-        self.trail.push(self.watcher.digest);
+        self.digest_history.push(self.watcher.digest);
         self.ticks = tick + 1;
         if self.ending { Ok(()) } else { sent }
     }
@@ -216,8 +198,8 @@ impl<B: Block> Stage for Node<B> {
         self.watcher.log = Some(log);
     }
 
-    fn trail(&self) -> &Trail {
-        &self.trail
+    fn digest_history(&self) -> &DigestHistory {
+        &self.digest_history
     }
 
     fn report(&self) -> NodeReport {

@@ -5,7 +5,9 @@
 //! A reader waits for a token of its tick until its own time-out, a share of the period: later in the period the further
 //! down the loop it stands, so that one late node makes one late token and not a late loop.
 
-use crate::{NodeId, monotonic_ns};
+use crate::clock::monotonic_ns;
+use crate::message::NodeId;
+use crate::stop::stop_requested;
 use rustix::thread::{ClockId, clock_nanosleep_absolute};
 use std::cell::Cell;
 use std::time::Duration;
@@ -67,6 +69,16 @@ impl Pace {
         self.anchor_ns.set(start_ns);
     }
 
+    /// A tick and when it began, ns.
+    pub(crate) fn anchored(&self) -> (u64, u64) {
+        (self.anchor_tick.get(), self.anchor_ns.get())
+    }
+
+    /// Between two ticks, ns.
+    pub(crate) fn period_ns(&self) -> u64 {
+        self.period_ns
+    }
+
     /// True if the arrival of tokens says when a tick begins.
     pub fn follows_tokens(&self) -> bool {
         self.follows_tokens
@@ -79,7 +91,7 @@ impl Pace {
 
     /// When `tick` begins.
     pub fn start_ns(&self, tick: u64) -> u64 {
-        let (anchor_tick, anchor_ns) = (self.anchor_tick.get(), self.anchor_ns.get());
+        let (anchor_tick, anchor_ns) = self.anchored();
         if tick >= anchor_tick {
             anchor_ns.saturating_add((tick - anchor_tick).saturating_mul(self.period_ns))
         } else {
@@ -117,7 +129,7 @@ impl Pace {
                 tv_nsec: (due_ns % 1_000_000_000) as _,
             };
             // A signal ends the sleep early: then the rest is slept, or a request to stop is seen within a tick.
-            if clock_nanosleep_absolute(ClockId::Monotonic, &due).is_err() && crate::stop_requested() {
+            if clock_nanosleep_absolute(ClockId::Monotonic, &due).is_err() && stop_requested() {
                 return monotonic_ns();
             }
         }

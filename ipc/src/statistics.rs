@@ -1,6 +1,6 @@
 //! Latencies of a link, in a histogram of fixed size.
 
-use crate::{Channel, NodeId};
+use crate::message::{Channel, NodeId};
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 

@@ -5,27 +5,16 @@
 //! whose sender keeps no log; the fields of the tokens sent.
 //! The mapping is shared with the file: a process that is killed loses nothing, and no step makes a system call.
 
+use crate::error::LinkError;
+use crate::message::{Channel, MAX_FIELDS, Message, NodeId};
 use crate::newest::NO_TOKEN;
-use crate::{Channel, LinkError, MOST_FIELDS, Message, NodeId, Wire, messages};
+use crate::wire::Wire;
 use memmap2::{Mmap, MmapMut};
 use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
 
 const START_SHIFT: u32 = 48;
 const TICK_MASK: u64 = (1 << START_SHIFT) - 1;
-
-/// Number of fields of a channel's tokens.
-pub fn fields_of(channel: Channel) -> usize {
-    match channel {
-        Channel::Measurement => messages::Measurement::FIELDS.len(),
-        Channel::Truth => messages::Truth::FIELDS.len(),
-        Channel::Estimate => messages::Estimate::FIELDS.len(),
-        Channel::Demand => messages::Demand::FIELDS.len(),
-        Channel::FieldCommand => messages::FieldCommand::FIELDS.len(),
-        Channel::SafeField => messages::SafeField::FIELDS.len(),
-        Channel::CoilField => messages::CoilField::FIELDS.len(),
-    }
-}
 
 /// What a record of a node holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -63,11 +52,11 @@ impl RecordLayout {
     }
 
     fn copied_words(&self) -> usize {
-        self.copied.iter().map(|channel| fields_of(*channel)).sum()
+        self.copied.iter().map(|channel| channel.fields().len()).sum()
     }
 
     fn output_words(&self) -> usize {
-        self.outputs.iter().map(|channel| fields_of(*channel)).sum()
+        self.outputs.iter().map(|channel| channel.fields().len()).sum()
     }
 
     /// Words of a record.
@@ -146,9 +135,9 @@ impl TokenLog {
         let channel = self.layout.inputs.get(self.next_input).copied();
         self.next_input += 1;
         if let Some(channel) = channel.filter(|channel| self.layout.copied.contains(channel)) {
-            let mut words = [0; MOST_FIELDS];
+            let mut words = [0; MAX_FIELDS];
             fields(&mut words);
-            for word in &words[..fields_of(channel)] {
+            for word in &words[..channel.fields().len()] {
                 self.put(self.next_word, *word);
                 self.next_word += 1;
             }
@@ -177,7 +166,7 @@ impl TokenLog {
 
 fn words_before(channels: &[Channel], channel: Channel) -> usize {
     let before = channels.iter().take_while(|known| **known != channel);
-    before.map(|known| fields_of(*known)).sum()
+    before.map(|known| known.fields().len()).sum()
 }
 
 fn word_at(bytes: &[u8], index: usize) -> u64 {
@@ -287,9 +276,9 @@ impl TokenLogFile {
     }
 
     /// The fields that stand `place` words behind the ticks of the tokens consumed in `tick`.
-    fn fields<M: Message>(&self, tick: u64, place: usize) -> [u64; MOST_FIELDS] {
+    fn fields<M: Message>(&self, tick: u64, place: usize) -> [u64; MAX_FIELDS] {
         let first = tick as usize * self.layout.words() + 1 + self.layout.input_words() + place;
-        let mut words = [0; MOST_FIELDS];
+        let mut words = [0; MAX_FIELDS];
         for (index, word) in words.iter_mut().enumerate().take(M::FIELDS.len()) {
             *word = word_at(&self.map, first + index);
         }
@@ -300,7 +289,7 @@ impl TokenLogFile {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Measurement, SafeField, Wire};
+    use crate::messages::{Measurement, SafeField};
 
     fn layout() -> RecordLayout {
         let wire = |channel| Wire {

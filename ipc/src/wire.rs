@@ -1,4 +1,4 @@
-use crate::{Channel, NodeId};
+use crate::message::{Channel, NodeId};
 
 /// One arrow of the loop's graph.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

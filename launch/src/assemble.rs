@@ -81,7 +81,7 @@ fn boxed<B: Block + 'static>(
     scenario: &Scenario,
     connections: &mut Connections,
 ) -> Result<Box<dyn Stage>, RunError> {
-    let node = Node::open(block, connections, scenario.ticks(), scenario.fault)?;
+    let node = Node::open(block, connections, scenario.ticks())?;
     Ok(Box::new(node.with_faults(&scenario.token_faults()?, scenario.seed)))
 }
 

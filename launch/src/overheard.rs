@@ -2,14 +2,14 @@
 //! same that a node of ours keeps of itself.
 
 use crate::folder::RunFolder;
-use anhyst_ipc::{Digest, MOST_FIELDS, Message, NodeId, NodeReport, Now, Trail};
+use anhyst_ipc::{Digest, DigestHistory, MAX_FIELDS, Message, NodeId, NodeReport, Now};
 use anhyst_scenario::Everything;
 
 /// One foreign node, as heard.
 pub struct Overheard {
     node: NodeId,
     digest: Digest,
-    trail: Trail,
+    trail: DigestHistory,
 }
 
 impl Overheard {
@@ -18,7 +18,7 @@ impl Overheard {
         Self {
             node,
             digest: Digest::default(),
-            trail: Trail::with_capacity(ticks as usize),
+            trail: DigestHistory::with_capacity(ticks as usize),
         }
     }
 
@@ -37,7 +37,7 @@ impl Overheard {
 
     fn add<M: Message>(&mut self, tick: u64, token: &M) {
         if M::CHANNEL.producer() == self.node {
-            let mut words = [0; MOST_FIELDS];
+            let mut words = [0; MAX_FIELDS];
             token.write_words(&mut words);
             self.digest.add(tick, &words[..M::FIELDS.len()]);
         }

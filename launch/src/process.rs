@@ -83,7 +83,7 @@ pub fn run(
             looping.reached,
         ));
     }
-    let outcome = outcome.and_then(|()| looping.connections.part());
+    let outcome = outcome.and_then(|()| looping.connections.end_barrier());
     looping.report(process, folder, loop_s, outcome.err())
 }
 
@@ -127,7 +127,7 @@ fn open(
                         period: Duration::from_millis(1),
                     }
                 } else {
-                    Wait::Bell { yields: meeting.yields }
+                    Wait::Notified { yields: meeting.yields }
                 },
                 receive_limit,
                 start_limit: meeting.start_limit,
@@ -150,7 +150,7 @@ fn open(
     for node in nodes {
         if *node == NodeId::Recorder {
             let block = assemble::scribe(scenario, folder, rejoins)?;
-            scribe = Some(Node::open(block, &mut connections, scenario.ticks(), None)?);
+            scribe = Some(Node::open(block, &mut connections, scenario.ticks())?);
         } else {
             stages.push(assemble::stage(*node, scenario, &mut connections)?);
         }
@@ -158,7 +158,7 @@ fn open(
     if realtime.is_some_and(|realtime| realtime.log_tokens) {
         log_tokens(&mut stages, scenario, folder, rejoins)?;
     }
-    connections.meet(&mut || stages.iter_mut().try_for_each(|stage| stage.connect()))?;
+    connections.start_barriers(&mut || stages.iter_mut().try_for_each(|stage| stage.connect()))?;
     let timed = match (realtime, pace) {
         (Some(realtime), Some(pace)) => {
             let asked = realtime::ask(realtime, nodes, index);
@@ -311,7 +311,8 @@ impl Loop {
         };
         for stage in &self.stages {
             let path = folder.trail(stage.node().name());
-            std::fs::write(&path, stage.trail().to_bytes()).map_err(|cause| RunError::Write { path, cause })?;
+            std::fs::write(&path, stage.digest_history().to_bytes())
+                .map_err(|cause| RunError::Write { path, cause })?;
         }
         let round = self.scribe.as_ref().map(|scribe| scribe.block().round());
         report.realtime = self.timed.take().map(|timed| timed.report(round));

@@ -4,7 +4,7 @@
 
 use super::{Placement, Scenario};
 use anhyst_ipc::{Channel, Invalid, NodeId, TokenFault, TokenKind};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// One injected fault.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -60,6 +60,33 @@ pub enum ProcessKind {
     Kill,
     /// It stands still for so many seconds of wall clock.
     Stop(f64),
+}
+
+/// The one fault that scenarios had before `faults`: the lowest bit of the first number that a node sends, in one tick.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Flip {
+    node: NodeId,
+    tick: u64,
+}
+
+/// Reads an old file's `fault`.
+///
+/// # Errors
+/// If there is one: what to write instead.
+pub(super) fn refuse_flip<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(), D::Error> {
+    let Some(Flip { node, tick }) = Option::deserialize(deserializer)? else {
+        return Ok(());
+    };
+    let sent = Channel::ALL.into_iter().find(|channel| channel.producer() == node);
+    let first = sent.and_then(|channel| Some((channel, channel.fields().first()?.name)));
+    Err(serde::de::Error::custom(match first {
+        Some((channel, field)) => format!(
+            "`fault` is now one of `faults`: write \
+             faults: [Link(from_tick: {tick}, channel: {channel}, field: \"{field}\", kind: BitFlip(0))]"
+        ),
+        None => format!("{node} sends nothing that a fault could change"),
+    }))
 }
 
 impl Fault {

@@ -22,7 +22,7 @@ use anhyst_controller::ControllerSettings;
 use anhyst_estimator::EstimatorSettings;
 use anhyst_guard::GuardSettings;
 use anhyst_inverse::InverseSettings;
-use anhyst_ipc::{Invalid, NodeId, OneUlp};
+use anhyst_ipc::{Invalid, NodeId};
 use anhyst_model::{AmplifierConstants, Effect, Material, RodConstants, TwoPole};
 use anhyst_plant_sim::{PlantSettings, WatchdogSettings};
 use serde::{Deserialize, Serialize};
@@ -74,9 +74,9 @@ pub struct Scenario {
     /// What is recorded.
     #[serde(default)]
     pub recording: Recording,
-    /// Injected fault.
-    #[serde(default)]
-    pub fault: Option<OneUlp>,
+    /// Stood beside `faults` until a flipped bit became one of them: `None` in old files.
+    #[serde(default, skip_serializing, deserialize_with = "faults::refuse_flip")]
+    pub fault: (),
     /// Injected faults of links and processes.
     #[serde(default)]
     pub faults: Vec<Fault>,

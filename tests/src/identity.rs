@@ -1,6 +1,6 @@
 //! Compares the digests of two runs and names the first node and tick at which they differ.
 
-use anhyst_ipc::{NodeId, Trail};
+use anhyst_ipc::{DigestHistory, NodeId};
 use std::path::Path;
 
 /// The first difference of two runs: the earliest tick, and of the nodes that differ there the first in loop order.
@@ -27,10 +27,10 @@ pub fn assert_same(one: &Path, other: &Path) {
 }
 
 /// A node's digests of a run; fails if there are none.
-pub fn trail(run: &Path, node: NodeId) -> Trail {
+pub fn trail(run: &Path, node: NodeId) -> DigestHistory {
     let path = run.join("digests").join(format!("{}.u64", node.name()));
     match std::fs::read(&path) {
-        Ok(bytes) if !bytes.is_empty() => Trail::from_bytes(&bytes),
+        Ok(bytes) if !bytes.is_empty() => DigestHistory::from_bytes(&bytes),
         other => panic!("{} holds no digests: {other:?}", path.display()),
     }
 }

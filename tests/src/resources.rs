@@ -37,7 +37,7 @@ impl SharedMemory {
                 .map(|(name, nodes)| ((*name).to_owned(), nodes.to_vec()))
                 .collect(),
             agreement: 7,
-            wait: Wait::Bell { yields: 20 },
+            wait: Wait::Notified { yields: 20 },
             receive_limit,
             start_limit: Duration::from_secs(20),
         }

@@ -1,7 +1,7 @@
 //! Guards the name in the sentence about a lockstep run that failed: whoever ends, is ended or hangs is named, not those that
 //! notice it. The foreign driver is this test's own executable, started again by the launcher's command.
 
-use anhyst_ipc::{Channel, Guest, GuestSettings, Heard, Observer};
+use anhyst_ipc::{Channel, ExternalClock, ExternalNode, ExternalSettings, Observer, RawToken, Received};
 use anhyst_tests::{Finished, LIMIT, SharedMemory, anhyst, children, repository, start};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
@@ -110,7 +110,7 @@ fn driver() {
     let end_at = number("DRIVER_ENDS_AT_TICK", u64::MAX);
     let wrong_at = number("DRIVER_WRONG_AT_TICK", u64::MAX);
     let patience = Duration::from_millis(number("DRIVER_PATIENCE_MS", 20_000));
-    let mut guest = Guest::open(GuestSettings {
+    let settings = ExternalSettings {
         process: "amplifier".into(),
         prefix,
         root: std::env::var("ANHYST_ROOT").unwrap().into(),
@@ -118,27 +118,27 @@ fn driver() {
         reads: vec![Channel::SafeField],
         yields: 20,
         start_limit: Duration::from_secs(20),
-    })
-    .unwrap();
+    };
+    let mut node = ExternalNode::open(settings, ExternalClock::Lockstep).unwrap();
     let (mut safe, mut coil) = ([0; 32], [0; 32]);
-    let words = Guest::words(Channel::SafeField);
+    let words = RawToken::words_of(Channel::SafeField);
     let last_words = loop {
-        match guest.receive(Channel::SafeField, patience, &mut safe[..words]) {
-            Ok(Heard::Token(tick)) if tick < end_at => {
+        match node.receive(Channel::SafeField, patience, &mut safe[..words]) {
+            Ok(Received::Token(tick)) if tick < end_at => {
                 coil[0] = if tick == wrong_at { tick - 1 } else { tick };
                 coil[2] = safe[2];
-                if guest
-                    .send(Channel::CoilField, &coil[..Guest::words(Channel::CoilField)])
+                if node
+                    .send(Channel::CoilField, &coil[..RawToken::words_of(Channel::CoilField)])
                     .is_err()
                 {
                     break "the run has gone";
                 }
             }
-            Ok(Heard::Token(_)) => break "the fan has failed",
+            Ok(Received::Token(_)) => break "the fan has failed",
             _ => break "nobody speaks to the driver",
         }
     };
-    drop(guest);
+    drop(node);
     eprintln!("{last_words}");
     std::process::exit(number("DRIVER_STATUS", 4) as i32);
 }

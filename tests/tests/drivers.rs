@@ -2,7 +2,7 @@
 //! cares: the same digest as ours with the same dynamics, a clear sentence when it does not come or fails, nothing left over.
 //! A test is skipped, with the reason, only where an interpreter, a package or a compiler is missing.
 
-use anhyst_ipc::{Channel, Guest, GuestSettings, Heard};
+use anhyst_ipc::{Channel, ExternalClock, ExternalNode, ExternalSettings, RawToken, Received};
 use anhyst_tests::{
     Finished, LIMIT, SharedMemory, anhyst, assert_same, c_amplifier, files_with, iio_device, python, repository,
 };
@@ -115,7 +115,7 @@ fn a_c_amplifier_goes_to_the_safe_field_when_the_guard_is_silent() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let mut guard = Guest::open(GuestSettings {
+    let settings = ExternalSettings {
         process: "guard".into(),
         prefix: memory.prefix.clone(),
         root: memory.root.clone(),
@@ -123,15 +123,15 @@ fn a_c_amplifier_goes_to_the_safe_field_when_the_guard_is_silent() {
         reads: vec![Channel::CoilField],
         yields: 20,
         start_limit: Duration::from_secs(20),
-    })
-    .unwrap();
+    };
+    let mut guard = ExternalNode::open(settings, ExternalClock::Lockstep).unwrap();
     let (mut safe, mut coil) = ([0; 32], [0; 32]);
     for tick in 0..200 {
         safe[0] = tick;
         safe[2] = 5000.0_f64.to_bits();
         guard.send(Channel::SafeField, &safe).unwrap();
         let heard = guard.receive(Channel::CoilField, Duration::from_secs(10), &mut coil);
-        assert_eq!(heard, Ok(Heard::Token(tick)));
+        assert_eq!(heard, Ok(Received::Token(tick)));
     }
     let field_a_per_m = f64::from_bits(coil[2]);
     assert!((field_a_per_m - 5000.0).abs() < 50.0, "{field_a_per_m} A/m");

@@ -72,7 +72,8 @@ fn another_seed_changes_the_bits() {
 fn one_ulp_in_one_node_is_found_and_named() {
     let (_root, [embedded, separate]) = folders();
     let expected = run(&embedded, &["--embedded"]);
-    let digest = run(&separate, &["--set", "fault=(node: inverse, tick: 1234)"]);
+    let flip = r#"faults=[Link(from_tick: 1234, channel: field_command, field: "field_a_per_m", kind: BitFlip(0))]"#;
+    let digest = run(&separate, &["--set", flip]);
     assert_ne!(digest, expected);
     let failure = std::panic::catch_unwind(|| assert_same(&embedded, &separate)).unwrap_err();
     let sentence = failure.downcast_ref::<String>().unwrap();

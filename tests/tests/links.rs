@@ -42,7 +42,7 @@ fn tokens_cross_processes_in_order() {
         let mut connections = Connections::new([NodeId::Inverse], WIRES.to_vec(), Some(context));
         let mut reader = connections.receiver::<Demand>(NodeId::Inverse, 0).unwrap();
         let mut sender = connections.sender::<FieldCommand>().unwrap();
-        connections.meet(&mut || sender.connect()).unwrap();
+        connections.start_barriers(&mut || sender.connect()).unwrap();
         for tick in 0..ticks {
             let token = reader.receive(tick).unwrap();
             assert_eq!(Demand { sent_ns: 0, ..token }, demand(tick));
@@ -61,7 +61,7 @@ fn tokens_cross_processes_in_order() {
     let mut connections = Connections::new([NodeId::Controller], WIRES.to_vec(), Some(context));
     let mut sender = connections.sender::<Demand>().unwrap();
     let mut back = connections.receiver::<FieldCommand>(NodeId::Controller, 1).unwrap();
-    connections.meet(&mut || sender.connect()).unwrap();
+    connections.start_barriers(&mut || sender.connect()).unwrap();
     for tick in 0..ticks {
         // A delayed reader gets the default token first.
         let due = if tick == 0 {
@@ -134,7 +134,7 @@ fn gaps_and_silence_are_loud() {
         let context = Rc::new(SharedContext::open(settings).unwrap());
         let mut connections = Connections::new([NodeId::Inverse], WIRES.to_vec(), Some(context));
         let mut reader = connections.receiver::<Demand>(NodeId::Inverse, 0).unwrap();
-        connections.meet(&mut || Ok(())).unwrap();
+        connections.start_barriers(&mut || Ok(())).unwrap();
         reader.receive(0).unwrap();
         let gap = reader.receive(1);
         let silence = reader.receive(3);
@@ -144,7 +144,7 @@ fn gaps_and_silence_are_loud() {
     let context = Rc::new(SharedContext::open(memory.settings("controller", &PROCESSES, limit)).unwrap());
     let mut connections = Connections::new([NodeId::Controller], WIRES.to_vec(), Some(context));
     let mut sender = connections.sender::<Demand>().unwrap();
-    connections.meet(&mut || sender.connect()).unwrap();
+    connections.start_barriers(&mut || sender.connect()).unwrap();
     sender.send(demand(0)).unwrap();
     sender.send(demand(2)).unwrap();
     done.wait();

@@ -2,7 +2,7 @@
 //! the loop. No panic, no endless step; no number that is none and no field above the limit comes out.
 
 use anhyst_ipc::{
-    CoilField, Connections, Demand, Estimate, FieldCommand, FieldKind, MOST_FIELDS, Measurement, Message, NodeId,
+    CoilField, Connections, Demand, Estimate, FieldCommand, FieldKind, MAX_FIELDS, Measurement, Message, NodeId,
     SafeField, Sender,
 };
 use anhyst_launch::assemble;
@@ -45,7 +45,7 @@ impl Random {
     }
 
     fn token<M: Message>(&mut self, tick: u64) -> M {
-        let words: [u64; MOST_FIELDS] = std::array::from_fn(|_| self.word());
+        let words: [u64; MAX_FIELDS] = std::array::from_fn(|_| self.word());
         let stamp = match self.next() % 8 {
             0 => self.next(),
             1 => tick.wrapping_sub(self.next() % 10),
@@ -71,7 +71,7 @@ fn scenario(settings: &[&str]) -> Scenario {
 }
 
 fn assert_finite<M: Message>(token: &M) {
-    let mut words = [0; MOST_FIELDS];
+    let mut words = [0; MAX_FIELDS];
     token.write_words(&mut words);
     for (field, word) in M::FIELDS.iter().zip(words) {
         let number = f64::from_bits(word);

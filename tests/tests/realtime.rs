@@ -1,7 +1,7 @@
 //! Guards a loop that does not wait: whatever is late, dead or restarted, the field stays within its limit, the run comes to
 //! its end, and what happened can be run again bit for bit. No figure of time is judged: machines are shared.
 
-use anhyst_ipc::{CoilField, Demand, Estimate, FieldKind, MOST_FIELDS, Message, NodeId, SafeField, Truth};
+use anhyst_ipc::{CoilField, Demand, Estimate, FieldKind, MAX_FIELDS, Message, NodeId, SafeField, Truth};
 use anhyst_launch::folder::RunFolder;
 use anhyst_launch::realtime::Logs;
 use anhyst_tests::{A_FEW, Finished, LIMIT, alone, children, files_with, start, summary_as_judged};
@@ -62,7 +62,7 @@ fn process_from(first: u64, launcher: &mut Child, out: &Path, name: &str) -> Pid
 }
 
 fn finite<M: Message>(token: &M) -> bool {
-    let mut words = [0; MOST_FIELDS];
+    let mut words = [0; MAX_FIELDS];
     token.write_words(&mut words);
     let mut numbers = M::FIELDS
         .iter()

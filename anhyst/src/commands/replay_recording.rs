@@ -84,7 +84,7 @@ impl<'a, M: Message> Feed<'a, M> {
 
     fn difference(&self, tick: usize, connections: &mut Connections) -> Option<String> {
         let sent = connections.last::<M>()?;
-        let (mut now, mut then) = ([0; anhyst_ipc::MOST_FIELDS], [0; anhyst_ipc::MOST_FIELDS]);
+        let (mut now, mut then) = ([0; anhyst_ipc::MAX_FIELDS], [0; anhyst_ipc::MAX_FIELDS]);
         sent.write_words(&mut now);
         self.recorded[tick].write_words(&mut then);
         let field = M::FIELDS

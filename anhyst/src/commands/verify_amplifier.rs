@@ -97,7 +97,7 @@ pub fn run(arguments: &VerifyAmplifierArguments) -> miette::Result<Ending> {
         process: tester_name(),
         processes: scenario.placement.processes(),
         agreement,
-        wait: Wait::Bell {
+        wait: Wait::Notified {
             yields: arguments.yields,
         },
         receive_limit: Duration::from_secs_f64(expected.answer_limit_s()),
@@ -144,7 +144,6 @@ fn effective(arguments: &VerifyAmplifierArguments) -> miette::Result<(Scenario, 
     amplifier.delay_ticks = arguments.delay_ticks.unwrap_or(amplifier.delay_ticks);
     scenario.placement = Placement::Groups(vec![tester_nodes()]);
     scenario.recording.on = false;
-    scenario.fault = None;
     scenario.faults.clear();
     scenario.external.clear();
     // The bench waits for every answer; --paced paces the commands.

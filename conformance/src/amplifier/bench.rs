@@ -102,7 +102,7 @@ impl Bench {
             .filter(|wire| wire.channel == CoilField::CHANNEL && wire.reader != NodeId::Recorder)
             .map(|wire| connections.receiver::<CoilField>(wire.reader, 0))
             .collect::<Result<_, _>>()?;
-        connections.meet(&mut || sender.connect())?;
+        connections.start_barriers(&mut || sender.connect())?;
         Ok(Met::Ready(Box::new(Bench {
             sender,
             answers,

@@ -8,7 +8,10 @@ mod converter;
 mod drive;
 mod iio;
 
-use anhyst_ipc::{Channel, CoilField, Guest, GuestClock, GuestSettings, Heard, LinkError, Message, SafeField};
+use anhyst_ipc::{
+    Channel, CoilField, ExternalClock, ExternalNode, ExternalSettings, LinkError, MAX_WORDS, Message, RawToken,
+    Received, SafeField,
+};
 use clap::Parser;
 use drive::{Constants, Drive, SILENT};
 use std::path::PathBuf;
@@ -67,8 +70,8 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     let drive = converter.and_then(|iio| Drive::start(iio, arguments.constants, tick_s));
     let mut drive = drive.map_err(|error| error.to_string())?;
     let clock = std::env::var("ANHYST_CLOCK").unwrap_or_else(|_| "lockstep".into());
-    let clock = GuestClock::told(&clock, tick_s).map_err(say)?;
-    let settings = GuestSettings {
+    let clock = ExternalClock::told(&clock, tick_s).map_err(say)?;
+    let settings = ExternalSettings {
         process: variable("ANHYST_PROCESS")?,
         prefix: variable("ANHYST_SERVICE_PREFIX")?,
         root: variable("ANHYST_ROOT")?.into(),
@@ -77,10 +80,10 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         yields: 20,
         start_limit: Duration::from_secs_f64(start_limit_s),
     };
-    let mut guest = Guest::open_timed(settings, clock).map_err(say)?;
+    let mut node = ExternalNode::open(settings, clock).map_err(say)?;
     let mut tick = 0;
     let outcome = serve(
-        &mut guest,
+        &mut node,
         &mut drive,
         Duration::from_secs_f64(silence_limit_s),
         &mut tick,
@@ -90,11 +93,11 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         Ok(()) => drive.make_safe(0, &mut |_, _| {}),
         // Readers that are gone need no field.
         Err(_) => drive.make_safe(SILENT, &mut |field_a_per_m, status| {
-            let _ = answer(&mut guest, &mut tick, field_a_per_m, status);
+            let _ = answer(&mut node, &mut tick, field_a_per_m, status);
         }),
     }
     outcome?;
-    guest.close().map_err(say)?;
+    node.close().map_err(say)?;
     match drive.faults() {
         0 => Ok(()),
         faults => Err(format!("the run ended with faults {faults:#x} latched")),
@@ -116,36 +119,36 @@ fn number(name: &str, default: Option<f64>) -> Result<f64, String> {
 
 /// Answers every safe field until the run is over; `next` is the tick of the next answer.
 fn serve<C: converter::Converter>(
-    guest: &mut Guest,
+    node: &mut ExternalNode,
     drive: &mut Drive<C>,
     silence_limit: Duration,
     next: &mut u64,
 ) -> Result<(), String> {
-    let mut words = [0; 2 + anhyst_ipc::MOST_FIELDS];
+    let mut words = [0; MAX_WORDS];
     loop {
-        let heard = guest.receive(Channel::SafeField, silence_limit, &mut words);
+        let heard = node.receive(Channel::SafeField, silence_limit, &mut words);
         *next = match heard.map_err(|error| error.to_string())? {
-            Heard::Token(tick) => tick,
-            Heard::Silence => return Err(format!("the guard has been silent for {silence_limit:?}")),
-            Heard::End => return Ok(()),
+            Received::Token(tick) => tick,
+            Received::Silence => return Err(format!("the guard has been silent for {silence_limit:?}")),
+            Received::End => return Ok(()),
         };
         let safe = SafeField::from_words(*next, &words[2..]);
         let (field_a_per_m, status) = drive.step(safe.field_a_per_m);
-        answer(guest, next, field_a_per_m, status).map_err(|error| error.to_string())?;
+        answer(node, next, field_a_per_m, status).map_err(|error| error.to_string())?;
     }
 }
 
 /// Says what is in the coil, and counts.
-fn answer(guest: &mut Guest, tick: &mut u64, field_a_per_m: f64, status: u64) -> Result<(), LinkError> {
+fn answer(node: &mut ExternalNode, tick: &mut u64, field_a_per_m: f64, status: u64) -> Result<(), LinkError> {
     let coil = CoilField {
         tick: *tick,
         field_a_per_m,
         status,
         ..CoilField::default()
     };
-    let mut words = [0; 2 + anhyst_ipc::MOST_FIELDS];
+    let mut words = [0; MAX_WORDS];
     words[0] = *tick;
     coil.write_words(&mut words[2..]);
     *tick += 1;
-    guest.send(Channel::CoilField, &words)
+    node.send(Channel::CoilField, &words)
 }

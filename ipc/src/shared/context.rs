@@ -1,12 +1,13 @@
-//! What one process holds open: its iceoryx2 node, its status, its bell, and the other processes.
+//! What one process holds open: its iceoryx2 node, what the others find of it, and the other processes.
 
-use super::names::{ANY_AGREEMENT, MOST_LISTENERS, MOST_NODES, MOST_NOTIFIERS, bell_service};
-use super::refused;
-use super::status::{OwnStatus, PeerStatus};
-use crate::{LinkError, NodeId, stop_requested};
-use iceoryx2::port::listener::Listener;
-use iceoryx2::port::notifier::Notifier;
-use iceoryx2::prelude::*;
+use super::iceoryx::create_node;
+use super::names::{ANY_AGREEMENT, CONNECTED, END, GONE, PORTS};
+use super::status::PeerStatus;
+use super::waker::{Peer, Rest, Waker, wait};
+use crate::error::LinkError;
+use crate::message::NodeId;
+use crate::stop::stop_requested;
+use iceoryx2::prelude::{Node, ipc};
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -16,12 +17,12 @@ use std::time::{Duration, Instant};
 /// How a process waits for tokens.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wait {
-    /// Poll and yield so often, then sleep until rung. For the loop: about 20 on a shared machine, 1000 with a core each.
-    Bell {
+    /// Poll and yield so often, then sleep until notified. For the loop: about 20 on a shared machine, 1000 with a core each.
+    Notified {
         /// Polls before sleeping.
         yields: u32,
     },
-    /// Poll at this period, never rung. For the recorder, which must not cost the loop anything.
+    /// Poll at this period, never notified. For the recorder, which must not cost the loop anything.
     Poll {
         /// Between two polls.
         period: Duration,
@@ -50,33 +51,25 @@ pub struct SharedSettings {
     pub start_limit: Duration,
 }
 
-pub(super) struct Peer {
-    pub status: PeerStatus,
-    pub bell: Notifier<ipc::Service>,
-}
-
 /// The open transport of one process.
 pub struct SharedContext {
     pub(super) settings: SharedSettings,
-    pub(super) status: OwnStatus,
-    pub(super) bell: Listener<ipc::Service>,
+    waker: Waker,
     pub(super) peers: BTreeMap<String, Rc<Peer>>,
     /// This process takes the place of one that died while the others ran on.
     pub(super) rejoins: bool,
     /// Set when the run is ending: how long a last token is still waited for, whatever was asked.
-    pub(super) last_wait: Cell<Option<Duration>>,
+    last_wait: Cell<Option<Duration>>,
     // Last: iceoryx2 removes the node's traces when it is dropped, after its ports.
     pub(super) node: Node<ipc::Service>,
 }
 
-/// The phase of a process that has come to the end of its run: also one that rejoined waits for the others there.
-const LAST_PHASE: u64 = 3;
-/// The phase of a process that has seen all the others come to the end, and looks at nobody any more.
-const GONE: u64 = 4;
 /// How long a process that took the place of one that died stays for those who have yet to find it at the end. Only where a
 /// second one died, too, and can never say that it has gone, all of it passes.
 const LINGER: Duration = Duration::from_secs(2);
 const STEP: Duration = Duration::from_millis(2);
+/// How often a process that took the place of one that died looks for tokens.
+const REJOINED_POLL: Duration = Duration::from_micros(20);
 /// Whether a process was started again is looked for once in so many steps: it takes time, and the others may have priority.
 const LATER_START_STEPS: u32 = 25;
 
@@ -101,19 +94,9 @@ impl SharedContext {
     /// The first half of [`SharedContext::open`]: what the other processes wait for.
     pub(super) fn create(settings: SharedSettings, rejoins: bool) -> Result<Self, LinkError> {
         let node = create_node(&settings.prefix, &settings.root, &settings.process)?;
-        let bell = super::patiently(rejoins, || {
-            let created = event(&node, &settings.process)?.listener_builder().create();
-            created.map_err(refused("create a listener"))
-        })?;
-        let status = if rejoins {
-            OwnStatus::create_again(&node, &settings.process, settings.agreement)?
-        } else {
-            OwnStatus::create(&node, &settings.process, settings.agreement)?
-        };
         Ok(Self {
+            waker: Waker::create(&node, &settings.process, settings.agreement, rejoins)?,
             settings,
-            status,
-            bell,
             peers: BTreeMap::new(),
             rejoins,
             last_wait: Cell::new(None),
@@ -145,11 +128,8 @@ impl SharedContext {
                     own: self.settings.process.clone(),
                 });
             }
-            let bell = event(&self.node, &process)?
-                .notifier_builder()
-                .create()
-                .map_err(refused("create a notifier"))?;
-            self.peers.insert(process, Rc::new(Peer { status, bell }));
+            let peer = Peer::new(&self.node, &process, status)?;
+            self.peers.insert(process, Rc::new(peer));
         }
         Ok(self)
     }
@@ -168,13 +148,29 @@ impl SharedContext {
         Ok(())
     }
 
-    /// Says that this process has finished `phase` and waits until all have: 1 ports created, 2 connected, 3 at the end.
+    /// Two barriers before tick 0: all have created their ports, all have connected (`connect` does it for this process's
+    /// senders). iceoryx2 drops what is sent to a reader that has not connected yet.
     ///
     /// # Errors
-    /// [`LinkError::Absent`] naming the process that does not follow.
-    pub fn barrier(&self, phase: u64) -> Result<(), LinkError> {
-        self.status.set_phase(phase);
-        if self.rejoins && phase < LAST_PHASE {
+    /// [`LinkError::Absent`] naming the process that does not come, or what `connect` says.
+    pub fn start_barriers(&self, connect: &mut dyn FnMut() -> Result<(), LinkError>) -> Result<(), LinkError> {
+        self.barrier(PORTS)?;
+        connect()?;
+        self.barrier(CONNECTED)
+    }
+
+    /// The barrier after the last tick: who left earlier could not be sent its last tokens.
+    ///
+    /// # Errors
+    /// [`LinkError::Absent`] naming the process that does not come.
+    pub fn end_barrier(&self) -> Result<(), LinkError> {
+        self.barrier(END)
+    }
+
+    /// Says that this process has finished `phase` and waits until all have.
+    fn barrier(&self, phase: u64) -> Result<(), LinkError> {
+        self.waker.status.set_phase(phase);
+        if self.rejoins && phase < END {
             return Ok(());
         }
         let start = Instant::now();
@@ -188,8 +184,8 @@ impl SharedContext {
                 steps += 1;
             }
         }
-        if phase == LAST_PHASE {
-            self.status.set_phase(GONE);
+        if phase == END {
+            self.waker.status.set_phase(GONE);
             self.stay_to_be_found();
         }
         Ok(())
@@ -207,7 +203,7 @@ impl SharedContext {
 
     /// True if a process that took the place of `process` has come to the end. Looked for only there: it takes time.
     fn later_start_has_finished(&self, process: &str, phase: u64) -> bool {
-        phase == LAST_PHASE && PeerStatus::phase_of_later_starts(&self.node, process) >= phase
+        phase == END && PeerStatus::phase_of_later_starts(&self.node, process) >= phase
     }
 
     /// From here on a token is waited for so long at most, and a request to stop does not end the wait: the last tokens of a
@@ -218,34 +214,45 @@ impl SharedContext {
 
     /// Publishes the last finished tick: progress for a launcher, credit for a reader that must not fall behind.
     pub fn set_tick(&self, tick: u64) {
-        self.status.set_tick(tick);
+        self.waker.status.set_tick(tick);
     }
 
-    /// Sleeps until another process rings, at most `limit`. The waits of iceoryx2 count in jiffies, which are longer than a
-    /// tick; `ppoll` counts in nanoseconds.
-    pub(super) fn wait_for_bell(&self, limit: Duration) {
-        // SAFETY: the descriptor is the listener's, which lives as long as `self`.
-        let descriptor = unsafe { self.bell.file_descriptor().native_handle() };
-        let mut waited = libc::pollfd {
-            fd: descriptor,
-            events: libc::POLLIN,
-            revents: 0,
-        };
-        let limit = libc::timespec {
-            tv_sec: limit.as_secs() as libc::time_t,
-            tv_nsec: libc::c_long::from(limit.subsec_nanos() as i32),
-        };
-        // SAFETY: one valid pollfd, a valid time, no signal mask. A failure (a signal) is an early wake-up: the caller looks again.
-        let rung = unsafe { libc::ppoll(&raw mut waited, 1, &raw const limit, std::ptr::null()) };
-        if rung > 0 {
-            // What rang is of no interest; what it rang for is looked at next.
-            let _ = self.bell.try_wait(|_| {});
+    /// The limit that [`SharedContext::wait_at_most`] has set.
+    pub(super) fn last_wait(&self) -> Option<Duration> {
+        self.last_wait.get()
+    }
+
+    pub(super) fn receive_limit(&self) -> Duration {
+        self.settings.receive_limit
+    }
+
+    /// Polls before this process sleeps.
+    pub(super) fn yields(&self) -> u32 {
+        match self.settings.wait {
+            Wait::Notified { yields } => yields,
+            Wait::Poll { .. } => 0,
         }
+    }
+
+    /// Waits as this process does until `look` finds something; none once it is `until_ns` of the monotonic clock or the run
+    /// is told to stop, which no longer counts once [`SharedContext::wait_at_most`] was called.
+    pub(super) fn wait<T>(
+        &self,
+        until_ns: u64,
+        look: impl FnMut() -> Result<Option<T>, LinkError>,
+    ) -> Result<Option<T>, LinkError> {
+        let rest = match self.settings.wait {
+            Wait::Poll { period } => Rest::For(period),
+            // Senders look at the status of the process that died: nobody notifies this one.
+            Wait::Notified { .. } if self.rejoins => Rest::For(REJOINED_POLL),
+            Wait::Notified { .. } => Rest::Notified(&self.waker),
+        };
+        wait(self.yields(), &rest, until_ns, self.last_wait.get().is_none(), look)
     }
 
     /// Says at which moment of the monotonic clock tick 0 begins; for the process that has the timer.
     pub fn set_epoch(&self, epoch_ns: u64) {
-        self.status.set_epoch(epoch_ns);
+        self.waker.status.set_epoch(epoch_ns);
     }
 
     /// The moment at which tick 0 begins, as `process` says it; waits until it does.
@@ -259,7 +266,7 @@ impl SharedContext {
             if epoch_ns != 0 {
                 return Ok(epoch_ns);
             }
-            self.still_waiting(start, process, 2)?;
+            self.still_waiting(start, process, CONNECTED)?;
             std::thread::sleep(STEP / 4);
         }
     }
@@ -272,13 +279,13 @@ impl SharedContext {
     /// True once the process of `node` has sent its last token; in real time also if it is one that took the place of another,
     /// which is told by the plant's: that one is never started again.
     pub(crate) fn finished(&self, node: NodeId, realtime: bool) -> bool {
-        let at_end = |node| self.peer_of(node).is_some_and(|peer| peer.status.phase() >= LAST_PHASE);
+        let at_end = |node| self.peer_of(node).is_some_and(|peer| peer.status.phase() >= END);
         at_end(node)
             || realtime
                 && at_end(NodeId::Plant)
                 && self
                     .process_of(node)
-                    .is_some_and(|name| self.later_start_has_finished(name, LAST_PHASE))
+                    .is_some_and(|name| self.later_start_has_finished(name, END))
     }
 
     /// How far another process has come in the start, if it belongs to the run: 0 appeared, 1 ports created, 2 connected.
@@ -295,99 +302,23 @@ impl SharedContext {
             .map(|(name, _)| name.as_str())
     }
 
-    pub(super) fn peer_of(&self, node: NodeId) -> Option<Rc<Peer>> {
-        self.process_of(node)
-            .and_then(|process| self.peers.get(process))
-            .cloned()
+    fn peer_of(&self, node: NodeId) -> Option<&Rc<Peer>> {
+        self.process_of(node).and_then(|process| self.peers.get(process))
+    }
+
+    /// The other processes in which these nodes run, each once.
+    pub(super) fn peers_of(&self, nodes: &[NodeId]) -> Vec<Rc<Peer>> {
+        let mut peers: Vec<Rc<Peer>> = Vec::new();
+        for peer in nodes.iter().filter_map(|node| self.peer_of(*node)) {
+            if !peers.iter().any(|known| Rc::ptr_eq(known, peer)) {
+                peers.push(peer.clone());
+            }
+        }
+        peers
     }
 }
 
 /// A process that has not read the scenario (a driver in another language) agrees with all.
 fn agree(one: u64, other: u64) -> bool {
     one == other || one == ANY_AGREEMENT || other == ANY_AGREEMENT
-}
-
-/// iceoryx2's settings of a run. A config file that happens to lie in the working directory must not change where a run lives:
-/// both are set here.
-pub(super) fn configuration(prefix: &str, root: &std::path::Path) -> Result<Config, LinkError> {
-    let mut config = Config::default();
-    config.global.prefix = FileName::new(prefix.as_bytes()).map_err(refused("use the run's prefix"))?;
-    let root = root.to_string_lossy();
-    config
-        .global
-        .set_root_path(&Path::new(root.as_bytes()).map_err(refused(format!("use {root} as its root")))?);
-    Ok(config)
-}
-
-fn create_node(prefix: &str, root: &std::path::Path, name: &str) -> Result<Node<ipc::Service>, LinkError> {
-    set_log_level(LogLevel::Error);
-    let config = configuration(prefix, root)?;
-    NodeBuilder::new()
-        .name(&NodeName::new(name).map_err(refused("name the process's node"))?)
-        .config(&config)
-        .signal_handling_mode(SignalHandlingMode::Disabled)
-        .create::<ipc::Service>()
-        .map_err(refused(format!("create a node under {}", root.display())))
-}
-
-pub(super) fn event(
-    node: &Node<ipc::Service>,
-    process: &str,
-) -> Result<iceoryx2::service::port_factory::event::PortFactory<ipc::Service>, LinkError> {
-    let name = ServiceName::new(&bell_service(process)).map_err(refused("name an event service"))?;
-    node.service_builder(&name)
-        .event()
-        .max_notifiers(MOST_NOTIFIERS)
-        .max_listeners(MOST_LISTENERS)
-        .max_nodes(MOST_NODES)
-        .open_or_create()
-        .map_err(refused(format!("open the bell of {process}")))
-}
-
-/// Looks at the processes of a run without taking part: for progress bars, and for whoever must notice that one stands still.
-pub struct Observer {
-    /// By name, and by how many of that name there were before.
-    peers: BTreeMap<(String, u64), PeerStatus>,
-    node: Node<ipc::Service>,
-}
-
-impl Observer {
-    /// Joins the run with this prefix and root as an onlooker.
-    ///
-    /// # Errors
-    /// If iceoryx2 refuses.
-    pub fn open(prefix: &str, root: &std::path::Path) -> Result<Self, LinkError> {
-        Ok(Self {
-            peers: BTreeMap::new(),
-            node: create_node(prefix, root, "observer")?,
-        })
-    }
-
-    /// The last finished tick of a process; `None` until it has started.
-    pub fn tick_of(&mut self, process: &str) -> Option<u64> {
-        self.tick_of_start(process, 0)
-    }
-
-    /// The last finished tick of whoever took the place of `process`, which was started again `restarts` times; `None` until
-    /// one of them has started.
-    pub fn tick_after(&mut self, process: &str, restarts: u64) -> Option<u64> {
-        // Whoever comes takes the first number that is free again.
-        (1..=restarts)
-            .filter_map(|start| self.tick_of_start(process, start))
-            .max()
-    }
-
-    /// Forgets what it knows of `process`: one that comes may take the number of one that died.
-    pub fn forget(&mut self, process: &str) {
-        self.peers.retain(|(known, _), _| known != process);
-    }
-
-    fn tick_of_start(&mut self, process: &str, start: u64) -> Option<u64> {
-        let key = (process.to_owned(), start);
-        if !self.peers.contains_key(&key) {
-            let status = PeerStatus::open_start(&self.node, process, start).ok()??;
-            self.peers.insert(key.clone(), status);
-        }
-        self.peers.get(&key).map(PeerStatus::tick)
-    }
 }

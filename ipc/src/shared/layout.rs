@@ -1,9 +1,9 @@
 //! What a running process really offers on a channel: found without opening it, because opening a channel of a foreign
 //! layout is refused without a word on what it is.
 
-use super::channel_name;
-use super::context::configuration;
-use crate::{LinkError, Message};
+use super::iceoryx::{channel_name, configuration};
+use crate::error::LinkError;
+use crate::message::Message;
 use iceoryx2::prelude::*;
 
 /// Name, size and alignment of the type that travels on a channel.

@@ -1,30 +1,30 @@
 //! Names and sizes of a run's iceoryx2 services: with the message types all that a foreign process must do alike.
 //! iceoryx2 takes the settings of an opener as minimum requirements, so whoever comes first must create with these.
 
-use crate::Channel;
+use crate::message::Channel;
 
 /// Tokens that wait for the slowest reader, the recorder: 0.4 s at 20 kHz.
 pub const DEEPEST_BUFFER: usize = 8192;
 /// Tokens that wait for a node of the loop; in lockstep one is under way, more are room for a real-time reader.
 pub const LOOP_BUFFER: usize = 64;
 /// Tokens that a reader may hold at a time.
-pub const MOST_BORROWED: usize = 2;
+pub const MAX_BORROWED: usize = 2;
 /// Senders of a channel.
-pub const MOST_PUBLISHERS: usize = 1;
+pub const MAX_PUBLISHERS: usize = 1;
 /// Readers of a channel.
-pub const MOST_SUBSCRIBERS: usize = 8;
+pub const MAX_SUBSCRIBERS: usize = 8;
 /// Processes at a service.
-pub const MOST_NODES: usize = 32;
-/// Processes that may ring a bell.
-pub const MOST_NOTIFIERS: usize = 32;
-/// Listeners of a bell.
-pub const MOST_LISTENERS: usize = 2;
+pub const MAX_NODES: usize = 32;
+/// Processes that may wake one.
+pub const MAX_NOTIFIERS: usize = 32;
+/// Listeners of an event service.
+pub const MAX_LISTENERS: usize = 2;
 /// Readers of a status.
-pub const MOST_STATUS_READERS: usize = 32;
+pub const MAX_STATUS_READERS: usize = 32;
 
 /// Key of a status: phase of the start and the end.
 pub const PHASE: u64 = 0;
-/// Key of a status: 1 while its process waits for its bell.
+/// Key of a status: 1 while its process sleeps until it is notified.
 pub const ASLEEP: u64 = 1;
 /// Key of a status: ticks finished.
 pub const TICK: u64 = 2;
@@ -32,6 +32,15 @@ pub const TICK: u64 = 2;
 pub const AGREEMENT: u64 = 3;
 /// Key of a status: in real time the moment at which tick 0 begins, in ns of the monotonic clock, as the plant's process says it.
 pub const EPOCH: u64 = 4;
+
+/// Phase of a process that has created its ports.
+pub const PORTS: u64 = 1;
+/// Phase of a process whose senders have connected: tick 0 may begin.
+pub const CONNECTED: u64 = 2;
+/// Phase of a process that has come to the end of its run: also one that rejoined waits for the others there.
+pub const END: u64 = 3;
+/// Phase of a process that has seen all the others come to the end, and looks at nobody any more.
+pub const GONE: u64 = 4;
 
 /// The agreement of a process that has not read the scenario and goes along with whatever the others run.
 pub const ANY_AGREEMENT: u64 = 0;

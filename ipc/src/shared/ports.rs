@@ -1,12 +1,17 @@
-//! The two ends of a channel between processes.
+//! The two ends of a channel between processes, without the type of its tokens.
 
-use super::context::{Peer, SharedContext, Wait};
-use super::names::{DEEPEST_BUFFER, LOOP_BUFFER, MOST_BORROWED, MOST_NODES, MOST_PUBLISHERS, MOST_SUBSCRIBERS};
-use super::{channel_name, refused};
+use super::context::SharedContext;
+use super::iceoryx::{channel_name, refused, retry};
+use super::names::{DEEPEST_BUFFER, LOOP_BUFFER, MAX_BORROWED, MAX_NODES, MAX_PUBLISHERS, MAX_SUBSCRIBERS};
+use super::waker::{Peer, notify_sleepers};
+use crate::clock::monotonic_ns;
+use crate::error::LinkError;
+use crate::message::{Channel, Message, NodeId};
+use crate::messages::with_message;
 use crate::newest::Newest;
 use crate::pace::Pace;
-use crate::{Channel, LinkError, Message, NodeId, monotonic_ns, stop_requested};
-use iceoryx2::port::listener::ListenerWaitError;
+use crate::raw::RawToken;
+use crate::stop::stop_requested;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
@@ -14,318 +19,252 @@ use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use std::rc::Rc;
-use std::sync::atomic::{Ordering, fence};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-/// A sleeper looks up at least this often: for a request to stop, and should a bell be missed.
-const LONGEST_NAP: Duration = Duration::from_millis(20);
+/// A subscriber of iceoryx2, whatever its type.
+pub(super) trait Subscribed {
+    /// A token if one is there.
+    fn poll(&self) -> Result<Option<RawToken>, LinkError>;
+}
 
-/// How often a process that took the place of one that died looks for tokens.
-const REJOINED_POLL: Duration = Duration::from_micros(20);
-
-pub(super) fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFactory<ipc::Service, M, ()>, LinkError> {
-    let channel = M::CHANNEL;
-    let name = channel_name(channel)?;
-    let start = Instant::now();
-    loop {
-        let opened = context
-            .node
-            .service_builder(&name)
-            .publish_subscribe::<M>()
-            .enable_safe_overflow(true)
-            .subscriber_max_buffer_size(DEEPEST_BUFFER)
-            .subscriber_max_borrowed_samples(MOST_BORROWED)
-            .history_size(0)
-            .max_publishers(MOST_PUBLISHERS)
-            .max_subscribers(MOST_SUBSCRIBERS)
-            .max_nodes(MOST_NODES)
-            .open_or_create();
-        match opened {
-            Ok(service) => return Ok(service),
-            // While another process creates or cleans the same service, opening fails for a moment.
-            Err(_) if start.elapsed() < Duration::from_secs(2) => std::thread::sleep(Duration::from_millis(2)),
-            Err(error) => return Err(refused(format!("open the channel {channel}"))(error)),
-        }
+impl<M: Message> Subscribed for Subscriber<ipc::Service, M, ()> {
+    fn poll(&self) -> Result<Option<RawToken>, LinkError> {
+        // The sentence is made only if it is needed: this is every poll of every reader.
+        let sample = self
+            .receive()
+            .map_err(|error| refused(format!("receive {}", M::CHANNEL))(error))?;
+        Ok(sample.map(|sample| RawToken::of(&*sample)))
     }
 }
 
-/// The sending end: publishes, and wakes the readers that sleep.
-pub struct SharedSender<M: Message> {
+/// A publisher of iceoryx2, whatever its type.
+trait Published {
+    fn connect(&self) -> Result<(), LinkError>;
+    /// The names of those who read.
+    fn readers(&self) -> Vec<String>;
+    /// Says how many readers the token has reached.
+    fn publish(&self, token: &RawToken) -> Result<usize, LinkError>;
+}
+
+struct Typed<M: Message> {
     publisher: Publisher<ipc::Service, M, ()>,
     service: PortFactory<ipc::Service, M, ()>,
-    readers: Vec<Rc<Peer>>,
-    expected: usize,
-    channel: Channel,
-    /// In real time: where tokens that did not reach every reader are counted.
-    pace: Option<Rc<Pace>>,
 }
 
-impl<M: Message> SharedSender<M> {
-    pub fn open(context: &Rc<SharedContext>, readers: &[NodeId], pace: Option<Rc<Pace>>) -> Result<Self, LinkError> {
-        let service = open_channel::<M>(context)?;
-        // The only publisher of the channel may be that of a process that died: it is removed within moments.
-        let publisher = super::patiently(context.rejoins, || {
-            let created = service.publisher_builder().create();
-            created.map_err(refused("create a publisher"))
-        })?;
-        let mut peers: Vec<Rc<Peer>> = Vec::new();
-        for peer in readers.iter().filter_map(|reader| context.peer_of(*reader)) {
-            if !peers.iter().any(|known| Rc::ptr_eq(known, &peer)) {
-                peers.push(peer);
-            }
-        }
-        Ok(Self {
-            publisher,
-            service,
-            readers: peers,
-            expected: readers.len(),
-            channel: M::CHANNEL,
-            pace,
-        })
+impl<M: Message> Published for Typed<M> {
+    fn connect(&self) -> Result<(), LinkError> {
+        let connected = self.publisher.update_connections();
+        connected.map_err(refused(format!("connect the readers of {}", M::CHANNEL)))
     }
 
-    /// Connects to whoever reads: for a process that does not know the loop's wiring. Readers bear their node's name.
-    pub fn connect_to_all(&mut self, context: &SharedContext) -> Result<(), LinkError> {
+    fn readers(&self) -> Vec<String> {
         let mut names = Vec::new();
         self.service.dynamic_config().list_subscribers(|subscriber| {
             names.push(subscriber.subscriber_name.to_string());
             CallbackProgression::Continue
         });
-        let nodes: Vec<NodeId> = names.iter().filter_map(|name| NodeId::named(name)).collect();
-        self.expected = nodes.len();
-        self.readers.clear();
-        for peer in nodes.iter().filter_map(|node| context.peer_of(*node)) {
-            if !self.readers.iter().any(|known| Rc::ptr_eq(known, &peer)) {
-                self.readers.push(peer);
-            }
-        }
-        self.connect()
+        names
     }
 
-    pub fn connect(&mut self) -> Result<(), LinkError> {
-        self.publisher
-            .update_connections()
-            .map_err(refused(format!("connect the readers of {}", self.channel)))
-    }
-
-    pub fn send(&mut self, token: M) -> Result<(), LinkError> {
-        let tick = token.tick();
+    fn publish(&self, token: &RawToken) -> Result<usize, LinkError> {
         let sample = self
             .publisher
             .loan_uninit()
-            .map_err(refused(format!("lend memory for {}", self.channel)))?;
-        let reached = sample
-            .write_payload(token)
-            .send()
-            .map_err(refused(format!("send {}", self.channel)))?;
-        if let Some(pace) = &self.pace {
+            .map_err(|error| refused(format!("lend memory for {}", M::CHANNEL))(error))?;
+        // A channel has one message type: the token is of it.
+        let sent = sample.write_payload(token.typed::<M>().unwrap_or_default()).send();
+        sent.map_err(|error| refused(format!("send {}", M::CHANNEL))(error))
+    }
+}
+
+fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFactory<ipc::Service, M, ()>, LinkError> {
+    let name = channel_name(M::CHANNEL)?;
+    // While another process creates or cleans the same service, opening fails for a moment.
+    retry(true, || {
+        context
+            .node
+            .service_builder(&name)
+            .publish_subscribe::<M>()
+            .enable_safe_overflow(true)
+            .subscriber_max_buffer_size(DEEPEST_BUFFER)
+            .subscriber_max_borrowed_samples(MAX_BORROWED)
+            .history_size(0)
+            .max_publishers(MAX_PUBLISHERS)
+            .max_subscribers(MAX_SUBSCRIBERS)
+            .max_nodes(MAX_NODES)
+            .open_or_create()
+            .map_err(refused(format!("open the channel {}", M::CHANNEL)))
+    })
+}
+
+/// A port of `reader` at `channel`, which keeps so many tokens.
+pub(super) fn subscribe(
+    context: &SharedContext,
+    channel: Channel,
+    reader: NodeId,
+    depth: usize,
+) -> Result<Box<dyn Subscribed>, LinkError> {
+    let name = PortName::new(reader.name()).map_err(refused("name a subscriber"))?;
+    with_message!(channel, M => {
+        let service = open_channel::<M>(context)?;
+        let created = service.subscriber_builder().name(&name).buffer_size(depth).create();
+        Ok(Box::new(created.map_err(refused("create a subscriber"))?))
+    })
+}
+
+fn publish(context: &SharedContext, channel: Channel) -> Result<Box<dyn Published>, LinkError> {
+    with_message!(channel, M => {
+        let service = open_channel::<M>(context)?;
+        // The only publisher of the channel may be that of a process that died: it is removed within moments.
+        let publisher = retry(context.rejoins, || {
+            let created = service.publisher_builder().create();
+            created.map_err(refused("create a publisher"))
+        })?;
+        Ok(Box::new(Typed::<M> { publisher, service }))
+    })
+}
+
+/// The sending end: publishes, and wakes the readers that sleep.
+pub struct RawSender {
+    port: Box<dyn Published>,
+    channel: Channel,
+    readers: Vec<Rc<Peer>>,
+    expected: usize,
+    /// In real time: where tokens that did not reach every reader are counted.
+    pace: Option<Rc<Pace>>,
+}
+
+impl RawSender {
+    pub fn open(
+        context: &SharedContext,
+        channel: Channel,
+        readers: &[NodeId],
+        pace: Option<Rc<Pace>>,
+    ) -> Result<Self, LinkError> {
+        Ok(Self {
+            port: publish(context, channel)?,
+            channel,
+            readers: context.peers_of(readers),
+            expected: readers.len(),
+            pace,
+        })
+    }
+
+    pub fn channel(&self) -> Channel {
+        self.channel
+    }
+
+    /// Connects to whoever reads: for a process that does not know the loop's wiring. Readers bear their node's name.
+    pub fn connect_to_all(&mut self, context: &SharedContext) -> Result<(), LinkError> {
+        let names = self.port.readers();
+        let readers: Vec<NodeId> = names.iter().filter_map(|name| NodeId::named(name)).collect();
+        self.readers = context.peers_of(&readers);
+        self.expected = readers.len();
+        self.connect()
+    }
+
+    pub fn connect(&self) -> Result<(), LinkError> {
+        self.port.connect()
+    }
+
+    pub fn send(&self, token: &RawToken) -> Result<(), LinkError> {
+        let reached = self.port.publish(token)?;
+        let Some(pace) = &self.pace else {
             if reached < self.expected {
-                pace.note_undelivered();
+                return Err(LinkError::Undelivered {
+                    channel: self.channel,
+                    tick: token.tick(),
+                    reached,
+                    expected: self.expected,
+                });
             }
-        } else if reached < self.expected {
-            return Err(LinkError::Undelivered {
-                channel: self.channel,
-                tick,
-                reached,
-                expected: self.expected,
-            });
+            return notify_sleepers(&self.readers);
+        };
+        if reached < self.expected {
+            pace.note_undelivered();
         }
-        // Pairs with the fence in `SharedReceiver::sleep`.
-        fence(Ordering::SeqCst);
-        for reader in self.readers.iter().filter(|reader| reader.status.asleep()) {
-            let rung = reader.bell.notify().map_err(refused("ring a bell"));
-            // In real time a bell may belong to a process that has just died.
-            if self.pace.is_none() {
-                rung?;
-            }
-        }
+        // A process that cannot be notified may have died just now: in real time that is no error of its sender.
+        let _ = notify_sleepers(&self.readers);
         Ok(())
     }
 }
 
-/// The reading end: waits for the token of a tick.
-pub struct SharedReceiver<M: Message> {
-    subscriber: Subscriber<ipc::Service, M, ()>,
-    context: Rc<SharedContext>,
+/// The reading end: waits for tokens.
+pub struct RawReceiver {
+    port: Box<dyn Subscribed>,
+    channel: Channel,
     reader: NodeId,
+    context: Rc<SharedContext>,
 }
 
-impl<M: Message> SharedReceiver<M> {
-    pub fn open(context: &Rc<SharedContext>, reader: NodeId) -> Result<Self, LinkError> {
+impl RawReceiver {
+    pub fn open(context: &Rc<SharedContext>, channel: Channel, reader: NodeId) -> Result<Self, LinkError> {
         let depth = if reader == NodeId::Recorder {
             DEEPEST_BUFFER
         } else {
             LOOP_BUFFER
         };
-        let subscriber = open_channel::<M>(context)?
-            .subscriber_builder()
-            .name(&PortName::new(reader.name()).map_err(refused("name a subscriber"))?)
-            .buffer_size(depth)
-            .create()
-            .map_err(refused("create a subscriber"))?;
         Ok(Self {
-            subscriber,
-            context: context.clone(),
+            port: subscribe(context, channel, reader, depth)?,
+            channel,
             reader,
+            context: context.clone(),
         })
     }
 
     /// A token if one is there.
-    pub fn poll(&self) -> Result<Option<M>, LinkError> {
-        let sample = self
-            .subscriber
-            .receive()
-            .map_err(refused(format!("receive {}", M::CHANNEL)))?;
-        Ok(sample.map(|sample| *sample))
+    pub fn poll(&self) -> Result<Option<RawToken>, LinkError> {
+        self.port.poll()
     }
 
     /// The next token, which must be that of `tick`; the caller checks.
-    pub fn receive(&mut self, tick: u64) -> Result<M, LinkError> {
-        let yields = match self.context.settings.wait {
-            Wait::Bell { yields } => yields,
-            Wait::Poll { .. } => 0,
-        };
-        for _ in 0..=yields {
-            if let Some(token) = self.poll()? {
-                return Ok(token);
-            }
-            std::thread::yield_now();
-        }
-        self.sleep(tick)
-    }
-
-    /// Brings `newest` to `due`, waiting until `until_ns` of the monotonic clock for its token.
-    pub fn receive_newest(&mut self, newest: &mut Newest<M>, due: u64, until_ns: u64) -> Result<(), LinkError> {
-        if let Some(limit) = self.context.last_wait.get() {
-            return self.receive_last(newest, due, limit);
-        }
-        let mut polls = 0;
-        loop {
-            if newest.advance(due, || self.poll())? {
-                return Ok(());
-            }
-            let now_ns = monotonic_ns();
-            if now_ns >= until_ns {
-                return Ok(());
-            }
-            if stop_requested() {
-                return Err(LinkError::Stopped { tick: due });
-            }
-            match self.context.settings.wait {
-                Wait::Bell { yields } if polls < yields => {
-                    polls += 1;
-                    std::thread::yield_now();
-                }
-                // Senders look at the status of the process that died: nobody rings this one.
-                Wait::Bell { .. } if self.context.rejoins => {
-                    std::thread::sleep(REJOINED_POLL.min(Duration::from_nanos(until_ns - now_ns)));
-                }
-                Wait::Bell { .. } => self.wait_for_bell(newest, due, Duration::from_nanos(until_ns - now_ns))?,
-                Wait::Poll { period } => std::thread::sleep(period.min(Duration::from_nanos(until_ns - now_ns))),
-            }
+    pub fn receive(&self, tick: u64) -> Result<RawToken, LinkError> {
+        let start_ns = monotonic_ns();
+        let limit = self.context.last_wait().unwrap_or(self.context.receive_limit());
+        match self.context.wait(after(start_ns, limit), || self.poll())? {
+            Some(token) => Ok(token),
+            None => Err(self.given_up(tick, start_ns)),
         }
     }
 
-    /// As [`Self::receive_newest`] on the way to the safe field: time no longer decides, and silence is told, not borne.
-    #[cold]
-    fn receive_last(&self, newest: &mut Newest<M>, due: u64, limit: Duration) -> Result<(), LinkError> {
-        let start = Instant::now();
-        while !newest.advance(due, || self.poll())? {
-            if start.elapsed() > limit {
-                return Err(LinkError::Silent {
-                    reader: self.reader,
-                    channel: M::CHANNEL,
-                    tick: due,
-                    waited_s: start.elapsed().as_secs_f64(),
-                });
-            }
-            std::thread::sleep(REJOINED_POLL);
+    /// Brings `newest` to `due`, waiting until `until_ns` of the monotonic clock for its token. On the way to the safe field
+    /// time no longer decides, and silence is told, not borne.
+    pub fn receive_newest(&self, newest: &mut Newest, due: u64, until_ns: u64) -> Result<(), LinkError> {
+        let start_ns = monotonic_ns();
+        let last_wait = self.context.last_wait();
+        let until_ns = last_wait.map_or(until_ns, |limit| after(start_ns, limit));
+        let look = || Ok(newest.advance(due, monotonic_ns(), || self.poll())?.then_some(()));
+        let settled = self.context.wait(until_ns, look)?.is_some();
+        if settled || last_wait.is_none() && !stop_requested() {
+            return Ok(());
         }
-        Ok(())
+        Err(self.given_up(due, start_ns))
     }
 
-    /// Sleeps until rung, at most `limit`; not at all if the token of `due` has come meanwhile.
-    fn wait_for_bell(&self, newest: &mut Newest<M>, due: u64, limit: Duration) -> Result<(), LinkError> {
-        self.context.status.set_asleep(true);
-        // Pairs with the fence in `SharedSender::send`, as in `sleep`.
-        fence(Ordering::SeqCst);
-        let settled = newest.advance(due, || self.poll());
-        if matches!(settled, Ok(false)) {
-            self.context.wait_for_bell(limit);
-        }
-        self.context.status.set_asleep(false);
-        settled.map(|_| ())
-    }
-
-    /// Sleeps once until rung, at most `longest`, and looks at the channel again.
-    fn nap(&self, longest: Duration) -> Result<Option<M>, LinkError> {
-        match self.context.settings.wait {
-            Wait::Bell { .. } => {
-                self.context.status.set_asleep(true);
-                // Pairs with the fence in `SharedSender::send`: the flag is out before the channel is looked at again.
-                fence(Ordering::SeqCst);
-                let token = self.poll()?;
-                let waited = match token {
-                    Some(_) => Ok(0),
-                    None => self.context.bell.timed_wait(|_| {}, longest),
-                };
-                self.context.status.set_asleep(false);
-                match waited {
-                    // Any signal ends the wait, also a harmless one (SIGCONT); the caller looks at requests to stop.
-                    Ok(_) | Err(ListenerWaitError::InterruptSignal) => {}
-                    Err(error) => return Err(refused("wait for a bell")(error)),
-                }
-                if token.is_some() {
-                    return Ok(token);
-                }
-            }
-            Wait::Poll { period } => std::thread::sleep(period),
-        }
-        self.poll()
-    }
-
-    /// The next token, or none if none comes within `limit`.
-    pub fn receive_within(&self, limit: Duration) -> Result<Option<M>, LinkError> {
-        let start = Instant::now();
-        let yields = match self.context.settings.wait {
-            Wait::Bell { yields } => yields,
-            Wait::Poll { .. } => 0,
-        };
-        for _ in 0..=yields {
-            if let Some(token) = self.poll()? {
-                return Ok(Some(token));
-            }
-            std::thread::yield_now();
-        }
-        while let Some(left) = limit.checked_sub(start.elapsed()).filter(|left| !left.is_zero()) {
-            if let Some(token) = self.nap(left.min(LONGEST_NAP))? {
-                return Ok(Some(token));
-            }
-        }
-        Ok(None)
+    /// What `look` finds, or none within `limit`.
+    pub fn wait<T>(
+        &self,
+        limit: Duration,
+        look: impl FnMut() -> Result<Option<T>, LinkError>,
+    ) -> Result<Option<T>, LinkError> {
+        self.context.wait(after(monotonic_ns(), limit), look)
     }
 
     #[cold]
-    fn sleep(&self, tick: u64) -> Result<M, LinkError> {
-        let start = Instant::now();
-        let ending = self.context.last_wait.get();
-        let limit = ending.unwrap_or(self.context.settings.receive_limit);
-        loop {
-            if let Some(token) = self.nap(LONGEST_NAP)? {
-                return Ok(token);
-            }
-            if ending.is_none() && stop_requested() {
-                return Err(LinkError::Stopped { tick });
-            }
-            if start.elapsed() > limit {
-                let waited_s = start.elapsed().as_secs_f64();
-                return Err(LinkError::Silent {
-                    reader: self.reader,
-                    channel: M::CHANNEL,
-                    tick,
-                    waited_s,
-                });
-            }
+    fn given_up(&self, tick: u64, start_ns: u64) -> LinkError {
+        if self.context.last_wait().is_none() && stop_requested() {
+            return LinkError::Stopped { tick };
+        }
+        LinkError::Silent {
+            reader: self.reader,
+            channel: self.channel,
+            tick,
+            waited_s: Duration::from_nanos(monotonic_ns() - start_ns).as_secs_f64(),
         }
     }
+}
+
+/// That moment of the monotonic clock, ns.
+fn after(start_ns: u64, limit: Duration) -> u64 {
+    start_ns.saturating_add(u64::try_from(limit.as_nanos()).unwrap_or(u64::MAX))
 }

@@ -1,32 +1,27 @@
-//! What stands on this host for processes that run on another one: their status and bell, the reading ends of what they
-//! hear ([`Departures`]) and the sending ends of what they say ([`Arrivals`]).
+//! What stands on this host for processes that run on another one: a proxy of each, the reading ends of what they hear
+//! ([`Egress`]) and the sending ends of what they say ([`Ingress`]).
 //!
-//! The processes of this host notice nothing: under each name they find a status, a bell and ports, as if the process were
-//! here. Departures and arrivals are two contexts, because a port belongs to the thread that opened it and the two
+//! The processes of this host notice nothing: under each name they find a status, an event service and ports, as if the
+//! process were here. Egress and ingress are two contexts, because a port belongs to the thread that opened it and the two
 //! directions must not wait for each other.
 
-use super::context::{Peer, SharedContext, event};
-use super::names::DEEPEST_BUFFER;
-use super::ports::{SharedSender, open_channel};
-use super::refused;
-use super::status::OwnStatus;
-use crate::guest::with_message;
+use super::context::{SharedContext, SharedSettings};
+use super::names::{DEEPEST_BUFFER, END};
+use super::ports::{RawSender, Subscribed, subscribe};
+use super::waker::{Peer, Rest, Waker, wait};
+use crate::clock::monotonic_ns;
+use crate::error::LinkError;
+use crate::message::{Channel, NodeId};
 use crate::raw::RawToken;
-use crate::{Channel, LinkError, Message, NodeId, SharedSettings, Wait, Wire, monotonic_ns};
+use crate::wire::Wire;
 use iceoryx2::node::{NodeDetails, NodeView};
-use iceoryx2::port::listener::{Listener, ListenerWaitError};
-use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::*;
+use iceoryx2::prelude::{CallbackProgression, Node, NodeState, ipc};
 use serde::{Deserialize, Serialize};
 use std::rc::Rc;
-use std::sync::atomic::{Ordering, fence};
 use std::time::Duration;
 
-/// Polls while no single bell rings for everything that leaves.
+/// Between two polls while nobody is notified of everything that leaves.
 const POLL: Duration = Duration::from_micros(50);
-
-/// The last phase: the end.
-const END: u64 = 3;
 
 /// Where a process stands: its name, the phase of the start that it has reached, its last finished tick.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -59,115 +54,76 @@ pub fn crossing(from: &[NodeId], to: &[NodeId], wires: &[Wire]) -> Vec<(Channel,
         .collect()
 }
 
-trait Outlet {
-    fn poll(&self) -> Result<Option<RawToken>, LinkError>;
+/// One channel that leaves. A sender counts its readers: each has its port here, of which one is read.
+struct Outlet {
+    port: Box<dyn Subscribed>,
+    _others: Vec<Box<dyn Subscribed>>,
 }
 
-struct TypedOutlet<M: Message> {
-    first: Subscriber<ipc::Service, M, ()>,
-    // A sender counts its readers: each has its port here, of which one is read.
-    _others: Vec<Subscriber<ipc::Service, M, ()>>,
-}
-
-impl<M: Message> TypedOutlet<M> {
-    fn open(context: &SharedContext, readers: &[NodeId]) -> Result<Self, LinkError> {
-        let service = open_channel::<M>(context)?;
-        let port = |reader: &NodeId, depth: usize| {
-            service
-                .subscriber_builder()
-                .name(&PortName::new(reader.name()).map_err(refused("name a subscriber"))?)
-                .buffer_size(depth)
-                .create()
-                .map_err(refused("create a subscriber"))
-        };
+impl Outlet {
+    fn open(context: &SharedContext, channel: Channel, readers: &[NodeId]) -> Result<Self, LinkError> {
         let (first, others) = readers.split_first().ok_or(LinkError::Unconnected {
             reader: NodeId::Recorder,
-            channel: M::CHANNEL,
+            channel,
         })?;
+        let others = others.iter().map(|reader| subscribe(context, channel, *reader, 1));
         Ok(Self {
-            first: port(first, DEEPEST_BUFFER)?,
-            _others: others.iter().map(|reader| port(reader, 1)).collect::<Result<_, _>>()?,
+            port: subscribe(context, channel, *first, DEEPEST_BUFFER)?,
+            _others: others.collect::<Result<_, _>>()?,
         })
     }
 }
 
-impl<M: Message> Outlet for TypedOutlet<M> {
-    fn poll(&self) -> Result<Option<RawToken>, LinkError> {
-        let sample = self
-            .first
-            .receive()
-            .map_err(refused(format!("receive {}", M::CHANNEL)))?;
-        Ok(sample.map(|sample| RawToken::of(&*sample)))
-    }
-}
-
-/// Status and bell of a process that is away.
-struct StandIn {
+/// What this host's processes find of a remote one.
+struct Proxy {
     process: String,
-    status: OwnStatus,
-    bell: Listener<ipc::Service>,
+    waker: Waker,
 }
 
-/// What leaves this host, and the statuses of the processes that it is for.
-pub struct Departures {
-    outlets: Vec<Box<dyn Outlet>>,
-    channels: Vec<Channel>,
-    stand_ins: Vec<StandIn>,
-    // The stand-in that hears everything that leaves, if there is one: only its bell need be waited for.
+/// What leaves this host, and the proxies of the processes that it is for.
+pub struct Egress {
+    outlets: Vec<Outlet>,
+    proxies: Vec<Proxy>,
+    // The proxy that hears everything that leaves, if there is one: only its notifications need be waited for.
     hears_all: Option<usize>,
     context: SharedContext,
 }
 
-impl Departures {
-    /// Takes the names of the `away` processes on this host, waits for those that are here (`settings.processes`), and opens
+impl Egress {
+    /// Takes the names of the `remote` processes on this host, waits for those that are here (`settings.processes`), and opens
     /// the reading ends of what crosses.
     ///
     /// # Errors
     /// [`LinkError::Absent`] if a process of this host does not appear; [`LinkError::Disagreement`] if one runs another
     /// scenario; [`LinkError::Transport`] if iceoryx2 refuses, because a name is taken, for example.
-    pub fn open(settings: SharedSettings, away: &[(String, Vec<NodeId>)], wires: &[Wire]) -> Result<Self, LinkError> {
+    pub fn open(settings: SharedSettings, remote: &[(String, Vec<NodeId>)], wires: &[Wire]) -> Result<Self, LinkError> {
         let agreement = settings.agreement;
-        let crossing = crossing(&nodes(&settings.processes), &nodes(away), wires);
+        let crossing = crossing(&nodes(&settings.processes), &nodes(remote), wires);
         let context = SharedContext::create(settings, false)?;
-        let stand_ins = away
+        let proxies = remote
             .iter()
             .map(|(process, _)| {
-                Ok(StandIn {
+                Ok(Proxy {
                     process: process.clone(),
-                    bell: event(&context.node, process)?
-                        .listener_builder()
-                        .create()
-                        .map_err(refused("create a listener"))?,
-                    status: OwnStatus::create(&context.node, process, agreement)?,
+                    waker: Waker::create(&context.node, process, agreement, false)?,
                 })
             })
             .collect::<Result<Vec<_>, LinkError>>()?;
         let context = context.with_peers()?;
         let outlets = crossing
             .iter()
-            .map(|(channel, readers)| {
-                let outlet: Box<dyn Outlet> =
-                    with_message!(channel, M => Box::new(TypedOutlet::<M>::open(&context, readers)?));
-                Ok(outlet)
-            })
-            .collect::<Result<_, LinkError>>()?;
-        let hears_all = away.iter().position(|(_, nodes)| {
+            .map(|(channel, readers)| Outlet::open(&context, *channel, readers));
+        let hears_all = remote.iter().position(|(_, nodes)| {
             crossing
                 .iter()
                 .all(|(_, readers)| readers.iter().any(|reader| nodes.contains(reader)))
         });
         Ok(Self {
-            outlets,
-            channels: crossing.into_iter().map(|(channel, _)| channel).collect(),
-            stand_ins,
+            outlets: outlets.collect::<Result<_, _>>()?,
+            proxies,
             hears_all,
             context,
         })
-    }
-
-    /// What leaves, in the order in which a tick sends it.
-    pub fn channels(&self) -> &[Channel] {
-        &self.channels
     }
 
     /// Where the processes of this host stand.
@@ -206,11 +162,11 @@ impl Departures {
         crashed.or_else(gone).cloned()
     }
 
-    /// Says on this host where a process stands that is away; unknown names are no one's.
+    /// Says on this host where a remote process stands; unknown names are no one's.
     pub fn set(&self, progress: &Progress) {
-        for stand_in in self.stand_ins.iter().filter(|known| known.process == progress.process) {
-            stand_in.status.set_tick(progress.tick);
-            stand_in.status.set_phase(progress.phase);
+        for proxy in self.proxies.iter().filter(|known| known.process == progress.process) {
+            proxy.waker.status.set_tick(progress.tick);
+            proxy.waker.status.set_phase(progress.phase);
         }
     }
 
@@ -220,103 +176,46 @@ impl Departures {
     /// If iceoryx2 refuses.
     pub fn poll(&self) -> Result<Option<RawToken>, LinkError> {
         for outlet in &self.outlets {
-            if let Some(token) = outlet.poll()? {
+            if let Some(token) = outlet.port.poll()? {
                 return Ok(Some(token));
             }
         }
         Ok(None)
     }
 
-    /// The next token that leaves; `None` if none comes for `limit`.
+    /// The next token that leaves; `None` if none comes for `limit`, or if the bridge is told to stop.
     ///
     /// # Errors
     /// If iceoryx2 refuses.
     pub fn next(&self, limit: Duration) -> Result<Option<RawToken>, LinkError> {
-        let yields = match self.context.settings.wait {
-            Wait::Bell { yields } => yields,
-            Wait::Poll { .. } => 0,
-        };
-        for _ in 0..=yields {
-            if let Some(token) = self.poll()? {
-                return Ok(Some(token));
-            }
-            std::thread::yield_now();
-        }
-        match self.hears_all.and_then(|index| self.stand_ins.get(index)) {
-            Some(stand_in) => self.sleep(stand_in, limit),
-            None => {
-                let until = monotonic_ns() + limit.as_nanos() as u64;
-                while monotonic_ns() < until {
-                    std::thread::sleep(POLL);
-                    if let Some(token) = self.poll()? {
-                        return Ok(Some(token));
-                    }
-                }
-                Ok(None)
-            }
-        }
-    }
-
-    fn sleep(&self, stand_in: &StandIn, limit: Duration) -> Result<Option<RawToken>, LinkError> {
-        stand_in.status.set_asleep(true);
-        // Pairs with the fence in `SharedSender::send`: the flag is out before the channels are looked at again.
-        fence(Ordering::SeqCst);
-        let token = self.poll()?;
-        let waited = match token {
-            Some(_) => Ok(0),
-            None => stand_in.bell.timed_wait(|_| {}, limit),
-        };
-        stand_in.status.set_asleep(false);
-        match waited {
-            Ok(_) | Err(ListenerWaitError::InterruptSignal) => {}
-            Err(error) => return Err(refused("wait for a bell")(error)),
-        }
-        token.map_or_else(|| self.poll(), |token| Ok(Some(token)))
+        let listening = self.hears_all.and_then(|index| self.proxies.get(index));
+        let rest = listening.map_or(Rest::For(POLL), |proxy| Rest::Notified(&proxy.waker));
+        let until_ns = monotonic_ns() + limit.as_nanos() as u64;
+        wait(self.context.yields(), &rest, until_ns, true, || self.poll())
     }
 }
 
-trait Inlet {
-    fn connect(&mut self) -> Result<(), LinkError>;
-    fn deliver(&mut self, token: &RawToken) -> Result<(), LinkError>;
+/// What comes to this host from remote processes.
+pub struct Ingress {
+    inlets: Vec<RawSender>,
+    context: SharedContext,
 }
 
-impl<M: Message> Inlet for SharedSender<M> {
-    fn connect(&mut self) -> Result<(), LinkError> {
-        SharedSender::connect(self)
-    }
-
-    fn deliver(&mut self, token: &RawToken) -> Result<(), LinkError> {
-        let Some(mut token) = token.typed::<M>() else {
-            return Ok(());
-        };
-        token.stamp(token.tick(), monotonic_ns());
-        self.send(token)
-    }
-}
-
-/// What comes to this host from processes that are away.
-pub struct Arrivals {
-    inlets: Vec<(Channel, Box<dyn Inlet>)>,
-    context: Rc<SharedContext>,
-}
-
-impl Arrivals {
+impl Ingress {
     /// Waits for the processes that are here (`settings.processes`) and opens the sending ends of what crosses.
     ///
     /// # Errors
-    /// As [`Departures::open`].
-    pub fn open(settings: SharedSettings, away: &[(String, Vec<NodeId>)], wires: &[Wire]) -> Result<Self, LinkError> {
-        let crossing = crossing(&nodes(away), &nodes(&settings.processes), wires);
-        let context = Rc::new(SharedContext::open(settings)?);
+    /// As [`Egress::open`].
+    pub fn open(settings: SharedSettings, remote: &[(String, Vec<NodeId>)], wires: &[Wire]) -> Result<Self, LinkError> {
+        let crossing = crossing(&nodes(remote), &nodes(&settings.processes), wires);
+        let context = SharedContext::open(settings)?;
         let inlets = crossing
             .into_iter()
-            .map(|(channel, readers)| {
-                let inlet: Box<dyn Inlet> =
-                    with_message!(channel, M => Box::new(SharedSender::<M>::open(&context, &readers, None)?));
-                Ok((channel, inlet))
-            })
-            .collect::<Result<_, LinkError>>()?;
-        Ok(Self { inlets, context })
+            .map(|(channel, readers)| RawSender::open(&context, channel, &readers, None));
+        Ok(Self {
+            inlets: inlets.collect::<Result<_, _>>()?,
+            context,
+        })
     }
 
     /// The lowest phase of the processes of this host.
@@ -329,16 +228,16 @@ impl Arrivals {
     ///
     /// # Errors
     /// If iceoryx2 refuses.
-    pub fn connect(&mut self) -> Result<(), LinkError> {
-        self.inlets.iter_mut().try_for_each(|(_, inlet)| inlet.connect())
+    pub fn connect(&self) -> Result<(), LinkError> {
+        self.inlets.iter().try_for_each(RawSender::connect)
     }
 
     /// Sends a token to the readers of this host; one that nobody here reads goes nowhere.
     ///
     /// # Errors
     /// If it reached fewer readers than there are.
-    pub fn deliver(&mut self, token: &RawToken) -> Result<(), LinkError> {
-        let inlet = self.inlets.iter_mut().find(|(channel, _)| *channel == token.channel());
-        inlet.map_or(Ok(()), |(_, inlet)| inlet.deliver(token))
+    pub fn deliver(&self, token: &RawToken) -> Result<(), LinkError> {
+        let inlet = self.inlets.iter().find(|inlet| inlet.channel() == token.channel());
+        inlet.map_or(Ok(()), |inlet| inlet.send(&token.sent_at(monotonic_ns())))
     }
 }

@@ -1,15 +1,15 @@
 //! What a process says about itself on its iceoryx2 blackboard: phase of the start, asleep or not, last finished tick, and
 //! in real time the moment at which tick 0 begins.
 
-use super::names::{AGREEMENT, ASLEEP, EPOCH, MOST_NODES, MOST_STATUS_READERS, PHASE, TICK, status_service};
-use super::refused;
-use crate::LinkError;
+use super::iceoryx::refused;
+use super::names::{AGREEMENT, ASLEEP, EPOCH, MAX_NODES, MAX_STATUS_READERS, PHASE, TICK, status_service};
+use crate::error::LinkError;
 use iceoryx2::port::reader::{EntryHandle, Reader};
 use iceoryx2::port::writer::{EntryHandleMut, Writer};
 use iceoryx2::prelude::*;
 
 /// How often a process may be started in one run.
-pub const MOST_STARTS: u64 = 100;
+pub const MAX_STARTS: u64 = 100;
 
 /// The status of the `start`th process of this name: 0 unless it takes the place of one that died.
 fn service_name(process: &str, start: u64) -> Result<ServiceName, LinkError> {
@@ -34,8 +34,8 @@ impl OwnStatus {
         let service = node
             .service_builder(&service_name(process, start)?)
             .blackboard_creator::<u64>()
-            .max_readers(MOST_STATUS_READERS)
-            .max_nodes(MOST_NODES)
+            .max_readers(MAX_STATUS_READERS)
+            .max_nodes(MAX_NODES)
             .add::<u64>(PHASE, 0)
             .add::<u64>(ASLEEP, 0)
             .add::<u64>(TICK, 0)
@@ -64,7 +64,7 @@ impl OwnStatus {
     pub fn create_again(node: &Node<ipc::Service>, process: &str, agreement: u64) -> Result<Self, LinkError> {
         let create = |start| Self::create_start(node, process, start, agreement);
         let mut created = create(1);
-        for start in 2..=MOST_STARTS {
+        for start in 2..=MAX_STARTS {
             if created.is_ok() {
                 break;
             }
@@ -111,7 +111,7 @@ impl PeerStatus {
     /// The phase of the newest process of this name, as far as it is further than the one that is known.
     pub fn phase_of_later_starts(node: &Node<ipc::Service>, process: &str) -> u64 {
         // Not only up to the first that is not there: what a second dead one has left may have been removed meanwhile.
-        let later = (1..=MOST_STARTS).filter_map(|start| Self::open_start(node, process, start).ok().flatten());
+        let later = (1..=MAX_STARTS).filter_map(|start| Self::open_start(node, process, start).ok().flatten());
         later.map(|status| status.phase()).max().unwrap_or_default()
     }
 

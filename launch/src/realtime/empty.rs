@@ -30,7 +30,7 @@ where
     B: Block + 'static,
     B::Outputs: Default,
 {
-    Ok(Box::new(Node::open(Empty::<B>(PhantomData), connections, ticks, None)?))
+    Ok(Box::new(Node::open(Empty::<B>(PhantomData), connections, ticks)?))
 }
 
 /// The stage of `node`, empty.

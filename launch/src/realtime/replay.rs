@@ -143,7 +143,7 @@ impl Bench {
 /// The first field in which what was sent differs from what was logged, in words.
 fn differ<M: Message>(sent: Option<M>, logged: M) -> Option<String> {
     let sent = sent.unwrap_or_default();
-    let (mut now, mut then) = ([0; anhyst_ipc::MOST_FIELDS], [0; anhyst_ipc::MOST_FIELDS]);
+    let (mut now, mut then) = ([0; anhyst_ipc::MAX_FIELDS], [0; anhyst_ipc::MAX_FIELDS]);
     sent.write_words(&mut now);
     logged.write_words(&mut then);
     let index = (0..M::FIELDS.len()).find(|index| now[*index] != then[*index])?;

@@ -96,7 +96,7 @@ fn run(mistake: String) -> Result<(), Box<dyn Error>> {
     let mut connections = Connections::new([NodeId::Amplifier], wires, Some(context));
     let mut commands = connections.receiver::<SafeField>(NodeId::Amplifier, 0)?;
     let mut answers = connections.sender::<CoilField>()?;
-    connections.meet(&mut || answers.connect())?;
+    connections.start_barriers(&mut || answers.connect())?;
     let mut wrong = Wrong {
         amplifier: Amplifier::new(constants(&mistake), 5e-5)?,
         mistake,
@@ -200,7 +200,7 @@ fn settings() -> Result<SharedSettings, Box<dyn Error>> {
             .map(|name| (name.to_owned(), nodes(name)))
             .collect(),
         agreement: get("ANHYST_AGREEMENT")?.parse()?,
-        wait: Wait::Bell { yields: 20 },
+        wait: Wait::Notified { yields: 20 },
         receive_limit: Duration::from_secs_f64(get("ANHYST_RECEIVE_LIMIT_S")?.parse()?),
         start_limit: Duration::from_secs(20),
     })

@@ -1,0 +1,147 @@
+//! Waiting for tokens and waking who waits, without a system call where nobody sleeps.
+//!
+//! Dekker's scheme. Reader: flag up; fence; look; sleep unless something is there; flag down. Sender: send; fence; notify if
+//! the flag is up. The two fences have an order: either the sender sees the flag or the reader the token, so none waits for
+//! a sleeper.
+
+use super::iceoryx::{event, refused, retry};
+use super::status::{OwnStatus, PeerStatus};
+use crate::clock::monotonic_ns;
+use crate::error::LinkError;
+use crate::stop::stop_requested;
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::prelude::*;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::os::fd::BorrowedFd;
+use std::rc::Rc;
+use std::sync::atomic::{Ordering, fence};
+use std::time::Duration;
+
+/// A sleeper looks up at least this often: for a request to stop, and should a notification be missed.
+const MAX_SLEEP: Duration = Duration::from_millis(20);
+
+/// What the others find of a process and wake it by.
+pub struct Waker {
+    pub status: OwnStatus,
+    listener: Listener<ipc::Service>,
+}
+
+impl Waker {
+    /// The one of `process`; `again` if it takes the place of a process of this name that died.
+    pub fn create(node: &Node<ipc::Service>, process: &str, agreement: u64, again: bool) -> Result<Self, LinkError> {
+        // The listener before the status: who has found the one finds the other.
+        let listener = retry(again, || {
+            let created = event(node, process)?.listener_builder().create();
+            created.map_err(refused("create a listener"))
+        })?;
+        let status = if again {
+            OwnStatus::create_again(node, process, agreement)?
+        } else {
+            OwnStatus::create(node, process, agreement)?
+        };
+        Ok(Self { status, listener })
+    }
+
+    /// Sleeps until notified, at most `limit`; not at all if `look` finds something once the flag is up.
+    fn sleep<T>(
+        &self,
+        limit: Duration,
+        look: &mut impl FnMut() -> Result<Option<T>, LinkError>,
+    ) -> Result<Option<T>, LinkError> {
+        self.status.set_asleep(true);
+        // Pairs with the fence in `notify_sleepers`.
+        fence(Ordering::SeqCst);
+        let found = look();
+        if matches!(found, Ok(None)) {
+            self.wait_for_notification(limit);
+        }
+        self.status.set_asleep(false);
+        found
+    }
+
+    /// The waits of iceoryx2 count in jiffies, which are longer than a tick; `ppoll` counts in nanoseconds.
+    fn wait_for_notification(&self, limit: Duration) {
+        // SAFETY: the descriptor is the listener's, which lives as long as `self`.
+        let descriptor = unsafe { BorrowedFd::borrow_raw(self.listener.file_descriptor().native_handle()) };
+        let limit = Timespec {
+            tv_sec: limit.as_secs() as _,
+            tv_nsec: limit.subsec_nanos().into(),
+        };
+        // A failure (a signal) is an early wake-up: the caller looks again.
+        if poll(&mut [PollFd::new(&descriptor, PollFlags::IN)], Some(&limit)).is_ok_and(|ready| ready > 0) {
+            // Who notified is of no interest; what for is looked at next.
+            let _ = self.listener.try_wait(|_| {});
+        }
+    }
+}
+
+/// Another process: what it says of itself, and what wakes it.
+pub struct Peer {
+    pub status: PeerStatus,
+    notifier: Notifier<ipc::Service>,
+}
+
+impl Peer {
+    /// The process with this status.
+    pub fn new(node: &Node<ipc::Service>, process: &str, status: PeerStatus) -> Result<Self, LinkError> {
+        let created = event(node, process)?.notifier_builder().create();
+        Ok(Self {
+            status,
+            notifier: created.map_err(refused("create a notifier"))?,
+        })
+    }
+}
+
+/// Wakes those who sleep, after something was sent to them. All are notified even if one cannot be.
+pub fn notify_sleepers(readers: &[Rc<Peer>]) -> Result<(), LinkError> {
+    // Pairs with the fence in `Waker::sleep`.
+    fence(Ordering::SeqCst);
+    let sleepers = readers.iter().filter(|reader| reader.status.asleep());
+    sleepers.fold(Ok(()), |outcome, sleeper| {
+        let notified = sleeper.notifier.notify().map_err(refused("notify a process"));
+        outcome.and(notified.map(|_| ()))
+    })
+}
+
+/// How a process rests between two looks.
+pub enum Rest<'a> {
+    /// Until notified.
+    Notified(&'a Waker),
+    /// For so long.
+    For(Duration),
+}
+
+/// Looks until something is found: polls and yields so often, then rests between two looks. None once it is `until_ns` of
+/// the monotonic clock or, if `stoppable`, the run is told to stop.
+pub fn wait<T>(
+    yields: u32,
+    rest: &Rest,
+    until_ns: u64,
+    stoppable: bool,
+    mut look: impl FnMut() -> Result<Option<T>, LinkError>,
+) -> Result<Option<T>, LinkError> {
+    let mut polls = 0;
+    loop {
+        if let Some(found) = look()? {
+            return Ok(Some(found));
+        }
+        let now_ns = monotonic_ns();
+        if now_ns >= until_ns || stoppable && stop_requested() {
+            return Ok(None);
+        }
+        let left = Duration::from_nanos(until_ns - now_ns);
+        match rest {
+            _ if polls < yields => {
+                polls += 1;
+                std::thread::yield_now();
+            }
+            Rest::Notified(waker) => {
+                if let Some(found) = waker.sleep(left.min(MAX_SLEEP), &mut look)? {
+                    return Ok(Some(found));
+                }
+            }
+            Rest::For(period) => std::thread::sleep(left.min(*period)),
+        }
+    }
+}
