@@ -2,12 +2,16 @@
 //!
 //! The watching thread never touches the network, so that a link that hangs cannot hold it.
 
+use crate::error::BridgeError;
+use crate::handshake::Handshake;
 use crate::heartbeat::PERIOD;
 use crate::meeting::{greet, measure};
+use crate::partition::Partition;
+use crate::round_trip::RoundTrips;
 use crate::round_trip::echo;
 use crate::session::{Incoming, Session, next};
+use crate::settings::{BridgeSettings, End};
 use crate::state::{State, lock};
-use crate::{BridgeError, BridgeSettings, End, Handshake, Partition, RoundTrips};
 use anhyst_ipc::{CONNECTED, END, Egress, Ingress, PORTS, Progress, RawToken, monotonic_ns, stop_requested};
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;

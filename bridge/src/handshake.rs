@@ -1,6 +1,8 @@
 //! What the two bridges tell each other before anything crosses, and what must be alike.
 
-use crate::{BridgeError, BridgeSettings, Partition};
+use crate::error::BridgeError;
+use crate::partition::Partition;
+use crate::settings::BridgeSettings;
 use anhyst_ipc::{NodeId, layouts, monotonic_ns};
 use serde::{Deserialize, Serialize};
 

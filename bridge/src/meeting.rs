@@ -1,8 +1,11 @@
 //! Before the loop: the bridges meet, compare what they were told, and measure the link.
 
+use crate::error::BridgeError;
+use crate::handshake::Handshake;
 use crate::round_trip::{COUNT, Plain, WARM_UP};
+use crate::round_trip::{Quantiles, RoundTrips};
 use crate::session::{Incoming, Session, next};
-use crate::{BridgeError, BridgeSettings, End, Handshake, Quantiles, RoundTrips};
+use crate::settings::{BridgeSettings, End};
 use anhyst_ipc::stop_requested;
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};

@@ -1,6 +1,7 @@
 //! The partition of a run: which processes are here, which are remote, and what crosses between them.
 
-use crate::{BridgeError, BridgeSettings};
+use crate::error::BridgeError;
+use crate::settings::BridgeSettings;
 use anhyst_ipc::{Channel, NodeId, crossing};
 
 /// Processes by name, with their nodes.

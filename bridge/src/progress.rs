@@ -1,6 +1,7 @@
 //! How far each channel has come: every token must be the next of its channel.
 
-use crate::{BridgeError, Partition};
+use crate::error::BridgeError;
+use crate::partition::Partition;
 use anhyst_ipc::Channel;
 use std::sync::atomic::{AtomicU64, Ordering};
 

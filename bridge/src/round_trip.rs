@@ -1,6 +1,6 @@
 //! Round trips over the link: how they are summed up, and the plain TCP connection that Zenoh is compared with.
 
-use crate::BridgeError;
+use crate::error::BridgeError;
 use serde::{Deserialize, Serialize};
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};

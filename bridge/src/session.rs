@@ -3,9 +3,13 @@
 //! Explicit endpoints, no scouting; reliable, blocking, of the highest priority, never batched (`express`): a token leaves at
 //! once and none is dropped. What comes is handed over in the order in which Zenoh delivers it.
 
+use crate::error::BridgeError;
+use crate::handshake::Handshake;
 use crate::heartbeat::Heartbeat;
+use crate::partition::Partition;
 use crate::round_trip::BYTES;
-use crate::{BridgeError, BridgeSettings, End, Handshake, Partition, RoundTrips};
+use crate::round_trip::RoundTrips;
+use crate::settings::{BridgeSettings, End};
 use anhyst_ipc::{Channel, MAX_BYTES, RawToken, monotonic_ns};
 use serde::de::DeserializeOwned;
 use std::sync::Arc;

@@ -1,8 +1,10 @@
 //! What the threads of a bridge share.
 
+use crate::error::BridgeError;
 use crate::heartbeat::Heartbeat;
+use crate::partition::Partition;
 use crate::progress::Crossing;
-use crate::{BridgeError, BridgeSettings, Partition};
+use crate::settings::BridgeSettings;
 use anhyst_ipc::{Progress, SharedSettings, Wait, request_stop};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
