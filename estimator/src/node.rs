@@ -1,5 +1,6 @@
 //! The estimator in the loop: which tokens it reads and what it says.
 
+use crate::law::is_credible;
 use crate::{Estimation, Estimator};
 use anhyst_ipc::{Block, Estimate, Measurement, NodeId, Now, Previous, SafeField, status_word};
 
@@ -16,11 +17,11 @@ impl Block for Estimator {
             (f64::NAN, f64::NAN)
         };
         let estimation = Estimator::step(self, tick, safe.field_a_per_m, coil_a_per_m, displacement_m);
-        (estimate(&estimation),)
+        (estimate(&estimation, is_credible(displacement_m)),)
     }
 }
 
-fn estimate(estimation: &Estimation) -> Estimate {
+fn estimate(estimation: &Estimation, measured: bool) -> Estimate {
     let correction = &estimation.correction;
     Estimate {
         shape_a_per_m: correction.shape_a_per_m,
@@ -43,6 +44,7 @@ fn estimate(estimation: &Estimation) -> Estimate {
             (correction.held, Estimate::HELD),
             (correction.fixed, Estimate::FIXED),
             (estimation.outlier, Estimate::OUTLIER),
+            (!measured, Estimate::UNMEASURED),
         ]),
         ..Estimate::default()
     }
@@ -106,11 +108,14 @@ mod tests {
         let (second,) = Block::step(&mut fixed, 1, (Now(silent), Previous(SafeField::default())));
         assert_eq!(
             (second.status, second.output_error_m),
-            (Estimate::FIXED | Estimate::HELD, 0.0)
+            (Estimate::FIXED | Estimate::HELD | Estimate::UNMEASURED, 0.0)
         );
         let mut folded = make(LawSettings::default());
         let (first,) = Block::step(&mut folded, 0, (Now(silent), Previous(SafeField::default())));
-        assert_eq!((first.shape_a_per_m, first.status), (6800.0, Estimate::HELD));
+        assert_eq!(
+            (first.shape_a_per_m, first.status),
+            (6800.0, Estimate::HELD | Estimate::UNMEASURED)
+        );
     }
 
     // Guards real time: where measurements are late, the old one that is there does not move the estimate.
@@ -149,6 +154,7 @@ mod tests {
                 ..SafeField::default()
             };
             let (estimate,) = Block::step(&mut estimator, tick, (Now(old), Previous(safe)));
+            assert_eq!(estimate.status & Estimate::UNMEASURED != 0, late, "tick {tick}");
             if tick >= 1900 {
                 worst_a_per_m = worst_a_per_m.max((estimate.shape_a_per_m - shape_a_per_m).abs());
             }

@@ -109,7 +109,7 @@ class Estimate(ctypes.Structure):
         ("information_per_a2_per_m2", ctypes.c_double),  # 1/(A/m)^2: Fisher information about a in the recent motion; its inverse square root is the Cramér-Rao bound. 0: none.
         ("excitation_above_per_a_per_m", ctypes.c_double),  # 1/(A/m): Condition (19) holds for a true a above the estimate by more than the inverse of this; 0: for none.
         ("excitation_below_per_a_per_m", ctypes.c_double),  # 1/(A/m): The same for a true a below the estimate.
-        ("status", ctypes.c_uint64),  # Bits: 1 adapting (outside the dead zone), 2 at an edge of the parameter's range, 4 held (not informed), 8 fixed by the scenario, 16 the measurement was left out, because it is too far from the predicted.
+        ("status", ctypes.c_uint64),  # Bits: 1 adapting (outside the dead zone), 2 at an edge of the parameter's range, 4 held (nothing is learnt), 8 fixed by the scenario, 16 the measurement was left out, because it is too far from the predicted, 32 no usable measurement of this tick has come.
     ]
 
     @staticmethod

@@ -35,7 +35,7 @@ pub enum Event {
     EstimateStale = 13,
     /// The estimate has left the range that `monitors.estimate` gives.
     EstimateOutside = 14,
-    /// The estimate has said for `uninformed_ticks` in a row that it is not informed.
+    /// The estimate has said for `uninformed_ticks` with a measurement, in a row, that it is not informed.
     EstimateUninformed = 15,
     /// The rod is warmer than `monitors.temperature_limit_k`.
     TemperatureExceeded = 16,

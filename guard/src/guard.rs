@@ -24,7 +24,7 @@
 
 use crate::limits::{Limited, Limits};
 use crate::settings::whole_ticks;
-use crate::watch::{Faults, Heard, Watch};
+use crate::watch::{Faults, Observation, Watch};
 use crate::{Event, GuardSettings, Reaction, WayBack};
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
@@ -198,12 +198,14 @@ impl Guard {
     }
 
     /// Advances by one tick.
-    pub(crate) fn give(&mut self, heard: &Heard) -> Given {
+    pub(crate) fn give(&mut self, observed: &Observation) -> Given {
         let following_s = (self.state == State::Normal).then_some(self.following_ticks as f64 * self.tick_s);
-        let faults = self.watch.look(&self.settings, heard, self.field_a_per_m, following_s);
+        let faults = self
+            .watch
+            .look(&self.settings, observed, self.field_a_per_m, following_s);
         self.take_health(faults);
         let mut back = std::mem::take(&mut self.just_rearmed).then_some(Event::Rearmed);
-        if self.reset_ticks.contains(&heard.tick) && self.rearm().is_ok() {
+        if self.reset_ticks.contains(&observed.tick) && self.rearm().is_ok() {
             self.just_rearmed = false;
             back = Some(Event::Rearmed);
         }
@@ -213,13 +215,13 @@ impl Guard {
         // The inverse hears it a tick later: this tick's command still relies on the estimate.
         let falls_back = relied_on_estimate && self.fallen_back.is_some();
         let follows = matches!(self.state, State::Normal | State::Returning);
-        let holding = self.state == State::Holding || follows && !heard.command_a_per_m.is_finite();
+        let holding = self.state == State::Holding || follows && !observed.command_a_per_m.is_finite();
         let held = holding || follows && falls_back;
         let limited = if self.state == State::Returning && !held {
-            self.approach(heard.command_a_per_m)
+            self.approach(observed.command_a_per_m)
         } else {
             self.offset_a_per_m = None;
-            self.limited(heard.command_a_per_m, held)
+            self.limited(observed.command_a_per_m, held)
         };
         self.field_a_per_m = limited.field_a_per_m;
         self.advance_state();

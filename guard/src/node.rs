@@ -1,7 +1,7 @@
 //! The guard in the loop: the only file here that knows messages.
 
 use crate::guard::Given;
-use crate::watch::{Heard, Quality};
+use crate::watch::{Observation, Quality};
 use crate::{Event, Guard, State};
 use anhyst_ipc::{
     Block, Demand, Estimate, FieldCommand, FieldKind, Measurement, Message, NodeId, Now, SafeField, status_word,
@@ -17,7 +17,7 @@ impl Block for Guard {
         tick: u64,
         (Now(command), Now(measurement), Now(demand), Now(estimate)): Self::Inputs,
     ) -> Self::Outputs {
-        let given = self.give(&Heard {
+        let given = self.give(&Observation {
             tick,
             command: quality(tick, &command),
             measurement: quality(tick, &measurement),
@@ -29,7 +29,7 @@ impl Block for Guard {
             temperature_k: measurement.temperature_k,
             error_m: demand.error_m,
             shape_a_per_m: estimate.shape_a_per_m,
-            uninformed: estimate.status & Estimate::HELD != 0,
+            informed: (estimate.status & Estimate::UNMEASURED == 0).then_some(estimate.status & Estimate::HELD == 0),
         });
         (self.token(&given),)
     }

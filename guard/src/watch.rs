@@ -13,7 +13,7 @@ pub(crate) struct Quality {
 
 /// What the guard heard in one tick, freed from its messages.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Heard {
+pub(crate) struct Observation {
     pub tick: u64,
     pub command: Quality,
     pub measurement: Quality,
@@ -31,8 +31,8 @@ pub(crate) struct Heard {
     pub error_m: f64,
     /// Estimated shape parameter.
     pub shape_a_per_m: f64,
-    /// The estimator says that the recent motion tells it nothing.
-    pub uninformed: bool,
+    /// Whether the recent motion tells the estimator something; none where it had no measurement to tell by.
+    pub informed: Option<bool>,
 }
 
 /// Faults of one tick.
@@ -75,40 +75,44 @@ impl Watch {
     pub fn look(
         &mut self,
         settings: &GuardSettings,
-        heard: &Heard,
+        observed: &Observation,
         field_a_per_m: f64,
         following_s: Option<f64>,
     ) -> Faults {
         let mut faults = Faults::default();
         let most = settings.max_age_ticks;
         for (quality, not_finite, stale) in [
-            (heard.command, Event::CommandNotFinite, Event::CommandStale),
-            (heard.measurement, Event::MeasurementNotFinite, Event::MeasurementStale),
-            (heard.demand, Event::DemandNotFinite, Event::DemandStale),
-            (heard.estimate, Event::EstimateNotFinite, Event::EstimateStale),
+            (observed.command, Event::CommandNotFinite, Event::CommandStale),
+            (
+                observed.measurement,
+                Event::MeasurementNotFinite,
+                Event::MeasurementStale,
+            ),
+            (observed.demand, Event::DemandNotFinite, Event::DemandStale),
+            (observed.estimate, Event::EstimateNotFinite, Event::EstimateStale),
         ] {
             faults.note(!quality.finite, not_finite);
             faults.note(quality.age_ticks > most, stale);
         }
-        self.look_at_deadlines(settings, heard, &mut faults);
-        if heard.measurement.finite && heard.measurement.age_ticks <= most {
-            self.look_at_displacement(settings, heard, field_a_per_m, &mut faults);
-            look_at_coil(settings, heard, &mut faults);
+        self.look_at_deadlines(settings, observed, &mut faults);
+        if observed.measurement.finite && observed.measurement.age_ticks <= most {
+            self.look_at_displacement(settings, observed, field_a_per_m, &mut faults);
+            look_at_coil(settings, observed, &mut faults);
         } else {
             // The next usable value is no neighbour of the last one.
             self.displacement_m = None;
         }
         if let Some(tracking) = &settings.monitors.tracking {
-            self.look_at_error(tracking, heard, following_s, &mut faults);
+            self.look_at_error(tracking, observed, following_s, &mut faults);
         }
         if let Some(estimate) = &settings.monitors.estimate {
-            self.look_at_estimate(estimate, heard, &mut faults);
+            self.look_at_estimate(estimate, observed, &mut faults);
         }
         faults
     }
 
-    fn look_at_deadlines(&mut self, settings: &GuardSettings, heard: &Heard, faults: &mut Faults) {
-        let missed = heard.command.age_ticks > 0 || heard.measurement.age_ticks > 0;
+    fn look_at_deadlines(&mut self, settings: &GuardSettings, observed: &Observation, faults: &mut Faults) {
+        let missed = observed.command.age_ticks > 0 || observed.measurement.age_ticks > 0;
         let misses = count(&mut self.misses, missed);
         let most = settings.monitors.deadline_misses;
         faults.note(most.is_some_and(|most| misses >= most), Event::DeadlineMissed);
@@ -117,20 +121,20 @@ impl Watch {
     fn look_at_displacement(
         &mut self,
         settings: &GuardSettings,
-        heard: &Heard,
+        observed: &Observation,
         field_a_per_m: f64,
         faults: &mut Faults,
     ) {
-        let before = self.displacement_m.replace(heard.displacement_m);
+        let before = self.displacement_m.replace(observed.displacement_m);
         // A token that is read twice says nothing about the sensor.
-        let repeated = before.is_some_and(|value| value.to_bits() == heard.displacement_m.to_bits());
+        let repeated = before.is_some_and(|value| value.to_bits() == observed.displacement_m.to_bits());
         if !repeated {
             self.repetitions = 0;
             self.field_when_changed_a_per_m = field_a_per_m;
-        } else if heard.measurement.age_ticks == 0 {
+        } else if observed.measurement.age_ticks == 0 {
             self.repetitions = self.repetitions.saturating_add(1);
         }
-        let change_m = before.map_or(0.0, |value| (heard.displacement_m - value).abs());
+        let change_m = before.map_or(0.0, |value| (observed.displacement_m - value).abs());
         let jumped = settings.jump_limit_m.is_some_and(|limit| change_m > limit);
         faults.note(jumped, Event::DisplacementJump);
         let field_change = (field_a_per_m - self.field_when_changed_a_per_m).abs();
@@ -143,34 +147,37 @@ impl Watch {
     fn look_at_error(
         &mut self,
         tracking: &TrackingMonitor,
-        heard: &Heard,
+        observed: &Observation,
         following_s: Option<f64>,
         faults: &mut Faults,
     ) {
         let counts = following_s.is_some_and(|time_s| time_s >= tracking.settling_s);
         // What is not finite has its own event.
-        let beyond = counts && heard.demand.finite && heard.error_m.abs() > tracking.error_limit_m;
+        let beyond = counts && observed.demand.finite && observed.error_m.abs() > tracking.error_limit_m;
         let ticks = count(&mut self.beyond_bound_ticks, beyond);
         faults.note(ticks >= tracking.after_ticks, Event::TrackingLost);
     }
 
-    fn look_at_estimate(&mut self, monitor: &EstimateMonitor, heard: &Heard, faults: &mut Faults) {
+    fn look_at_estimate(&mut self, monitor: &EstimateMonitor, observed: &Observation, faults: &mut Faults) {
         let (least, most) = monitor.range_a_per_m;
-        let outside = heard.estimate.finite && !(least..=most).contains(&heard.shape_a_per_m);
+        let outside = observed.estimate.finite && !(least..=most).contains(&observed.shape_a_per_m);
         faults.note(outside, Event::EstimateOutside);
-        let ticks = count(&mut self.uninformed_ticks, heard.uninformed);
-        let uninformed = monitor.uninformed_ticks.is_some_and(|limit| ticks >= limit);
+        if let Some(informed) = observed.informed {
+            count(&mut self.uninformed_ticks, !informed);
+        }
+        let most = monitor.uninformed_ticks;
+        let uninformed = most.is_some_and(|most| self.uninformed_ticks >= most);
         faults.note(uninformed, Event::EstimateUninformed);
     }
 }
 
-fn look_at_coil(settings: &GuardSettings, heard: &Heard, faults: &mut Faults) {
+fn look_at_coil(settings: &GuardSettings, observed: &Observation, faults: &mut Faults) {
     let limit_k = settings.monitors.temperature_limit_k;
-    let hot = limit_k.is_some_and(|limit| heard.temperature_k > limit);
+    let hot = limit_k.is_some_and(|limit| observed.temperature_k > limit);
     faults.note(hot, Event::TemperatureExceeded);
     let over = settings
         .monitors
         .current
-        .is_some_and(|current| heard.coil_field_a_per_m.abs() > current.trip_a * current.coil_constant_per_m);
+        .is_some_and(|current| observed.coil_field_a_per_m.abs() > current.trip_a * current.coil_constant_per_m);
     faults.note(over, Event::CurrentExceeded);
 }

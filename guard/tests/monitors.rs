@@ -323,6 +323,25 @@ fn an_uninformed_estimate_does_not_keep_the_field_safe() {
     assert!(!bench.guard.fallen_back());
 }
 
+/// A late measurement tells the estimator nothing either, but says nothing of the motion: such ticks neither count nor end a
+/// row of uninformed ones.
+#[test]
+fn late_measurements_are_not_uninformed() {
+    let mut bench = Bench::new(&settings());
+    let unmeasured = Estimate::HELD | Estimate::UNMEASURED;
+    let late = bench.run(1000, |t| t.estimate.status = unmeasured);
+    assert!(late.iter().all(|safe| safe.event == 0));
+    let limit = settings().monitors.estimate.unwrap().uninformed_ticks.unwrap();
+    let mixed = bench.run(2 * limit, |t| {
+        let late = t.estimate.tick % 2 == 0;
+        t.estimate.status = if late { unmeasured } else { Estimate::HELD };
+    });
+    let raised = mixed
+        .iter()
+        .position(|safe| safe.event == Event::EstimateUninformed.number());
+    assert_eq!(raised, Some(2 * limit as usize - 1));
+}
+
 /// The way to the safe field when the links are gone: by itself, within the stated ticks, then silence.
 #[test]
 fn alone_it_ramps_and_then_says_no_more() {

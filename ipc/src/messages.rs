@@ -88,9 +88,10 @@ message! {
         status: u64 in "" {
             ADAPTING = 1 "adapting (outside the dead zone)",
             AT_EDGE = 2 "at an edge of the parameter's range",
-            HELD = 4 "held (not informed)",
+            HELD = 4 "held (nothing is learnt)",
             FIXED = 8 "fixed by the scenario",
             OUTLIER = 16 "the measurement was left out, because it is too far from the predicted",
+            UNMEASURED = 32 "no usable measurement of this tick has come",
         },
     }
 }

@@ -39,7 +39,7 @@ const fn flag(
 }
 
 /// Every status bit of the loop. Within a channel a later entry rules the state lane when several are set.
-pub(crate) const FLAGS: [Flag; 18] = [
+pub(crate) const FLAGS: [Flag; 19] = [
     flag(
         Channel::Estimate,
         Estimate::ADAPTING,
@@ -55,6 +55,14 @@ pub(crate) const FLAGS: [Flag; 18] = [
         "held",
         "holds: the input does not inform",
         "is informed again",
+    ),
+    flag(
+        Channel::Estimate,
+        Estimate::UNMEASURED,
+        Level::Info,
+        "unmeasured",
+        "has no usable measurement of the tick",
+        "has measurements again",
     ),
     flag(
         Channel::Estimate,
