@@ -1,9 +1,13 @@
 //! Guards what every link promises, whichever transport carries it: the token of the tick, in order, or an error by name.
+//! One body, [`Controller::tick`] and [`Inverse::tick`], runs over memory cells, over iceoryx2 between two threads, and over
+//! iceoryx2 between two processes.
 
 use anhyst_ipc::{
-    Channel, Connections, Demand, FieldCommand, LinkError, Measurement, Message, NodeId, SharedContext, Wire,
+    Channel, Connections, Demand, Discipline, FieldCommand, LinkError, Measurement, Message, NodeId, Pace, Receiver,
+    Sender, SharedContext, SharedSettings, Wire,
 };
 use anhyst_tests::SharedMemory;
+use std::process::Command;
 use std::rc::Rc;
 use std::sync::Barrier;
 use std::time::Duration;
@@ -21,6 +25,8 @@ const WIRES: [Wire; 2] = [
     },
 ];
 const PROCESSES: [(&str, &[NodeId]); 2] = [("controller", &[NodeId::Controller]), ("inverse", &[NodeId::Inverse])];
+/// Where a case goes wrong.
+const BROKEN: u64 = 10;
 
 fn demand(tick: u64) -> Demand {
     Demand {
@@ -31,82 +37,233 @@ fn demand(tick: u64) -> Demand {
     }
 }
 
-#[test]
-fn tokens_cross_processes_in_order() {
-    let memory = SharedMemory::unique();
-    let limit = Duration::from_secs(20);
-    let settings = memory.settings("inverse", &PROCESSES, limit);
-    let ticks = 5000;
-    let inverse = move || {
-        let context = Rc::new(SharedContext::open(settings).unwrap());
-        let mut connections = Connections::new([NodeId::Inverse], WIRES.to_vec(), Some(context));
-        let mut reader = connections.receiver::<Demand>(NodeId::Inverse, 0).unwrap();
-        let mut sender = connections.sender::<FieldCommand>().unwrap();
-        connections.start_barriers(&mut || sender.connect()).unwrap();
-        for tick in 0..ticks {
-            let token = reader.receive(tick).unwrap();
-            assert_eq!(Demand { sent_ns: 0, ..token }, demand(tick));
-            let answer = FieldCommand {
-                tick,
-                field_a_per_m: token.magnetization_a_per_m,
-                ..FieldCommand::default()
-            };
-            sender.send(answer).unwrap();
-        }
-    };
-    // The two contexts wait for each other, so this one opens while the other thread does.
-    let opening = memory.settings("controller", &PROCESSES, limit);
-    let worker = std::thread::spawn(inverse);
-    let context = Rc::new(SharedContext::open(opening).unwrap());
-    let mut connections = Connections::new([NodeId::Controller], WIRES.to_vec(), Some(context));
-    let mut sender = connections.sender::<Demand>().unwrap();
-    let mut back = connections.receiver::<FieldCommand>(NodeId::Controller, 1).unwrap();
-    connections.start_barriers(&mut || sender.connect()).unwrap();
-    for tick in 0..ticks {
-        // A delayed reader gets the default token first.
-        let due = if tick == 0 {
-            0.0
-        } else {
-            demand(tick - 1).magnetization_a_per_m
-        };
-        assert_eq!(back.receive(tick).unwrap().field_a_per_m, due);
-        sender.send(demand(tick)).unwrap();
+/// What the controller sends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Case {
+    /// Every tick's token, each after the answer to the one before.
+    Whole,
+    /// Not that of tick [`BROKEN`].
+    Lost,
+    /// None from tick [`BROKEN`] on.
+    Ended,
+}
+
+impl Case {
+    const ALL: [Case; 3] = [Case::Whole, Case::Lost, Case::Ended];
+
+    fn ticks(self) -> u64 {
+        if self == Case::Whole { 5000 } else { BROKEN + 2 }
     }
-    worker.join().unwrap();
-    assert_eq!(back.report().latency.count, ticks - 1);
-    drop((sender, back, connections));
-    // What remains is iceoryx2's 16-byte management file of the prefix, which only the launcher removes.
-    let left: Vec<String> = memory
-        .files()
-        .into_iter()
-        .filter(|name| !name.contains("global_mgmt"))
-        .collect();
-    assert_eq!(left, Vec::<String>::new());
+
+    fn sends(self, tick: u64) -> bool {
+        match self {
+            Case::Whole => true,
+            Case::Lost => tick != BROKEN,
+            Case::Ended => tick < BROKEN,
+        }
+    }
+
+    /// How long a token may take: only where one is missing is it waited for so long.
+    fn limit(self) -> Duration {
+        Duration::from_millis(if self == Case::Whole { 20_000 } else { 200 })
+    }
+
+    /// Checks how the inverse has ended.
+    fn check(self, outcome: Result<(), LinkError>) {
+        match (self, outcome) {
+            (Case::Whole, Ok(())) => {}
+            (
+                Case::Lost | Case::Ended,
+                Err(LinkError::Gap {
+                    reader: NodeId::Inverse,
+                    channel: Channel::Demand,
+                    expected: BROKEN,
+                    got,
+                }),
+            ) => assert_ne!(got, BROKEN),
+            (Case::Ended, Err(silent @ LinkError::Silent { .. })) => {
+                let text = silent.to_string();
+                let end = format!("for demand of tick {BROKEN}, but controller is silent");
+                assert!(text.starts_with("inverse waited 0.2") && text.ends_with(&end), "{text}");
+            }
+            (case, outcome) => panic!("{case:?} ended with {outcome:?}"),
+        }
+    }
+}
+
+struct Controller {
+    demands: Sender<Demand>,
+    answers: Receiver<FieldCommand>,
+}
+
+impl Controller {
+    fn open(connections: &mut Connections) -> Self {
+        Self {
+            demands: connections.sender().unwrap(),
+            answers: connections.receiver(NodeId::Controller, 1).unwrap(),
+        }
+    }
+
+    fn tick(&mut self, case: Case, tick: u64) {
+        if case == Case::Whole {
+            // A delayed reader gets the default token first.
+            let due = tick
+                .checked_sub(1)
+                .map_or(0.0, |before| demand(before).magnetization_a_per_m);
+            assert_eq!(self.answers.receive(tick).unwrap().field_a_per_m, due);
+        }
+        if case.sends(tick) {
+            self.demands.send(demand(tick)).unwrap();
+        }
+    }
+}
+
+struct Inverse {
+    demands: Receiver<Demand>,
+    answers: Sender<FieldCommand>,
+}
+
+impl Inverse {
+    fn open(connections: &mut Connections) -> Self {
+        Self {
+            demands: connections.receiver(NodeId::Inverse, 0).unwrap(),
+            answers: connections.sender().unwrap(),
+        }
+    }
+
+    fn tick(&mut self, tick: u64) -> Result<(), LinkError> {
+        let token = self.demands.receive(tick)?;
+        assert_eq!(Demand { sent_ns: 0, ..token }, demand(tick));
+        self.answers.send(FieldCommand {
+            tick,
+            field_a_per_m: token.magnetization_a_per_m,
+            ..FieldCommand::default()
+        })
+    }
+}
+
+fn connections(node: NodeId, settings: SharedSettings) -> Connections {
+    let context = Rc::new(SharedContext::open(settings).unwrap());
+    Connections::new([node], WIRES.to_vec(), Some(context))
+}
+
+/// The inverse's side, between processes.
+fn inverse(case: Case, settings: SharedSettings) {
+    let mut connections = connections(NodeId::Inverse, settings);
+    let mut inverse = Inverse::open(&mut connections);
+    connections.start_barriers(&mut || inverse.answers.connect()).unwrap();
+    case.check((0..case.ticks()).try_for_each(|tick| inverse.tick(tick)));
+}
+
+/// The controller's side; it stays until the other one, which `join` waits for, has ended.
+fn controller(case: Case, settings: SharedSettings, join: impl FnOnce()) {
+    let mut connections = connections(NodeId::Controller, settings);
+    let mut controller = Controller::open(&mut connections);
+    connections
+        .start_barriers(&mut || controller.demands.connect())
+        .unwrap();
+    for tick in 0..case.ticks() {
+        controller.tick(case, tick);
+    }
+    join();
+    let taken = if case == Case::Whole { case.ticks() - 1 } else { 0 };
+    assert_eq!(controller.answers.report().latency.count, taken);
 }
 
 #[test]
-fn tokens_stay_in_their_cell_within_a_process() {
-    let mut connections = Connections::new([NodeId::Controller, NodeId::Inverse], WIRES.to_vec(), None);
-    let mut sender = connections.sender::<Demand>().unwrap();
-    let mut reader = connections.receiver::<Demand>(NodeId::Inverse, 0).unwrap();
-    let mut late = connections.receiver::<Demand>(NodeId::Inverse, 1).unwrap();
-    assert_eq!(late.receive(0), Ok(Demand::default()));
-    for tick in 0..100 {
-        if tick > 0 {
-            assert_eq!(late.receive(tick), Ok(demand(tick - 1)));
-        }
-        sender.send(demand(tick)).unwrap();
-        assert_eq!(reader.receive(tick), Ok(demand(tick)));
+fn over_memory_cells() {
+    for case in Case::ALL {
+        let mut connections = Connections::new([NodeId::Controller, NodeId::Inverse], WIRES.to_vec(), None);
+        let mut controller = Controller::open(&mut connections);
+        let mut inverse = Inverse::open(&mut connections);
+        case.check((0..case.ticks()).try_for_each(|tick| {
+            controller.tick(case, tick);
+            inverse.tick(tick)
+        }));
     }
-    assert_eq!(
-        reader.receive(100),
-        Err(LinkError::Gap {
-            reader: NodeId::Inverse,
-            channel: Channel::Demand,
-            expected: 100,
-            got: 99
-        })
-    );
+}
+
+#[test]
+fn over_iceoryx2_between_threads() {
+    for case in Case::ALL {
+        let memory = SharedMemory::unique();
+        let settings = memory.settings("inverse", &PROCESSES, case.limit());
+        let worker = std::thread::spawn(move || inverse(case, settings));
+        let own = memory.settings("controller", &PROCESSES, case.limit());
+        controller(case, own, || worker.join().unwrap());
+        left_as_found(&memory);
+    }
+}
+
+/// Where the inverse of [`over_iceoryx2_between_processes`] finds the other one: the case's number, prefix and root.
+const OTHER: [&str; 3] = ["LINKS_CASE", "LINKS_PREFIX", "LINKS_ROOT"];
+
+#[test]
+fn over_iceoryx2_between_processes() {
+    for (number, case) in Case::ALL.into_iter().enumerate() {
+        let memory = SharedMemory::unique();
+        let (number, root) = (number.to_string(), memory.root.to_string_lossy());
+        let mut other = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "the_other_process"])
+            .envs(OTHER.into_iter().zip([&*number, &memory.prefix, &root]))
+            .spawn()
+            .unwrap();
+        let own = memory.settings("controller", &PROCESSES, case.limit());
+        controller(case, own, || assert!(other.wait().unwrap().success()));
+        left_as_found(&memory);
+    }
+}
+
+/// Not a test of its own: the process that [`over_iceoryx2_between_processes`] starts.
+#[test]
+fn the_other_process() {
+    let [Ok(number), Ok(prefix), Ok(root)] = OTHER.map(std::env::var) else {
+        return;
+    };
+    let case = Case::ALL[number.parse::<usize>().unwrap()];
+    let root = root.into();
+    let memory = std::mem::ManuallyDrop::new(SharedMemory { prefix, root });
+    inverse(case, memory.settings("inverse", &PROCESSES, case.limit()));
+}
+
+/// What remains is iceoryx2's 16-byte management file of the prefix, which only the launcher removes.
+fn left_as_found(memory: &SharedMemory) {
+    let mut left = memory.files();
+    left.retain(|name| !name.contains("global_mgmt"));
+    assert_eq!(left, Vec::<String>::new());
+}
+
+/// Guards real time against a token with a false tick: its reader waited for that tick, deaf, and a loop that is paced by its
+/// tokens turned to it, past the end of the run.
+#[test]
+fn a_token_from_the_future_is_passed_over() {
+    let memory = SharedMemory::unique();
+    let limit = Duration::from_secs(20);
+    let settings = memory.settings("inverse", &PROCESSES, limit);
+    let (sent, done) = (Barrier::new(2), Barrier::new(2));
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let pace = Rc::new(Pace::new(&[NodeId::Inverse], Duration::from_secs(1), true));
+            let mut connections =
+                connections(NodeId::Inverse, settings).with_discipline(Discipline::Newest(pace.clone()));
+            let mut demands = connections.receiver::<Demand>(NodeId::Inverse, 0).unwrap();
+            connections.start_barriers(&mut || Ok(())).unwrap();
+            pace.anchor(0, anhyst_ipc::monotonic_ns());
+            sent.wait();
+            let heard = [0, 1, 2, 3, 4, 5].map(|tick| (demands.receive(tick).unwrap().tick, pace.present(tick)));
+            // Of tick 3 there is no token; that 4 has come tells.
+            assert_eq!(heard, [(0, 1), (1, 2), (2, 4), (2, 4), (4, 5), (5, 5)]);
+            done.wait();
+        });
+        let mut connections = connections(NodeId::Controller, memory.settings("controller", &PROCESSES, limit));
+        let mut demands = connections.sender::<Demand>().unwrap();
+        connections.start_barriers(&mut || demands.connect()).unwrap();
+        for tick in [0, 1, 2, 1_000_003, 4, 5] {
+            demands.send(demand(tick)).unwrap();
+        }
+        sent.wait();
+        done.wait();
+    });
 }
 
 #[test]
@@ -119,49 +276,6 @@ fn a_missing_transport_is_named() {
             reader: NodeId::Inverse,
             channel: Channel::Demand
         })
-    );
-}
-
-/// Guards rule 3, lossless or loud: a lost token and a silent process are errors that name channel, tick and producer.
-#[test]
-fn gaps_and_silence_are_loud() {
-    let memory = SharedMemory::unique();
-    let limit = Duration::from_millis(200);
-    let settings = memory.settings("inverse", &PROCESSES, limit);
-    let done = std::sync::Arc::new(Barrier::new(2));
-    let other_done = done.clone();
-    let worker = std::thread::spawn(move || {
-        let context = Rc::new(SharedContext::open(settings).unwrap());
-        let mut connections = Connections::new([NodeId::Inverse], WIRES.to_vec(), Some(context));
-        let mut reader = connections.receiver::<Demand>(NodeId::Inverse, 0).unwrap();
-        connections.start_barriers(&mut || Ok(())).unwrap();
-        reader.receive(0).unwrap();
-        let gap = reader.receive(1);
-        let silence = reader.receive(3);
-        other_done.wait();
-        (gap, silence)
-    });
-    let context = Rc::new(SharedContext::open(memory.settings("controller", &PROCESSES, limit)).unwrap());
-    let mut connections = Connections::new([NodeId::Controller], WIRES.to_vec(), Some(context));
-    let mut sender = connections.sender::<Demand>().unwrap();
-    connections.start_barriers(&mut || sender.connect()).unwrap();
-    sender.send(demand(0)).unwrap();
-    sender.send(demand(2)).unwrap();
-    done.wait();
-    let (gap, silence) = worker.join().unwrap();
-    assert_eq!(
-        gap,
-        Err(LinkError::Gap {
-            reader: NodeId::Inverse,
-            channel: Channel::Demand,
-            expected: 1,
-            got: 2
-        })
-    );
-    let text = silence.unwrap_err().to_string();
-    assert!(
-        text.starts_with("inverse waited 0.2") && text.ends_with("for demand of tick 3, but controller is silent"),
-        "{text}"
     );
 }
 
