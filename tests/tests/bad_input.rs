@@ -145,6 +145,16 @@ fn missing_files_and_bad_settings_are_refused() {
     assert!(refused.err.contains("`no`"), "{}", refused.err);
 }
 
+/// Guards old files: a flipped bit has another spelling, which is told, and `None` is what most of them say.
+#[test]
+fn an_old_flip_is_told_its_new_spelling() {
+    let check = |fault| Finished::run(&["check", "scenarios/milling.ron", "--set", fault], LIMIT);
+    let refused = check("fault=(node: inverse, tick: 100)").expect(2);
+    let write = r#"faults: [Link(from_tick: 100, channel: field_command, field: "field_a_per_m", kind: BitFlip(0))]"#;
+    assert!(refused.err.contains(write), "{}", refused.err);
+    check("fault=None").expect(0);
+}
+
 /// Guards injected faults that would silently do nothing: of what an external process sends or is, after the run's end, of a
 /// process in an embedded run; and amounts that are none.
 #[test]

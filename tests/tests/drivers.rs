@@ -2,7 +2,7 @@
 //! cares: the same digest as ours with the same dynamics, a clear sentence when it does not come or fails, nothing left over.
 //! A test is skipped, with the reason, only where an interpreter, a package or a compiler is missing.
 
-use anhyst_ipc::{Channel, ExternalClock, ExternalNode, ExternalSettings, RawToken, Received};
+use anhyst_ipc::{Channel, ExternalClock, ExternalNode, ExternalSettings, Received};
 use anhyst_tests::{
     Finished, LIMIT, SharedMemory, anhyst, assert_same, c_amplifier, files_with, iio_device, python, repository,
 };
