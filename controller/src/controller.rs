@@ -15,7 +15,7 @@ use std::path::Path;
 
 /// What the controller hears of one tick and of the one before, freed from its messages.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Heard {
+pub(crate) struct Observation {
     pub displacement_m: f64,
     /// The guard is on its way to, or at, the safe field, or holds the field.
     pub open: bool,
@@ -218,19 +218,19 @@ impl Controller {
     }
 
     /// Advances to tick `tick`.
-    pub(crate) fn decide(&mut self, tick: u64, heard: &Heard) -> Decision {
+    pub(crate) fn decide(&mut self, tick: u64, observed: &Observation) -> Decision {
         let now_s = tick as f64 * self.tick_s;
         let ahead_s = self.effects.as_ref().map_or(0.0, KnownEffects::ahead_s);
         let then_s = (tick as f64 + 2.0) * self.tick_s + ahead_s;
         let (now, then) = (self.trajectory.at(now_s), self.trajectory.at(then_s));
-        let applied = self.applied(heard);
+        let applied = self.applied(observed);
         let (mut forward_m, rate_m_per_s) = self.feedforward.map_or((0.0, 0.0), |forward| {
             (forward.displacement_m(&then), forward.rate_m_per_s(&then))
         });
         let mut expected_m = now.position_m;
         if let Some(effects) = &mut self.effects {
             expected_m = effects.expected_m(now.position_m);
-            let warm_m = self.law.metres_per_strain() * effects.warm_strain(heard.field_a_per_m);
+            let warm_m = self.law.metres_per_strain() * effects.warm_strain(observed.field_a_per_m);
             if self.feedforward.is_some() {
                 forward_m += effects.own_forces_m(&then) - warm_m;
             }
@@ -238,10 +238,10 @@ impl Controller {
         let feedback = self
             .pid
             .as_mut()
-            .map(|pid| pid.step(expected_m, heard.displacement_m, applied));
-        let measured = is_measured(heard.displacement_m);
+            .map(|pid| pid.step(expected_m, observed.displacement_m, applied));
+        let measured = is_measured(observed.displacement_m);
         if measured {
-            self.error_m = expected_m - heard.displacement_m;
+            self.error_m = expected_m - observed.displacement_m;
         }
         let error_m = self.error_m;
         let adapt = measured && !applied.limited();
@@ -268,16 +268,16 @@ impl Controller {
     }
 
     /// What became of the demand before: the guard knows a side, the inverse and the strain law know an amount.
-    fn applied(&self, heard: &Heard) -> Applied {
-        if heard.open {
+    fn applied(&self, observed: &Observation) -> Applied {
+        if observed.open {
             return Applied::Open;
         }
-        if let Some(side) = heard.field_cut_a_per_m.filter(|cut| cut.is_finite() && *cut != 0.0) {
+        if let Some(side) = observed.field_cut_a_per_m.filter(|cut| cut.is_finite() && *cut != 0.0) {
             return Applied::Cut {
                 side: side * self.law.slope_a_per_m2(self.law.saturation_a_per_m()),
             };
         }
-        let reached_m = heard
+        let reached_m = observed
             .reached_a_per_m
             .filter(|reached| reached.is_finite())
             .map_or(self.clipped_m, |reached| self.law.displacement_m(reached));

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
 /// One tick of computing, one of the hold.
-const LEAST_DELAY_TICKS: u32 = 2;
+const MIN_DELAY_TICKS: u32 = 2;
 
 /// Points on the half circle.
 const POINTS: u32 = 8192;
@@ -90,7 +90,7 @@ impl LoopShape {
             stiffness_per_s2: rod.stiffness_per_s2,
             pid: pid.cloned(),
             tick_s,
-            delay_ticks: LEAST_DELAY_TICKS,
+            delay_ticks: MIN_DELAY_TICKS,
             further_delay_s: 0.0,
             further_lag_s: 0.0,
         }
@@ -109,7 +109,7 @@ impl LoopShape {
     #[must_use]
     pub fn with_amplifier_delay(self, ticks: u32) -> Self {
         Self {
-            delay_ticks: LEAST_DELAY_TICKS.saturating_add(ticks),
+            delay_ticks: MIN_DELAY_TICKS.saturating_add(ticks),
             ..self
         }
     }
@@ -204,7 +204,7 @@ impl LoopShape {
         }
         let Some(pid) = &self.pid else { return Ok(()) };
         let delay = match self.delay_ticks {
-            LEAST_DELAY_TICKS => "two".to_owned(),
+            MIN_DELAY_TICKS => "two".to_owned(),
             ticks => ticks.to_string(),
         };
         Err(Invalid::new(

@@ -1,7 +1,7 @@
 //! The controller in the loop: the only file here that knows messages.
 
 use crate::Controller;
-use crate::controller::Heard;
+use crate::controller::Observation;
 use anhyst_ipc::{Block, Demand, FieldCommand, Measurement, NodeId, Now, Previous, SafeField, status_word};
 
 /// The guard limits what is commanded, or does not follow it at all.
@@ -21,7 +21,7 @@ impl Block for Controller {
         let set = |status: u64, bits: u64| status & bits != 0;
         let decision = self.decide(
             tick,
-            &Heard {
+            &Observation {
                 displacement_m: measurement.displacement_m,
                 field_a_per_m: safe.field_a_per_m,
                 open: set(safe.status, GUARD_ACTS),

@@ -20,7 +20,7 @@ const CREDIBLE: f64 = 10.0;
 
 /// What the estimator says about t_k and t_k+1.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Known {
+pub struct StateEstimate {
     /// Estimated shape parameter a, A/m.
     pub shape_a_per_m: f64,
     /// Field and magnetization at t_k.
@@ -31,7 +31,7 @@ pub struct Known {
 
 /// What the controller wants at t_k+2.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Wanted {
+pub struct MagnetizationDemand {
     /// Magnetization, A/m.
     pub magnetization_a_per_m: f64,
     /// Its rate, A/(m s).
@@ -147,8 +147,8 @@ impl Inverse {
     pub(crate) fn step_guarded(
         &mut self,
         tick: u64,
-        wanted: Wanted,
-        known: Known,
+        wanted: MagnetizationDemand,
+        known: StateEstimate,
         fall_back: bool,
         given_a_per_m: f64,
     ) -> Command {
@@ -193,7 +193,7 @@ impl Inverse {
     }
 
     /// Magnetization at t_k+2 if this field is given again, where the new way starts from a state that follows the field.
-    fn reached_by(&self, given_a_per_m: f64, nominal: Option<MagneticState>, known: &Known) -> Option<f64> {
+    fn reached_by(&self, given_a_per_m: f64, nominal: Option<MagneticState>, known: &StateEstimate) -> Option<f64> {
         let (model, start) = match nominal {
             Some(state) => (self.hysteresis, state),
             None if self.structure == Structure::FromEstimate && self.credible(known) => {
@@ -206,7 +206,7 @@ impl Inverse {
         Some(model.advance(start, field_a_per_m).magnetization_a_per_m)
     }
 
-    fn step_nominal(&mut self, wanted: Wanted, start: MagneticState) -> Command {
+    fn step_nominal(&mut self, wanted: MagnetizationDemand, start: MagneticState) -> Command {
         if wanted.magnetization_a_per_m.is_finite() && wanted.magnetization_rate_a_per_m_s.is_finite() {
             let model = self.hysteresis;
             let command = self.invert(&model, start, wanted);
@@ -219,7 +219,7 @@ impl Inverse {
 
     /// The command for t_k+2. Where the estimate or the demand cannot be used, or the answer is not finite, the last command
     /// stays; nothing that is not finite or beyond the limit ever comes out.
-    pub fn step(&mut self, wanted: Wanted, known: Known) -> Command {
+    pub fn step(&mut self, wanted: MagnetizationDemand, known: StateEstimate) -> Command {
         let numbers = wanted.magnetization_a_per_m.is_finite() && wanted.magnetization_rate_a_per_m_s.is_finite();
         if numbers && (self.structure == Structure::Gain || self.credible(&known)) {
             if let Some(coil) = self.coil.as_mut().filter(|_| known.next_field_a_per_m.is_finite()) {
@@ -246,7 +246,7 @@ impl Inverse {
         self.last
     }
 
-    fn credible(&self, known: &Known) -> bool {
+    fn credible(&self, known: &StateEstimate) -> bool {
         let far = CREDIBLE * self.field_limit_a_per_m;
         let nominal = self.hysteresis.shape_a_per_m;
         known.state.field_a_per_m.abs() <= far
@@ -255,7 +255,7 @@ impl Inverse {
             && (nominal / CREDIBLE..=nominal * CREDIBLE).contains(&known.shape_a_per_m)
     }
 
-    fn invert(&mut self, model: &Hysteresis, start: MagneticState, wanted: Wanted) -> Command {
+    fn invert(&mut self, model: &Hysteresis, start: MagneticState, wanted: MagnetizationDemand) -> Command {
         let limit = self.field_limit_a_per_m;
         let bare = self.without_creep(start.magnetization_a_per_m, wanted.magnetization_a_per_m);
         let end = model.advance_to_magnetization(start, bare, limit);
@@ -283,7 +283,7 @@ impl Inverse {
         creep.inverse(wanted_a_per_m)
     }
 
-    fn divide(&mut self, wanted: Wanted) -> Command {
+    fn divide(&mut self, wanted: MagnetizationDemand) -> Command {
         let limit = self.field_limit_a_per_m;
         let bare = self.without_creep(self.last.reached_magnetization_a_per_m, wanted.magnetization_a_per_m);
         let asked = bare / self.susceptibility;

@@ -20,10 +20,10 @@ fn inverse(structure: Structure) -> Inverse {
 }
 
 /// ±40 µm at 50 Hz plus 30 % at 150 Hz as a magnetization, at 20 kHz.
-fn demand(k: u64) -> Wanted {
+fn demand(k: u64) -> MagnetizationDemand {
     let (t, w) = (5e-5 * k as f64, 2.0 * std::f64::consts::PI * 50.0);
     let ((s1, c1), (s3, c3)) = ((w * t).sin_cos(), (3.0 * w * t).sin_cos());
-    Wanted {
+    MagnetizationDemand {
         magnetization_a_per_m: 1.87e5 * (s1 + 0.3 * s3),
         magnetization_rate_a_per_m_s: 1.87e5 * w * (c1 + 0.9 * c3),
     }
@@ -44,7 +44,7 @@ fn the_demand_is_met_two_ticks_later() {
     for k in 0..2000 {
         let error = (state.magnetization_a_per_m - due[0]).abs();
         assert!(k < 2 || error <= 1e-6 * 1.87e5, "tick {k}: {error} A/m");
-        let known = Known {
+        let known = StateEstimate {
             shape_a_per_m: model.shape_a_per_m,
             state,
             next_field_a_per_m: on_its_way,
@@ -63,13 +63,13 @@ fn the_demand_is_met_two_ticks_later() {
 fn an_impossible_demand_is_clamped_and_reported() {
     for structure in [Structure::FromEstimate, Structure::OwnMemory, Structure::Gain] {
         let mut inverse = inverse(structure);
-        let wanted = Wanted {
+        let wanted = MagnetizationDemand {
             magnetization_a_per_m: -2e6,
             magnetization_rate_a_per_m_s: -1e9,
         };
-        let known = Known {
+        let known = StateEstimate {
             shape_a_per_m: 7012.0,
-            ..Known::default()
+            ..StateEstimate::default()
         };
         let command = inverse.step(wanted, known);
         assert!(command.limited, "{structure:?}");
@@ -85,37 +85,37 @@ fn an_impossible_demand_is_clamped_and_reported() {
 #[test]
 fn unusable_inputs_keep_the_last_command() {
     let mut inverse = inverse(Structure::FromEstimate);
-    let known = Known {
+    let known = StateEstimate {
         shape_a_per_m: 7012.0,
-        ..Known::default()
+        ..StateEstimate::default()
     };
     let good = inverse.step(
-        Wanted {
+        MagnetizationDemand {
             magnetization_a_per_m: 5e4,
             magnetization_rate_a_per_m_s: 1e6,
         },
         known,
     );
     assert!(good.field_a_per_m > 0.0);
-    let wanted = Wanted {
+    let wanted = MagnetizationDemand {
         magnetization_a_per_m: f64::NAN,
-        ..Wanted::default()
+        ..MagnetizationDemand::default()
     };
     assert_eq!(inverse.step(wanted, known), good);
     for broken in [
-        Known {
+        StateEstimate {
             shape_a_per_m: f64::NAN,
             ..known
         },
-        Known {
+        StateEstimate {
             shape_a_per_m: 0.0,
             ..known
         },
-        Known {
+        StateEstimate {
             next_field_a_per_m: f64::INFINITY,
             ..known
         },
-        Known {
+        StateEstimate {
             state: MagneticState {
                 magnetization_a_per_m: f64::NAN,
                 ..known.state
@@ -123,7 +123,7 @@ fn unusable_inputs_keep_the_last_command() {
             ..known
         },
     ] {
-        assert_eq!(inverse.step(Wanted::default(), broken), good);
+        assert_eq!(inverse.step(MagnetizationDemand::default(), broken), good);
     }
 }
 
@@ -163,12 +163,12 @@ proptest! {
     ) {
         let mut inverse = inverse(structure);
         for [shape, field, magnetization, next, demand, rate] in words {
-            let known = Known {
+            let known = StateEstimate {
                 shape_a_per_m: shape,
                 state: MagneticState { field_a_per_m: field, magnetization_a_per_m: magnetization },
                 next_field_a_per_m: next,
             };
-            let wanted = Wanted { magnetization_a_per_m: demand, magnetization_rate_a_per_m_s: rate };
+            let wanted = MagnetizationDemand { magnetization_a_per_m: demand, magnetization_rate_a_per_m_s: rate };
             let command = inverse.step(wanted, known);
             prop_assert!(command.field_a_per_m.abs() <= LIMIT && command.coil_field_a_per_m.abs() <= LIMIT);
             prop_assert!(command.reached_magnetization_a_per_m.is_finite());

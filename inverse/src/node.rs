@@ -1,6 +1,6 @@
 //! The inverse in the loop: which tokens it reads and what it says.
 
-use crate::{Command, Inverse, Known, Wanted};
+use crate::{Command, Inverse, MagnetizationDemand, StateEstimate};
 use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, NodeId, Now, Previous, SafeField, status_word};
 use anhyst_model::MagneticState;
 
@@ -10,11 +10,11 @@ impl Block for Inverse {
     type Outputs = (FieldCommand,);
 
     fn step(&mut self, tick: u64, (Now(demand), Now(estimate), Previous(safe)): Self::Inputs) -> Self::Outputs {
-        let wanted = Wanted {
+        let wanted = MagnetizationDemand {
             magnetization_a_per_m: demand.magnetization_a_per_m,
             magnetization_rate_a_per_m_s: demand.magnetization_rate_a_per_m_s,
         };
-        let known = Known {
+        let known = StateEstimate {
             shape_a_per_m: estimate.shape_a_per_m,
             state: MagneticState {
                 field_a_per_m: estimate.field_a_per_m,
