@@ -9,8 +9,8 @@ mod drive;
 mod iio;
 
 use anhyst_ipc::{
-    Channel, CoilField, ExternalClock, ExternalNode, ExternalSettings, LinkError, MAX_WORDS, Message, RawToken,
-    Received, SafeField,
+    Channel, CoilField, ExternalClock, ExternalNode, ExternalSettings, LinkError, MAX_WORDS, Message, Received,
+    SafeField,
 };
 use clap::Parser;
 use drive::{Constants, Drive, SILENT};
