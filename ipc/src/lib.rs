@@ -46,7 +46,8 @@ pub use node::{Node, NodeReport, OneUlp, Stage};
 pub use pace::Pace;
 pub use raw::{MOST_BYTES, RawToken};
 pub use shared::{
-    ANY_AGREEMENT, Arrivals, Departures, Layout, Observer, Progress, SharedContext, SharedSettings, Wait, crossing,
+    ANY_AGREEMENT, Arrivals, Departures, Layout, Observer, Progress, SharedContext, SharedSettings, Standing,
+    TokenWait, Wait, crossing,
 };
 pub use statistics::{Bin, Latency, LatencySummary, LinkReport};
 pub use stop::{request_stop, stop_flag, stop_requested};

@@ -17,6 +17,7 @@ pub use context::{Observer, SharedContext, SharedSettings, Wait};
 pub use layout::Layout;
 pub use names::ANY_AGREEMENT;
 pub(crate) use ports::{SharedReceiver, SharedSender};
+pub use status::{Standing, TokenWait};
 
 use crate::{Channel, LinkError};
 use iceoryx2::prelude::ServiceName;

@@ -2,6 +2,7 @@
 
 use super::context::{Peer, SharedContext, Wait};
 use super::names::{DEEPEST_BUFFER, LOOP_BUFFER, MOST_BORROWED, MOST_NODES, MOST_PUBLISHERS, MOST_SUBSCRIBERS};
+use super::status::TokenWait;
 use super::{channel_name, refused};
 use crate::newest::Newest;
 use crate::pace::Pace;
@@ -310,6 +311,12 @@ impl<M: Message> SharedReceiver<M> {
         let start = Instant::now();
         let ending = self.context.last_wait.get();
         let limit = ending.unwrap_or(self.context.settings.receive_limit);
+        // Whoever looks on can follow who waits for whom, also when the one that all wait for can say nothing any more.
+        self.context.status.set_wait(TokenWait {
+            reader: self.reader,
+            channel: M::CHANNEL,
+            tick,
+        });
         loop {
             if let Some(token) = self.nap(LONGEST_NAP)? {
                 return Ok(token);
