@@ -96,19 +96,19 @@ impl Inquiry<'_> {
             found.map(|process| self.own(process)).collect::<Vec<_>>()
         };
         let waited_for = (0..self.witnesses.len()).filter_map(|index| self.follow(index));
+        let failed = by_themselves(&|index| self.has_failed(index));
+        // Who only noticed that somebody has gone is no cause while there is another.
+        let (noticed, causes): (Vec<_>, Vec<_>) = waited_for
+            .chain(failed)
+            .partition(|cause| cause.fault == Fault::Noticed);
         let first = |causes: Vec<RootCause>| {
             let order = |cause: &RootCause| (cause.tick.unwrap_or(u64::MAX), cause.fault);
             causes.into_iter().min_by_key(order)
         };
         first(by_themselves(&|index| self.was_killed(index)))
             .or_else(|| first(by_themselves(&|index| self.own(index).fault == Fault::ToldToEnd)))
-            .or_else(|| {
-                first(
-                    waited_for
-                        .chain(by_themselves(&|index| self.has_failed(index)))
-                        .collect(),
-                )
-            })
+            .or_else(|| first(causes))
+            .or_else(|| first(noticed))
     }
 
     /// Where the waiting ends that begins with `from`; none if it waits for nobody.
@@ -173,7 +173,8 @@ impl Inquiry<'_> {
         if let Some(failure) = &witness.failure {
             return self.edge_of_failure(index, failure);
         }
-        if matches!(witness.state, Some(State::Ended(_) | State::Stopped)) {
+        // What somebody else has started may have gone, and what it waited for last stands there for good.
+        if witness.state != Some(State::Runs) {
             return None;
         }
         let standing = witness.standing?;
@@ -305,3 +306,6 @@ fn is_notice(error: &LinkError) -> bool {
             | LinkError::Transport { .. }
     )
 }
+
+#[cfg(test)]
+mod tests;
