@@ -10,7 +10,7 @@ use crate::external::{self, ExternalCommand};
 use crate::folder::RunFolder;
 use crate::realtime::Restart;
 use crate::report::{Failure, ProcessReport};
-use crate::resources::Resources;
+use crate::resources::{self, Resources};
 use crate::supervisor::{self, GRACE, LOOK_PERIOD, State, Supervised};
 use anhyst_ipc::{NodeId, Observer, stop_requested};
 use anhyst_scenario::{ProcessKind, Scenario};
@@ -98,6 +98,7 @@ pub fn launch(
     options: &Options,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<ProcessReport>, LaunchError> {
+    resources::shared_memory_left().map_err(LaunchError::SharedMemory)?;
     let mut children = Vec::new();
     let outcome = start(scenario, folder, options, &mut children)
         .and_then(|()| watch(scenario, folder, options, &mut children, progress));
@@ -108,7 +109,7 @@ pub fn launch(
         // Before the others are ended: the bridge tells the other host. Without it that host hears only that this one ends.
         let _ = std::fs::write(folder.died(), process);
     }
-    supervisor::end_all(children.iter_mut().map(|running| &mut running.child), GRACE);
+    supervisor::end_all(children.iter_mut().map(|running| &mut running.child));
     let cleaned = options.resources.remove().map_err(|error| LaunchError::Cleanup {
         cause: error.to_string(),
     });

@@ -6,7 +6,7 @@ pub mod across;
 mod any_number;
 pub mod assemble;
 pub mod claim;
-mod disk;
+pub mod disk;
 pub mod embedded;
 pub mod error;
 pub mod external;

@@ -77,6 +77,9 @@ fn run_process(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending
         cause,
     })?;
     let meeting = meeting(arguments, agreement)?;
+    let by_hand = arguments.end_with_launcher.is_none();
+    // So that nobody takes what it opens for leftovers.
+    let _claimed = by_hand.then(|| resources::Claim::shared(&meeting.prefix));
     if node == NodeId::Recorder && arguments.end_with_launcher.is_none() {
         // By hand there is no launcher to write it; replay needs it.
         let path = folder.scenario();

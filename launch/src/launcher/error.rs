@@ -3,6 +3,9 @@
 /// Why a run of processes did not reach its end.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LaunchError {
+    /// Nothing was started.
+    #[error("{0}")]
+    SharedMemory(String),
     /// A process could not be started.
     #[error("{process} could not be started: {cause}")]
     Spawn {
