@@ -114,6 +114,9 @@ pub struct CompareArguments {
     /// Change a value in all of them.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub settings: Vec<Setting>,
+    /// Folder of the results, one within it for each scenario; those of an earlier comparison are replaced.
+    #[arg(long, default_value = "runs/compare")]
+    pub out: PathBuf,
     /// Print JSON instead of a table.
     #[arg(long)]
     pub json: bool,
