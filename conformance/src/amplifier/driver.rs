@@ -1,7 +1,7 @@
 //! The process that is tested, if the command starts it: in a process group of its own, watched, and ended.
 
 use anhyst_ipc::request_stop;
-use anhyst_launch::supervisor::{self, End, GRACE, LOOK_PERIOD, Supervised};
+use anhyst_launch::supervisor::{self, End, LOOK_PERIOD, Supervised};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -82,5 +82,5 @@ fn watch(mut child: Supervised, shared: &Shared) {
         }
         std::thread::sleep(LOOK_PERIOD);
     }
-    supervisor::end_all([&mut child], GRACE);
+    supervisor::end_all([&mut child]);
 }
