@@ -1,6 +1,7 @@
 //! Starts the processes of a run, watches them, ends what it started, and leaves no shared memory behind.
 
 pub mod error;
+mod evidence;
 mod hang_detector;
 mod restart;
 mod root_cause;
@@ -15,16 +16,11 @@ use crate::supervisor::{self, GRACE, LOOK_PERIOD, State, Supervised};
 use anhyst_ipc::{NodeId, Observer, stop_requested};
 use anhyst_scenario::{ProcessKind, Scenario};
 pub use error::LaunchError;
+use evidence::Evidence;
 use hang_detector::{HangDetector, Stillness};
-use root_cause::{Fault, Inquiry, Witness};
 use std::collections::VecDeque;
 use std::process::Command;
 use std::time::{Duration, Instant};
-
-/// A signal that ends a whole group reaches the launcher and its children within this.
-const SAME_SIGNAL: Duration = Duration::from_millis(50);
-/// What a process of ours that neither waits nor ends gets, beyond the limit to which others wait, before it counts as hung.
-const SUSPICION: Duration = Duration::from_millis(1200);
 
 /// How processes are started.
 #[derive(Debug, Clone, PartialEq)]
@@ -265,6 +261,11 @@ fn watch(
         .filter(|(_, nodes)| options.across.starts(nodes))
         .cloned()
         .collect();
+    let evidence = Evidence {
+        scenario,
+        folder,
+        parts: &parts,
+    };
     let begin = Instant::now();
     let mut own_ended = None;
     let mut detector = HangDetector::of(scenario);
@@ -299,8 +300,8 @@ fn watch(
         let failed = |running: &Running| {
             running.child.has_failed() || running.failure.is_some() && !restart::may_come_back(scenario, running)
         };
-        if children.iter().any(failed) || somebody_left(&parts, scenario, children, observer.as_mut()) {
-            return Err(inquire(scenario, folder, &parts, children, observer.as_mut(), tick));
+        if children.iter().any(failed) || evidence.somebody_left(children, observer.as_mut()) {
+            return Err(evidence.inquire(children, observer.as_mut(), tick));
         }
         if children
             .iter()
@@ -314,125 +315,6 @@ fn watch(
         }
         std::thread::sleep(LOOK_PERIOD);
     }
-}
-
-/// True if a user's command has ended well, and all that still run wait for somebody: they would wait for ever.
-fn somebody_left(
-    parts: &[(String, Vec<NodeId>)],
-    scenario: &Scenario,
-    children: &[Running],
-    observer: Option<&mut Observer>,
-) -> bool {
-    let left = |running: &Running| running.foreign && running.child.end().is_some();
-    let goes_on = |running: &Running| !running.foreign && running.child.end().is_none();
-    children.iter().any(left) && children.iter().any(goes_on) && {
-        let witnesses = witnesses(parts, scenario, children, observer);
-        Inquiry { witnesses: &witnesses }.is_at_rest()
-    }
-}
-
-/// What is known of every process of this part of the run.
-fn witnesses(
-    parts: &[(String, Vec<NodeId>)],
-    scenario: &Scenario,
-    children: &[Running],
-    mut observer: Option<&mut Observer>,
-) -> Vec<Witness> {
-    let bridge = children.iter().find(|running| running.name == BRIDGE);
-    let bridge = bridge.map(|running| (running.name.clone(), Vec::new()));
-    let all = parts.iter().cloned().chain(bridge);
-    all.map(|(name, nodes)| {
-        let running = children.iter().find(|running| running.name == name);
-        let failure = running.filter(|running| !restart::may_come_back(scenario, running));
-        Witness {
-            is_ours: running.is_some_and(|running| !running.foreign),
-            state: running.map(|running| running.child.state()),
-            failure: failure.and_then(|running| running.failure.clone()),
-            standing: observer.as_mut().and_then(|observer| observer.standing_of(&name)),
-            name,
-            nodes,
-        }
-    })
-    .collect()
-}
-
-/// Waits until all that is to be known is known, and names the one that made the run fail. Nothing more comes once all that
-/// still run wait for somebody; only one that hangs is waited for in vain, for as long as anybody would wait.
-fn inquire(
-    scenario: &Scenario,
-    folder: &RunFolder,
-    parts: &[(String, Vec<NodeId>)],
-    children: &mut [Running],
-    mut observer: Option<&mut Observer>,
-    tick: u64,
-) -> LaunchError {
-    let ticks = scenario.ticks();
-    let patience = match scenario.clock.realtime() {
-        None => Duration::from_secs_f64(scenario.clock.receive_limit_s()) + SUSPICION,
-        // There nobody waits.
-        Some(_) => SAME_SIGNAL,
-    };
-    let mut known = Vec::new();
-    let mut since = Instant::now();
-    let (cause, witnesses) = loop {
-        let witnesses = witnesses(parts, scenario, children, observer.as_deref_mut());
-        let inquiry = Inquiry { witnesses: &witnesses };
-        let cause = inquiry.root_cause();
-        let is_certain = cause.as_ref().is_some_and(|cause| inquiry.is_certain(cause));
-        if is_certain || inquiry.is_at_rest() || since.elapsed() > patience {
-            break (cause, witnesses);
-        }
-        if known != witnesses {
-            // It goes on.
-            (known, since) = (witnesses, Instant::now());
-        }
-        std::thread::sleep(LOOK_PERIOD);
-        children.iter_mut().for_each(Running::look);
-    };
-    if cause.as_ref().is_none_or(|cause| cause.fault == Fault::ToldToEnd) {
-        std::thread::sleep(SAME_SIGNAL);
-    }
-    let Some(cause) = cause.filter(|_| !stop_requested()) else {
-        return LaunchError::Interrupted { tick, ticks };
-    };
-    let process = witnesses[cause.process].name.clone();
-    let running = children.iter().find(|running| running.name == process);
-    let words = || last_words(folder, &process);
-    let (how, detail) = match cause.fault {
-        Fault::ToldToEnd => ("was told to end".into(), cause.sentence),
-        Fault::WrongTick => ("sent a wrong tick".into(), cause.sentence),
-        Fault::Stopped => ("does not answer".into(), "a signal has stopped it".into()),
-        Fault::Hangs | Fault::Silent => ("does not answer".into(), cause.sentence),
-        Fault::Failed | Fault::Noticed => ("failed".into(), cause.sentence),
-        Fault::Ended => (
-            running.map_or_else(|| "does not answer".into(), Running::how),
-            if cause.sentence.is_empty() {
-                words()
-            } else {
-                cause.sentence
-            },
-        ),
-    };
-    LaunchError::Died {
-        process,
-        how,
-        when: if cause.tick.is_some() { "at" } else { "after" },
-        tick: cause.tick.unwrap_or(tick),
-        ticks,
-        detail: if detail.is_empty() {
-            detail
-        } else {
-            format!(": {detail}")
-        },
-    }
-}
-
-/// What a user's program said last.
-fn last_words(folder: &RunFolder, process: &str) -> String {
-    let log = std::fs::read(folder.log(process)).unwrap_or_default();
-    let log = String::from_utf8_lossy(&log);
-    let last = log.lines().rfind(|line| !line.trim().is_empty());
-    last.unwrap_or_default().trim().to_owned()
 }
 
 fn read_report(folder: &RunFolder, process: &str) -> Result<ProcessReport, LaunchError> {
