@@ -57,8 +57,8 @@ pub use settings::{
     LawSettings, MatrixSettings, OutlierSettings, ScalarLawSettings, Tuning,
 };
 pub use several::{
-    CramerRao, EstimatedParameter, Information, MeasuredOutput, MinMaxEstimate, MinMaxParameter, MinMaxSettings,
-    OutputStage, PassReport, SensitiveOutput, SeveralEstimate, SeveralGaussNewton, SeveralMinMax, SeveralReport,
-    SeveralSettings, SeveralUncertainty, StrainLaw, estimate_several,
+    CramerRao, EstimatedParameter, Information, MeasuredOutput, OutputStage, PassReport, SensitiveOutput,
+    SeveralEstimate, SeveralGaussNewton, SeveralReport, SeveralSettings, SeveralUncertainty, StrainLaw,
+    estimate_several,
 };
 pub use smooth::SmoothPoint;

@@ -216,15 +216,6 @@ impl OutputStage {
         self.output
     }
 
-    /// The output alone: for a stage that is never asked for derivatives.
-    pub(super) fn advance_value(&mut self, magnetization_a_per_m: f64, bulge_a_per_m: f64) -> f64 {
-        let (value, slope) = self.measured.driving(magnetization_a_per_m);
-        match &mut self.rod {
-            None => value,
-            Some(rod) => rod.advance_value(value, slope * bulge_a_per_m),
-        }
-    }
-
     /// Whether a law may use a measurement of this output.
     pub(super) fn is_credible(&self, output: f64) -> bool {
         self.measured.is_credible(output)
@@ -241,13 +232,6 @@ impl OutputStage {
 }
 
 impl SensitiveRod {
-    fn advance_value(&mut self, strain: f64, bulge: f64) -> f64 {
-        let (reached, bulge) = (self.gain * strain, self.gain * bulge);
-        let displacement = self.value.advance(&self.propagator, self.started, reached, bulge);
-        self.started = true;
-        displacement
-    }
-
     /// Strain and its bulge, and the derivatives of both.
     fn advance(
         &mut self,
