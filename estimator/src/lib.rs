@@ -23,6 +23,7 @@ mod law;
 mod matrix;
 mod matrix_law;
 mod modes;
+mod multi_parameter;
 mod node;
 mod outlier;
 mod rod_output;
@@ -31,7 +32,6 @@ mod sampled_modes;
 mod scalar;
 mod scalar_law;
 mod settings;
-mod several;
 mod smooth;
 mod washout;
 
@@ -49,16 +49,16 @@ pub use law::{AnyLaw, Correction, Law, Prediction};
 pub use matrix::{Matrix, MatrixConstants};
 pub use matrix_law::MatrixLaw;
 pub use modes::{Mode, Modes};
+pub use multi_parameter::{
+    CramerRao, EstimatedParameter, Information, MeasuredOutput, OutputStage, PassReport, SensitiveOutput,
+    SeveralEstimate, SeveralGaussNewton, SeveralReport, SeveralSettings, SeveralUncertainty, StrainLaw,
+    estimate_several,
+};
 pub use num_complex::Complex64;
 pub use scalar::{Scalar, ScalarPlant, ScalarSettings};
 pub use scalar_law::ScalarLaw;
 pub use settings::{
     EstimatorSettings, ExcitationSettings, FieldSource, FoldedSettings, GaussNewtonSettings, GradientSettings,
     LawSettings, MatrixSettings, OutlierSettings, ScalarLawSettings, Tuning,
-};
-pub use several::{
-    CramerRao, EstimatedParameter, Information, MeasuredOutput, OutputStage, PassReport, SensitiveOutput,
-    SeveralEstimate, SeveralGaussNewton, SeveralReport, SeveralSettings, SeveralUncertainty, StrainLaw,
-    estimate_several,
 };
 pub use smooth::SmoothPoint;

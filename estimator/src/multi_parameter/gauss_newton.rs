@@ -13,7 +13,7 @@
 //! of the information (β = 100, m = 5, 5 s at 10 kHz: 1 %). From 20 % off in all five parameters nine of ten runs end
 //! with all errors within 64 of their own deviations after one pass and 3.2 after two with β = 0, within 4.7 and 2.3
 //! with β = 100; 2.3 is what honest deviations give.
-//! (`cargo test --release -p anhyst-estimator --test several_gauss_newton -- --nocapture` prints them.) The deviations are those of noise: what the model lacks is not in them.
+//! (`cargo test --release -p anhyst-estimator --test multi_parameter -- --nocapture` prints them.) The deviations are those of noise: what the model lacks is not in them.
 //! Assumptions: white Gaussian noise; field, rod and magnetostriction known; parameters constant.
 //! Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), chapter 8; the annealing is this project's.
 
