@@ -50,9 +50,9 @@ pub use matrix::{Matrix, MatrixConstants};
 pub use matrix_law::MatrixLaw;
 pub use modes::{Mode, Modes};
 pub use multi_parameter::{
-    CramerRao, EstimatedParameter, Information, MeasuredOutput, OutputStage, PassReport, SensitiveOutput,
-    SeveralEstimate, SeveralGaussNewton, SeveralReport, SeveralSettings, SeveralUncertainty, StrainLaw,
-    estimate_several,
+    CramerRao, EstimatedParameter, Information, MeasuredOutput, MultiParameterEstimate, MultiParameterGaussNewton,
+    MultiParameterReport, MultiParameterSettings, MultiParameterUncertainty, OutputStage, PassReport, SensitiveOutput,
+    StrainLaw, estimate_parameters,
 };
 pub use num_complex::Complex64;
 pub use scalar::{Scalar, ScalarPlant, ScalarSettings};
