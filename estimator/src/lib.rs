@@ -50,7 +50,7 @@ pub use matrix::{Matrix, MatrixConstants};
 pub use matrix_law::MatrixLaw;
 pub use modes::{Mode, Modes};
 pub use multi_parameter::{
-    CramerRao, EstimatedParameter, Information, MeasuredOutput, MultiParameterEstimate, MultiParameterGaussNewton,
+    EstimatedParameter, Information, MeasuredOutput, MultiParameterEstimate, MultiParameterGaussNewton,
     MultiParameterReport, MultiParameterSettings, MultiParameterUncertainty, OutputStage, PassReport, SensitiveOutput,
     StrainLaw, estimate_parameters,
 };

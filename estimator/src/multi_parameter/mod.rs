@@ -14,7 +14,7 @@ mod square_root;
 mod uncertainty;
 
 pub use gauss_newton::{MultiParameterEstimate, MultiParameterGaussNewton};
-pub use information::{CramerRao, Information};
+pub use information::Information;
 pub use output::{MeasuredOutput, OutputStage, SensitiveOutput, StrainLaw};
 pub use passes::{MultiParameterReport, PassReport, estimate_parameters};
 pub use settings::{EstimatedParameter, MultiParameterSettings};

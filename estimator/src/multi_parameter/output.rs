@@ -151,9 +151,9 @@ struct Carried {
 }
 
 impl Carried {
-    fn advance(&mut self, propagator: &TwoPolePropagator, started: bool, reached: f64, bulge: f64) -> f64 {
+    fn advance(&mut self, propagator: &TwoPolePropagator, started: bool, reached: f64, mean_excess: f64) -> f64 {
         if started {
-            self.state = propagator.advance_curved(self.state, self.acceleration, reached, bulge);
+            self.state = propagator.advance_curved(self.state, self.acceleration, reached, mean_excess);
         }
         self.acceleration = reached;
         self.state.displacement_m
@@ -203,14 +203,14 @@ impl OutputStage {
         let derivatives = state.derivatives.map(|derivative| slope * derivative);
         self.output = match &mut self.rod {
             None => SensitiveOutput { value, derivatives },
-            // The bulge of the strain is that of M by the strain law's slope.
+            // The mean excess of the strain is that of M by the strain law's slope.
             Some(rod) => {
                 let curved = self.measured.curvature(state.magnetization_a_per_m) * state.bulge_a_per_m;
-                let mut bulges = [0.0; COUNT];
-                for (index, bulge) in bulges.iter_mut().enumerate() {
-                    *bulge = slope * state.bulge_derivatives[index] + curved * state.derivatives[index];
+                let mut mean_excesses = [0.0; COUNT];
+                for (index, mean_excess) in mean_excesses.iter_mut().enumerate() {
+                    *mean_excess = slope * state.bulge_derivatives[index] + curved * state.derivatives[index];
                 }
-                rod.advance((value, slope * state.bulge_a_per_m), (&derivatives, &bulges))
+                rod.advance((value, slope * state.bulge_a_per_m), (&derivatives, &mean_excesses))
             }
         };
         self.output
@@ -232,25 +232,25 @@ impl OutputStage {
 }
 
 impl SensitiveRod {
-    /// Strain and its bulge, and the derivatives of both.
+    /// Strain and its mean excess over the interval, and the derivatives of both.
     fn advance(
         &mut self,
-        (strain, bulge): (f64, f64),
-        (derivatives, bulges): (&[f64; COUNT], &[f64; COUNT]),
+        (strain, mean_excess): (f64, f64),
+        (derivatives, mean_excesses): (&[f64; COUNT], &[f64; COUNT]),
     ) -> SensitiveOutput {
         let (gain, started) = (self.gain, self.started);
         let mut displacements = [0.0; COUNT];
-        let inputs = derivatives.iter().zip(bulges);
-        for ((displacement, carried), (strain, bulge)) in
+        let inputs = derivatives.iter().zip(mean_excesses);
+        for ((displacement, carried), (strain, mean_excess)) in
             displacements.iter_mut().zip(&mut self.derivatives).zip(inputs)
         {
-            *displacement = carried.advance(&self.propagator, started, gain * strain, gain * bulge);
+            *displacement = carried.advance(&self.propagator, started, gain * strain, gain * mean_excess);
         }
         self.started = true;
         SensitiveOutput {
             value: self
                 .value
-                .advance(&self.propagator, started, gain * strain, gain * bulge),
+                .advance(&self.propagator, started, gain * strain, gain * mean_excess),
             derivatives: displacements,
         }
     }
