@@ -12,7 +12,7 @@ use crate::law::{AnyLaw, Correction, Law, Prediction, is_credible};
 use crate::outlier::OutlierTest;
 use crate::rods::Rods;
 use crate::washout::Washout;
-use crate::{EstimatorError, EstimatorSettings, FoldedSettings, Grid, LawSettings};
+use crate::{EstimatorError, EstimatorSettings, Grid, LawSettings};
 use anhyst_model::{AmplifierConstants, Bank, Effect, Magnetostriction, Material, Spring, TwoPole};
 use serde::{Deserialize, Serialize};
 
@@ -85,16 +85,10 @@ impl Estimator {
         material.validate()?;
         let members = settings.law.members();
         let law = AnyLaw::new(&settings.law, &two_pole_per_strain, tick_s)?;
-        let folded = match settings.law {
-            LawSettings::Folded(folded) => folded,
-            LawSettings::Gradient(gradient) => gradient.with_covers(),
-            LawSettings::Matrix(matrix) => matrix.folded(),
-            LawSettings::Scalar(scalar) => scalar.folded(),
-            _ => FoldedSettings::default(),
-        };
+        let min_max = settings.law.min_max().copied().unwrap_or_default();
         let monitor = match settings.law {
             LawSettings::FixedShape { .. } => None,
-            _ => Some(ExcitationMonitor::new(&settings.excitation, &folded, tick_s)),
+            _ => Some(ExcitationMonitor::new(&settings.excitation, &min_max, tick_s)),
         };
         let (lower, upper) = settings.law.range_a_per_m();
         let grid = Grid::new(lower, upper, members);

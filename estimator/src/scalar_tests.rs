@@ -1,9 +1,8 @@
 //! Guards the scalar form on the paper's example (23): Terfenol-D, Θ = [6300, 7300], true a = 7012 A/m.
 
 use super::*;
-use crate::{Excitation, ExcitationMonitor, ExcitationSettings, FoldedSettings};
+use crate::{Excitation, ExcitationMonitor, ExcitationSettings, MinMaxSettings};
 use anhyst_model::{Anhysteretic, Bank, Hysteresis};
-use proptest::prelude::*;
 
 const TRUTH: f64 = 7012.0;
 const TICK_S: f64 = 1e-4;
@@ -50,10 +49,10 @@ fn run(curve: Anhysteretic, field: fn(f64) -> f64, start: f64) -> Outcome {
         memory_s: 1e6,
         ..ExcitationSettings::default()
     };
-    let no_filter = FoldedSettings {
+    let no_filter = MinMaxSettings {
         filter_per_s: 1.0,
         dead_zone_m: settings.dead_zone,
-        ..FoldedSettings::default()
+        ..MinMaxSettings::default()
     };
     let mut monitor = ExcitationMonitor::new(&forgetting, &no_filter, TICK_S);
     let mut excitation = Excitation::default();
@@ -69,12 +68,6 @@ fn run(curve: Anhysteretic, field: fn(f64) -> f64, start: f64) -> Outcome {
         error: law.shape_a_per_m - TRUTH,
         excitation,
     }
-}
-
-fn lyapunov(law: &Scalar, truth: f64) -> f64 {
-    let outside = law.error - law.error.clamp(-law.settings.dead_zone, law.settings.dead_zone);
-    let shape = law.shape_a_per_m - truth;
-    outside * outside + shape * shape / law.settings.gain
 }
 
 // Guards the paper's claim where it holds: within 1 A/m wherever (19) holds on the side of the truth, and the monitor says where
@@ -110,32 +103,6 @@ fn converges_where_condition_19_holds() {
                 found.error.abs() < 1.0,
                 "{curve:?} {name} from {start}: {found:?}"
             );
-        }
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1000))]
-
-    // Guards the theorem for any functions of θ, any constants and any step.
-    #[test]
-    fn the_lyapunov_function_never_grows(
-        decay in -2.0..3.0_f64, gain in -3.0..6.0_f64, zone in -4.0..0.0_f64, start in 6300.0..=7300.0_f64, truth in 6300.0..=7300.0_f64,
-        histories in prop::collection::vec(prop::collection::vec(-1.0..1.0_f64, 9), 1..40),
-    ) {
-        let grid = Grid::new(6300.0, 7300.0, 9);
-        let settings = ScalarSettings {
-            start_a_per_m: start,
-            decay_per_s: 10_f64.powf(decay),
-            dead_zone: 10_f64.powf(zone),
-            gain: 10_f64.powf(gain),
-        };
-        let mut plant = ScalarPlant::new(settings.decay_per_s);
-        let mut law = Scalar::new(settings, 9, 0.1);
-        for outputs in &histories {
-            let before = lyapunov(&law, truth);
-            law.correct(&grid, outputs, plant.advance(grid.linear(outputs, truth), 0.1));
-            prop_assert!(lyapunov(&law, truth) <= before + 1e-11 * (1.0 + before));
         }
     }
 }
