@@ -8,7 +8,7 @@
 
 use crate::law::is_credible;
 use anhyst_model::{
-    HysteresisParameter, Magnetostriction, Material, ModelError, RodState, SensitiveState, TwoPole, TwoPolePropagator,
+    HysteresisParameter, Magnetostriction, Material, ModelError, RodMotion, SensitiveState, TwoPole, TwoPolePropagator,
 };
 use serde::{Deserialize, Serialize};
 
@@ -140,30 +140,8 @@ struct SensitiveRod {
     propagator: TwoPolePropagator,
     /// Before the first tick there is no interval to move in.
     started: bool,
-    value: Carried,
-    derivatives: [Carried; COUNT],
-}
-
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Carried {
-    state: RodState,
-    acceleration: f64,
-}
-
-impl Carried {
-    fn advance(&mut self, propagator: &TwoPolePropagator, started: bool, reached: f64, mean_excess: f64) -> f64 {
-        if started {
-            self.state = propagator.advance_curved(self.state, self.acceleration, reached, mean_excess);
-        }
-        self.acceleration = reached;
-        self.state.displacement_m
-    }
-
-    fn shift(&mut self, by: &Carried, times: f64) {
-        self.state.displacement_m += times * by.state.displacement_m;
-        self.state.velocity_m_per_s += times * by.state.velocity_m_per_s;
-        self.acceleration += times * by.acceleration;
-    }
+    value: RodMotion,
+    derivatives: [RodMotion; COUNT],
 }
 
 impl OutputStage {
@@ -179,8 +157,8 @@ impl OutputStage {
                     gain: rod_per_strain.gain,
                     propagator: TwoPolePropagator::new(rod_per_strain, tick_s)?,
                     started: false,
-                    value: Carried::default(),
-                    derivatives: [Carried::default(); COUNT],
+                    value: RodMotion::default(),
+                    derivatives: [RodMotion::default(); COUNT],
                 })
             }
             MeasuredOutput::Strain(strain) => {
@@ -225,7 +203,9 @@ impl OutputStage {
     pub fn shift(&mut self, change: &[f64; COUNT]) {
         if let Some(rod) = &mut self.rod {
             for (by, times) in rod.derivatives.iter().zip(change) {
-                rod.value.shift(by, *times);
+                rod.value.state.displacement_m += times * by.state.displacement_m;
+                rod.value.state.velocity_m_per_s += times * by.state.velocity_m_per_s;
+                rod.value.acceleration += times * by.acceleration;
             }
         }
     }
@@ -238,19 +218,22 @@ impl SensitiveRod {
         (strain, mean_excess): (f64, f64),
         (derivatives, mean_excesses): (&[f64; COUNT], &[f64; COUNT]),
     ) -> SensitiveOutput {
-        let (gain, started) = (self.gain, self.started);
+        let (gain, propagator, started) = (self.gain, &self.propagator, self.started);
+        let moved = |motion: &mut RodMotion, strain: f64, mean_excess: f64| {
+            if started {
+                return motion.advance_curved(propagator, gain * strain, gain * mean_excess);
+            }
+            motion.acceleration = gain * strain;
+            motion.state.displacement_m
+        };
         let mut displacements = [0.0; COUNT];
-        let inputs = derivatives.iter().zip(mean_excesses);
-        for ((displacement, carried), (strain, mean_excess)) in
-            displacements.iter_mut().zip(&mut self.derivatives).zip(inputs)
-        {
-            *displacement = carried.advance(&self.propagator, started, gain * strain, gain * mean_excess);
+        for (index, displacement) in displacements.iter_mut().enumerate() {
+            *displacement = moved(&mut self.derivatives[index], derivatives[index], mean_excesses[index]);
         }
+        let value = moved(&mut self.value, strain, mean_excess);
         self.started = true;
         SensitiveOutput {
-            value: self
-                .value
-                .advance(&self.propagator, started, gain * strain, gain * mean_excess),
+            value,
             derivatives: displacements,
         }
     }
