@@ -106,3 +106,40 @@ fn converges_where_condition_19_holds() {
         }
     }
 }
+
+// Guards the argument of sat(): a perfect estimate stays to the bit, where the ŷ that (14) and (20) print drives it away,
+// because the output of a perfect model is not zero as its error is.
+#[test]
+fn the_printed_argument_of_sat_drives_a_perfect_estimate_away() {
+    let grid = Grid::new(6300.0, 7300.0, 33);
+    let truth = grid.shapes_a_per_m()[16];
+    let settings = settings(truth);
+    let ising = Hysteresis {
+        anhysteretic: Anhysteretic::Ising,
+        ..Hysteresis::terfenol_d()
+    };
+    let mut bank = Bank::new(ising, grid.shapes_a_per_m()).unwrap();
+    let mut plant = ScalarPlant::new(settings.decay_per_s);
+    let mut law = Scalar::new(settings, 33, TICK_S);
+    let h = settings.decay_per_s * TICK_S;
+    let (mut printed, mut printed_output) = (truth, 0.0);
+    for tick in 1..=(SECONDS / TICK_S) as u32 {
+        bank.advance(ramp(f64::from(tick) * TICK_S));
+        let outputs = bank.magnetizations();
+        let observed = plant.advance(outputs[16], TICK_S);
+        law.correct(&grid, outputs, observed);
+        assert_eq!(law.shape_a_per_m(), truth, "tick {tick}");
+        let value = grid.linear(outputs, printed);
+        let (lower, upper) = law.covers.around(&grid, 0..33, outputs, printed);
+        let drive = printed_output + TICK_S * value - (1.0 + h) * observed;
+        let cover = if drive > 0.0 { lower } else { upper };
+        let sat = (printed_output / settings.dead_zone).clamp(-1.0, 1.0);
+        let threshold = settings.dead_zone + (value - cover.value).abs();
+        let error = (drive - TICK_S * threshold * sat) / (1.0 + h);
+        printed_output = observed + error;
+        let outside = error - settings.dead_zone * sat;
+        printed = grid.project(printed - settings.gain * TICK_S * outside * cover.slope);
+    }
+    println!("printed: {:.1} A/m off", printed - truth);
+    assert!((printed - truth).abs() > 30.0, "{printed} A/m");
+}
