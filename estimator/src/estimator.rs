@@ -69,7 +69,7 @@ impl Estimator {
     }
 
     /// The same for an actuator that has these effects. Those that change nothing but numbers of material and rod must be in
-    /// them already ([`anhyst_model::with_known_effects`]); inside the hysteresis none is reckoned with, and in the rod only a spring that stiffens.
+    /// them already ([`anhyst_model::with_known_effects`]); inside the hysteresis none is taken into account, and in the rod only a spring that stiffens.
     ///
     /// # Errors
     /// A setting, a constant or an effect that cannot be used.

@@ -1,4 +1,4 @@
-//! Guards that the estimator reckons with known effects: with the true `a` its prediction is what the chain's sensor
+//! Guards that the estimator takes account of known effects: with the true `a` its prediction is what the chain's sensor
 //! says.
 
 use anhyst_estimator::{Estimator, EstimatorSettings, FieldSource, LawSettings};
@@ -87,7 +87,7 @@ fn a_known_effect_leaves_no_gap() {
     }
 }
 
-// Guards against a silent half-truth: what cannot be reckoned with is refused.
+// Guards against a silent half-truth: what cannot be taken into account is refused.
 #[test]
 fn what_does_not_go_together_is_refused() {
     let measured = EstimatorSettings {
