@@ -36,8 +36,8 @@ impl Any {
             window_a_per_m: None,
             h: self.h,
             weight: self.h / self.decay,
-            per_decay: 1.0 / self.decay,
             gain: self.curvature * self.decay / (SENSITIVITY * SENSITIVITY),
+            half_gain: 0.5 * self.curvature / (SENSITIVITY * SENSITIVITY),
             dead_zone: self.dead_zone,
             covers: Covers::with_members(members),
             shape_a_per_m: self.start,
@@ -112,7 +112,7 @@ proptest! {
     fn the_output_error_solves_its_equation(
         drive in 0.0..10.0_f64, h in 1e-4..100.0_f64, gap in 0.0..2.0_f64, damping in 0.0..50.0_f64, zone in 1e-4..1.0_f64,
     ) {
-        let z = output_error(drive, h, gap, damping, zone);
+        let z = output_error(drive, h, h * gap, damping, zone);
         let left = (1.0 + h) * z + h * gap * (z / zone).min(1.0) + h * damping * (z - zone).max(0.0);
         prop_assert!(z >= 0.0);
         prop_assert!((left - drive).abs() <= 1e-12 * drive.max(1.0) * (1.0 + h * (1.0 + gap / zone)));

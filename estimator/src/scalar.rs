@@ -91,10 +91,10 @@ pub struct Scalar {
     pub(crate) h: f64,
     /// dt, what f is weighed by.
     pub(crate) weight: f64,
-    /// 1/k.
-    pub(crate) per_decay: f64,
     /// γ dt.
     pub(crate) gain: f64,
+    /// γ dt/2k, what d is made of.
+    pub(crate) half_gain: f64,
     pub(crate) dead_zone: f64,
     pub(crate) covers: Covers,
     pub(crate) shape_a_per_m: f64,
@@ -102,12 +102,12 @@ pub struct Scalar {
     pub(crate) predicted: f64,
 }
 
-/// z of the file's head for a drive R ≥ 0: two straight pieces that meet at z = ε. `gap` stands for (ε + a*)/k.
-fn output_error(drive: f64, h: f64, gap: f64, damping: f64, dead_zone: f64) -> f64 {
-    if drive <= (1.0 + h) * dead_zone + h * gap {
-        return drive / (1.0 + h + h * gap / dead_zone);
+/// z of the file's head for a drive R ≥ 0 and the threshold dt (ε + a*): two straight pieces that meet at z = ε.
+fn output_error(drive: f64, h: f64, threshold: f64, damping: f64, dead_zone: f64) -> f64 {
+    if drive <= (1.0 + h) * dead_zone + threshold {
+        return drive / (1.0 + h + threshold / dead_zone);
     }
-    let beyond = drive - h * gap;
+    let beyond = drive - threshold;
     if damping == 0.0 {
         // A product, since the law waits for this: the quotient of constants is ready long before.
         return beyond * (1.0 / (1.0 + h));
@@ -123,8 +123,8 @@ impl Scalar {
             window_a_per_m: None,
             h: settings.decay_per_s * tick_s,
             weight: tick_s,
-            per_decay: 1.0 / settings.decay_per_s,
             gain: settings.gain * tick_s,
+            half_gain: 0.5 * settings.gain * tick_s / settings.decay_per_s,
             dead_zone: settings.dead_zone,
             covers: Covers::with_members(members),
             shape_a_per_m: settings.start_a_per_m,
@@ -138,6 +138,7 @@ impl Scalar {
     }
 
     /// What f is at the estimate, and its covers there.
+    #[inline(always)]
     fn look(&mut self, grid: &Grid, values: &[f64]) -> (f64, CoverPoint, CoverPoint) {
         let at = self.shape_a_per_m;
         if self.form == Form::Gradient {
@@ -148,12 +149,14 @@ impl Scalar {
             };
             return (own.value, cover, cover);
         }
+        let value = grid.linear(values, at);
         let seen = grid.members_seen(at, self.window_a_per_m);
         let (lower, upper) = self.covers.around(grid, seen, values, at);
-        (grid.linear(values, at), lower, upper)
+        (value, lower, upper)
     }
 
     /// A step without an observation, which stays at `observed`: nothing moves.
+    #[cold]
     pub(crate) fn hold(&mut self, grid: &Grid, values: &[f64], observed: f64) -> Correction {
         let (value, lower, upper) = self.look(grid, values);
         Correction {
@@ -175,6 +178,7 @@ impl Scalar {
         self.correct_paired(grid, magnetizations_a_per_m, observed, Pairing::Derived)
     }
 
+    #[inline(always)]
     fn correct_paired(&mut self, grid: &Grid, values: &[f64], observed: f64, pairing: Pairing) -> Correction {
         let (value, lower, upper) = self.look(grid, values);
         let drive = self.predicted + self.weight * value - (1.0 + self.h) * observed;
@@ -184,9 +188,9 @@ impl Scalar {
             upper
         };
         let beside = if self.form == Form::Scalar { self.dead_zone } else { 0.0 };
-        let gap = (beside + (value - cover.value).abs()) * self.per_decay;
-        let damping = (0.5 * (self.gain * cover.slope * cover.slope * self.per_decay) - 1.0).max(0.0);
-        let error = output_error(drive.abs(), self.h, gap, damping, self.dead_zone).copysign(drive);
+        let threshold = self.weight * (beside + (value - cover.value).abs());
+        let damping = (self.half_gain * cover.slope * cover.slope - 1.0).max(0.0);
+        let error = output_error(drive.abs(), self.h, threshold, damping, self.dead_zone).copysign(drive);
         self.predicted = error + observed;
         let outside = error - error.clamp(-self.dead_zone, self.dead_zone);
         self.shape_a_per_m = grid.project(self.shape_a_per_m - self.gain * outside * cover.slope);
