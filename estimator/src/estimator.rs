@@ -12,7 +12,7 @@ use crate::law::{AnyLaw, Correction, Law, Prediction, is_credible};
 use crate::outlier::OutlierTest;
 use crate::rods::Rods;
 use crate::washout::Washout;
-use crate::{EstimatorError, EstimatorSettings, Grid, LawSettings};
+use crate::{EstimatorError, EstimatorSettings, Grid, LawSettings, MinMaxSettings};
 use anhyst_model::{AmplifierConstants, Bank, Effect, Magnetostriction, Material, Spring, TwoPole};
 use serde::{Deserialize, Serialize};
 
@@ -85,7 +85,7 @@ impl Estimator {
         material.validate()?;
         let members = settings.law.members();
         let law = AnyLaw::new(&settings.law, &two_pole_per_strain, tick_s)?;
-        let min_max = settings.law.min_max().copied().unwrap_or_default();
+        let min_max = settings.law.min_max().copied().unwrap_or(MinMaxSettings::folded());
         let monitor = match settings.law {
             LawSettings::FixedShape { .. } => None,
             _ => Some(ExcitationMonitor::new(&settings.excitation, &min_max, tick_s)),

@@ -147,7 +147,7 @@ mod tests {
     const TICK_S: f64 = 5e-5;
 
     fn monitor() -> ExcitationMonitor {
-        ExcitationMonitor::new(&ExcitationSettings::default(), &MinMaxSettings::default(), TICK_S)
+        ExcitationMonitor::new(&ExcitationSettings::default(), &MinMaxSettings::folded(), TICK_S)
     }
 
     fn point(slope: f64, curvature: f64) -> SmoothPoint {
@@ -197,7 +197,7 @@ mod tests {
     fn without_a_dead_zone_any_error_will_do_once_it_moves() {
         let folded = MinMaxSettings {
             dead_zone_m: 0.0,
-            ..MinMaxSettings::default()
+            ..MinMaxSettings::folded()
         };
         let mut monitor = ExcitationMonitor::new(&ExcitationSettings::default(), &folded, TICK_S);
         let at_rest = monitor.observe(point(0.0, 0.0), true);

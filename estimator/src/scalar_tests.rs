@@ -52,7 +52,7 @@ fn run(curve: Anhysteretic, field: fn(f64) -> f64, start: f64) -> Outcome {
     let no_filter = MinMaxSettings {
         filter_per_s: 1.0,
         dead_zone_m: settings.dead_zone,
-        ..MinMaxSettings::default()
+        ..MinMaxSettings::folded()
     };
     let mut monitor = ExcitationMonitor::new(&forgetting, &no_filter, TICK_S);
     let mut excitation = Excitation::default();

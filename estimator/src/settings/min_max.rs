@@ -31,13 +31,6 @@ pub struct MinMaxSettings {
     pub sensitivity_m_per_a_per_m: f64,
 }
 
-impl Default for MinMaxSettings {
-    /// Those of the folded law.
-    fn default() -> Self {
-        Self::folded()
-    }
-}
-
 impl MinMaxSettings {
     /// Tuned in the loop on 40 µm at 50 Hz and 12 µm at 150 Hz, 20 kHz ticks, 10 nm rms sensor noise, `a` drifting by
     /// 200 A/m per second. The dead zone is 1.25 times the noise that the filter lets through (σ √(κ dt/2) = 1.6 nm) and
