@@ -114,6 +114,9 @@ pub struct CompareArguments {
     /// Change a value in all of them.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub settings: Vec<Setting>,
+    /// Folder of the results, one within it for each scenario; those of an earlier comparison are replaced.
+    #[arg(long, default_value = "runs/compare")]
+    pub out: PathBuf,
     /// Print JSON instead of a table.
     #[arg(long)]
     pub json: bool,
@@ -191,7 +194,7 @@ pub struct NodeArguments {
     /// Take the place of a process that died, in a real-time run that goes on.
     #[arg(long)]
     pub rejoin: bool,
-    /// End when the process that started this one ends.
-    #[arg(long, hide = true)]
-    pub end_with_launcher: bool,
+    /// End when the launcher with this process number ends, and tell it on standard output what this one fails of.
+    #[arg(long, hide = true, value_name = "PID")]
+    pub end_with_launcher: Option<u32>,
 }

@@ -1,5 +1,6 @@
 use anhyst::cli::{Cli, Command};
 use anhyst::commands::{self, Ending};
+use anhyst_launch::error::RunError;
 use clap::{CommandFactory, Parser};
 use std::process::ExitCode;
 
@@ -15,7 +16,10 @@ fn main() -> ExitCode {
         Ok(ending) => ending.into(),
         Err(report) => {
             anhyst::complain!("{report:?}");
-            ExitCode::from(BAD_INPUT)
+            match report.downcast_ref::<RunError>() {
+                Some(error) if error.is_full_disk() => Ending::ProcessFailed.into(),
+                _ => ExitCode::from(BAD_INPUT),
+            }
         }
     }
 }

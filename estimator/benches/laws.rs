@@ -6,9 +6,8 @@
 //! a true shape that moves. Least of several rounds, so that a busy machine disturbs little.
 
 use anhyst_estimator::{
-    AnyLaw, Covers, ExcitationMonitor, ExcitationSettings, FixedShape, Folded, FoldedSettings, GaussNewton,
-    GaussNewtonSettings, Gradient, GradientSettings, Grid, Law, MatrixLaw, MatrixSettings, Prediction, ScalarLaw,
-    ScalarLawSettings,
+    AnyLaw, Covers, ExcitationMonitor, ExcitationSettings, GaussNewtonSettings, Grid, Law, LawSettings, MinMaxSettings,
+    Prediction,
 };
 use anhyst_model::{Bank, Material, RodState, TwoPole, TwoPolePropagator};
 use std::hint::black_box;
@@ -106,40 +105,29 @@ impl Course {
 }
 
 fn laws(material: &Material) -> Vec<(&'static str, AnyLaw)> {
-    let whole_range = FoldedSettings {
+    let whole_range = MinMaxSettings {
         window_a_per_m: None,
-        ..FoldedSettings::default()
+        ..MinMaxSettings::folded()
     };
-    let matrix = |settings| {
-        let law = MatrixLaw::new(&settings, &rod(material), TICK_S).expect("valid rod");
-        AnyLaw::Matrix(Box::new(law))
-    };
-    let matrix_whole_range = MatrixSettings {
+    let matrix_whole_range = MinMaxSettings {
         window_a_per_m: None,
-        ..MatrixSettings::default()
+        ..MinMaxSettings::matrix()
     };
-    vec![
-        ("fixed shape", AnyLaw::FixedShape(FixedShape::new(7012.0))),
-        (
-            "folded, window",
-            AnyLaw::Folded(Folded::new(&FoldedSettings::default(), TICK_S)),
-        ),
-        ("folded, whole range", AnyLaw::Folded(Folded::new(&whole_range, TICK_S))),
-        (
-            "Gauss-Newton",
-            AnyLaw::GaussNewton(GaussNewton::new(&GaussNewtonSettings::default(), TICK_S)),
-        ),
-        (
-            "gradient",
-            AnyLaw::Gradient(Gradient::new(&GradientSettings::default(), TICK_S)),
-        ),
-        ("matrix, window", matrix(MatrixSettings::default())),
-        ("matrix, whole range", matrix(matrix_whole_range)),
+    let laws = [
+        ("fixed shape", LawSettings::FixedShape { shape_a_per_m: 7012.0 }),
+        ("folded, window", LawSettings::Folded(MinMaxSettings::folded())),
+        ("folded, whole range", LawSettings::Folded(whole_range)),
+        ("Gauss-Newton", LawSettings::GaussNewton(GaussNewtonSettings::default())),
+        ("gradient", LawSettings::Gradient(MinMaxSettings::without_window())),
+        ("matrix, window", LawSettings::Matrix(MinMaxSettings::matrix())),
+        ("matrix, whole range", LawSettings::Matrix(matrix_whole_range)),
         (
             "scalar, whole range",
-            AnyLaw::Scalar(ScalarLaw::new(&ScalarLawSettings::default(), TICK_S)),
+            LawSettings::Scalar(MinMaxSettings::without_window()),
         ),
-    ]
+    ];
+    laws.map(|(name, settings)| (name, AnyLaw::new(&settings, &rod(material), TICK_S).expect("valid law")))
+        .into()
 }
 
 fn main() {
@@ -156,7 +144,7 @@ fn main() {
             }),
         ));
     }
-    let mut monitor = ExcitationMonitor::new(&ExcitationSettings::default(), &FoldedSettings::default(), TICK_S);
+    let mut monitor = ExcitationMonitor::new(&ExcitationSettings::default(), &MinMaxSettings::folded(), TICK_S);
     timed.push((
         "excitation monitor",
         Box::new(move |tick| {

@@ -28,11 +28,11 @@ pub struct CoilFieldModel {
 
 /// Beyond this no coil of an actuator goes: whoever says so is broken. Believing it would also cost: a model needs steps in
 /// proportion to the way.
-const MOST_A_PER_M: f64 = 1e7;
+const MAX_A_PER_M: f64 = 1e7;
 
 /// The field, or no number.
 fn believable(field_a_per_m: f64) -> f64 {
-    if field_a_per_m.abs() <= MOST_A_PER_M {
+    if field_a_per_m.abs() <= MAX_A_PER_M {
         field_a_per_m
     } else {
         f64::NAN

@@ -62,7 +62,7 @@ impl KnownEffects {
     fn validate(&self, effects: &[Effect], settings: &EstimatorSettings) -> Result<(), Invalid> {
         let delayed = effects.iter().any(|effect| effect.kind() == EffectKind::LoopDelay);
         if matches!(settings.field, FieldSource::Measured { .. }) && (delayed || !self.field.is_empty()) {
-            let sentence = "effects on the field are reckoned from the command; with them field must be Commanded";
+            let sentence = "effects on the field are computed from the command; with them field must be Commanded";
             return Err(Invalid::new("field", sentence));
         }
         if matches!(settings.law, LawSettings::Matrix(_)) && !self.sensors.is_empty() {

@@ -12,7 +12,7 @@ use crate::law::{AnyLaw, Correction, Law, Prediction, is_credible};
 use crate::outlier::OutlierTest;
 use crate::rods::Rods;
 use crate::washout::Washout;
-use crate::{EstimatorError, EstimatorSettings, FoldedSettings, Grid, LawSettings};
+use crate::{EstimatorError, EstimatorSettings, Grid, LawSettings, MinMaxSettings};
 use anhyst_model::{AmplifierConstants, Bank, Effect, Magnetostriction, Material, Spring, TwoPole};
 use serde::{Deserialize, Serialize};
 
@@ -69,7 +69,7 @@ impl Estimator {
     }
 
     /// The same for an actuator that has these effects. Those that change nothing but numbers of material and rod must be in
-    /// them already ([`anhyst_model::with_known_effects`]); inside the hysteresis none is reckoned with, and in the rod only a spring that stiffens.
+    /// them already ([`anhyst_model::with_known_effects`]); inside the hysteresis none is taken into account, and in the rod only a spring that stiffens.
     ///
     /// # Errors
     /// A setting, a constant or an effect that cannot be used.
@@ -85,16 +85,10 @@ impl Estimator {
         material.validate()?;
         let members = settings.law.members();
         let law = AnyLaw::new(&settings.law, &two_pole_per_strain, tick_s)?;
-        let folded = match settings.law {
-            LawSettings::Folded(folded) => folded,
-            LawSettings::Gradient(gradient) => gradient.with_covers(),
-            LawSettings::Matrix(matrix) => matrix.folded(),
-            LawSettings::Scalar(scalar) => scalar.folded(),
-            _ => FoldedSettings::default(),
-        };
+        let min_max = settings.law.min_max().copied().unwrap_or(MinMaxSettings::folded());
         let monitor = match settings.law {
             LawSettings::FixedShape { .. } => None,
-            _ => Some(ExcitationMonitor::new(&settings.excitation, &folded, tick_s)),
+            _ => Some(ExcitationMonitor::new(&settings.excitation, &min_max, tick_s)),
         };
         let (lower, upper) = settings.law.range_a_per_m();
         let grid = Grid::new(lower, upper, members);

@@ -13,7 +13,7 @@
 //! need (19) less the narrower they are.
 //! Source: the paper's Theorem 1; Cramér-Rao with a nuisance parameter.
 
-use crate::{ExcitationSettings, FoldedSettings, SmoothPoint};
+use crate::{ExcitationSettings, MinMaxSettings, SmoothPoint};
 use serde::{Deserialize, Serialize};
 
 /// What the recent motion says about `a`.
@@ -93,14 +93,14 @@ pub struct ExcitationMonitor {
 }
 
 impl ExcitationMonitor {
-    /// A monitor that has seen nothing. κ and ε are taken from `folded`.
-    pub fn new(settings: &ExcitationSettings, folded: &FoldedSettings, tick_s: f64) -> Self {
+    /// A monitor that has seen nothing. κ and ε are taken from `law`.
+    pub fn new(settings: &ExcitationSettings, law: &MinMaxSettings, tick_s: f64) -> Self {
         Self {
             keep: libm::exp(-tick_s / settings.memory_s),
             noise_variance_m2: settings.noise_m * settings.noise_m,
             worst_deviation_a_per_m: settings.worst_deviation_a_per_m,
-            filter: folded.filter_per_s * tick_s,
-            dead_zone_m: folded.dead_zone_m,
+            filter: law.filter_per_s * tick_s,
+            dead_zone_m: law.dead_zone_m,
             weight: 0.0,
             mean: 0.0,
             squares: 0.0,
@@ -147,7 +147,7 @@ mod tests {
     const TICK_S: f64 = 5e-5;
 
     fn monitor() -> ExcitationMonitor {
-        ExcitationMonitor::new(&ExcitationSettings::default(), &FoldedSettings::default(), TICK_S)
+        ExcitationMonitor::new(&ExcitationSettings::default(), &MinMaxSettings::folded(), TICK_S)
     }
 
     fn point(slope: f64, curvature: f64) -> SmoothPoint {
@@ -195,9 +195,9 @@ mod tests {
     // Guards a law without a dead zone: before anything has moved it is told nothing, and never NaN.
     #[test]
     fn without_a_dead_zone_any_error_will_do_once_it_moves() {
-        let folded = FoldedSettings {
+        let folded = MinMaxSettings {
             dead_zone_m: 0.0,
-            ..FoldedSettings::default()
+            ..MinMaxSettings::folded()
         };
         let mut monitor = ExcitationMonitor::new(&ExcitationSettings::default(), &folded, TICK_S);
         let at_rest = monitor.observe(point(0.0, 0.0), true);

@@ -1,7 +1,8 @@
-//! Guards the folded law: its closed form, its Lyapunov function for any step, and what the printed covers would cost.
+//! Guards the step of the folded and the scalar law: its closed form, its Lyapunov function for any step, and what the
+//! printed covers would cost.
 
 use super::*;
-use crate::Grid;
+use crate::{Folded, Law, MinMaxSettings, Prediction};
 use proptest::prelude::*;
 
 const LOWER: f64 = 6300.0;
@@ -10,6 +11,8 @@ const UPPER: f64 = 7300.0;
 /// A law with any constants, at any state: the proof asks for nothing more.
 #[derive(Debug, Clone, Copy)]
 struct Any {
+    form: Form,
+    decay: f64,
     h: f64,
     curvature: f64,
     dead_zone: f64,
@@ -20,41 +23,85 @@ struct Any {
 /// Outputs in these tests are of the order of 1, and so are errors; only ratios matter.
 const SENSITIVITY: f64 = 1.0 / (UPPER - LOWER);
 
+/// A law beside the plant that it observes.
+struct Pair {
+    plant: ScalarPlant,
+    law: Scalar,
+}
+
 impl Any {
-    fn law(&self, members: usize) -> Folded {
-        Folded {
-            tick_s: 1.0,
-            filter_per_s: self.h,
-            gain: self.curvature / (SENSITIVITY * SENSITIVITY),
-            dead_zone_m: self.dead_zone,
+    fn pair(&self, members: usize) -> Pair {
+        let law = Scalar {
+            form: self.form,
             window_a_per_m: None,
+            h: self.h,
+            weight: self.h / self.decay,
+            gain: self.curvature * self.decay / (SENSITIVITY * SENSITIVITY),
+            half_gain: 0.5 * self.curvature / (SENSITIVITY * SENSITIVITY),
+            dead_zone: self.dead_zone,
             covers: Covers::with_members(members),
             shape_a_per_m: self.start,
-            filtered_prediction_m: self.first_error,
-            filtered_measurement_m: 0.0,
-        }
+            predicted: self.first_error,
+        };
+        let plant = ScalarPlant::new(self.decay);
+        Pair { plant, law }
+    }
+}
+
+impl Any {
+    /// The same as a law of the loop, at rest.
+    fn folded(&self, members: usize) -> Folded {
+        let settings = MinMaxSettings {
+            range_a_per_m: (LOWER, UPPER),
+            start_a_per_m: self.start,
+            members,
+            filter_per_s: self.h,
+            dead_zone_m: self.dead_zone,
+            window_a_per_m: None,
+            adaptation_rate_per_s: self.curvature,
+            sensitivity_m_per_a_per_m: SENSITIVITY,
+            ..MinMaxSettings::folded()
+        };
+        Folded::new(self.form, &settings, 1.0)
+    }
+}
+
+impl Pair {
+    fn correct(&mut self, grid: &Grid, outputs: &[f64], truth: f64, pairing: Pairing) {
+        let observed = self.plant.advance(grid.linear(outputs, truth), self.law.weight);
+        self.law.correct_paired(grid, outputs, observed, pairing);
+    }
+
+    /// V of the file's head, times what makes it a number of the order of 1.
+    fn lyapunov(&self, truth: f64) -> f64 {
+        let law = &self.law;
+        let error = law.predicted - self.plant.state();
+        let outside = error - error.clamp(-law.dead_zone, law.dead_zone);
+        let shape = law.shape_a_per_m - truth;
+        outside * outside + law.weight / law.gain * shape * shape
     }
 }
 
 fn any_law() -> impl Strategy<Value = Any> {
     // From far slower to far faster than the tick, from hardly any adaptation to 1000 times what γ dt φ² ≤ 2 allows.
-    (-4.0..3.0_f64, -4.0..3.0_f64, -4.0..0.0_f64, LOWER..UPPER, -2.0..2.0_f64).prop_map(
-        |(h, curvature, zone, start, first_error)| Any {
+    let form = prop_oneof![3 => Just((Form::Folded, 0.0)), 1 => (Just(Form::Scalar), -2.0..3.0_f64)];
+    (
+        form,
+        -4.0..3.0_f64,
+        -4.0..3.0_f64,
+        -4.0..0.0_f64,
+        LOWER..UPPER,
+        -2.0..2.0_f64,
+    )
+        .prop_map(|((form, decay), h, curvature, zone, start, first_error)| Any {
+            form,
+            decay: 10_f64.powf(decay),
             h: 10_f64.powf(h),
             curvature: 10_f64.powf(curvature),
             dead_zone: 10_f64.powf(zone),
             start,
             first_error,
-        },
-    )
-}
-
-/// V of the file's head, times what makes it a number of the order of 1.
-fn lyapunov(law: &Folded, truth: f64) -> f64 {
-    let error = law.filtered_prediction_m - law.filtered_measurement_m;
-    let outside = error - error.clamp(-law.dead_zone_m, law.dead_zone_m);
-    let shape = law.shape_a_per_m - truth;
-    outside * outside + law.filter_per_s / law.gain * shape * shape
+        })
 }
 
 proptest! {
@@ -65,7 +112,7 @@ proptest! {
     fn the_output_error_solves_its_equation(
         drive in 0.0..10.0_f64, h in 1e-4..100.0_f64, gap in 0.0..2.0_f64, damping in 0.0..50.0_f64, zone in 1e-4..1.0_f64,
     ) {
-        let z = output_error(drive, h, gap, damping, zone);
+        let z = output_error(drive, h, h * gap, damping, zone);
         let left = (1.0 + h) * z + h * gap * (z / zone).min(1.0) + h * damping * (z - zone).max(0.0);
         prop_assert!(z >= 0.0);
         prop_assert!((left - drive).abs() <= 1e-12 * drive.max(1.0) * (1.0 + h * (1.0 + gap / zone)));
@@ -79,12 +126,11 @@ proptest! {
         histories in prop::collection::vec(prop::collection::vec(-1.0..1.0_f64, 9), 1..40),
     ) {
         let grid = Grid::new(LOWER, UPPER, 9);
-        let mut law = any.law(9);
+        let mut pair = any.pair(9);
         for outputs in &histories {
-            let before = lyapunov(&law, truth);
-            let prediction = Prediction { grid: &grid, strains: outputs, displacements_m: outputs };
-            law.correct(prediction, grid.linear(outputs, truth));
-            let after = lyapunov(&law, truth);
+            let before = pair.lyapunov(truth);
+            pair.correct(&grid, outputs, truth, Pairing::Derived);
+            let after = pair.lyapunov(truth);
             prop_assert!(after <= before + 1e-11 * (1.0 + before), "{before} -> {after}");
         }
     }
@@ -98,12 +144,12 @@ proptest! {
         histories in prop::collection::vec(prop::collection::vec(-1.0..1.0_f64, 9), 1..40),
     ) {
         let grid = Grid::new(LOWER, UPPER, 9);
-        let mut law = Folded { window_a_per_m: Some(window), ..any.law(9) };
+        let mut pair = any.pair(9);
+        pair.law.window_a_per_m = Some(window);
         for outputs in &histories {
-            let (before, inside) = (lyapunov(&law, truth), (law.shape_a_per_m - truth).abs() <= window);
-            let prediction = Prediction { grid: &grid, strains: outputs, displacements_m: outputs };
-            law.correct(prediction, grid.linear(outputs, truth));
-            prop_assert!(!inside || lyapunov(&law, truth) <= before + 1e-11 * (1.0 + before));
+            let (before, inside) = (pair.lyapunov(truth), (pair.law.shape_a_per_m - truth).abs() <= window);
+            pair.correct(&grid, outputs, truth, Pairing::Derived);
+            prop_assert!(!inside || pair.lyapunov(truth) <= before + 1e-11 * (1.0 + before));
         }
     }
 
@@ -111,7 +157,7 @@ proptest! {
     #[test]
     fn any_measurement_leaves_the_estimate_in_its_range(any in any_law(), words in prop::collection::vec(any::<u64>(), 1..20)) {
         let grid = Grid::new(LOWER, UPPER, 5);
-        let mut law = any.law(5);
+        let mut law = any.folded(5);
         let outputs = [0.1, 0.5, 0.2, 0.4, 0.3];
         for word in words {
             let prediction = Prediction { grid: &grid, strains: &outputs, displacements_m: &outputs };
@@ -126,6 +172,8 @@ proptest! {
 fn run(pairing: Pairing, outputs: impl Fn(f64, u32) -> f64) -> (f64, f64) {
     let grid = Grid::new(LOWER, UPPER, 33);
     let any = Any {
+        form: Form::Folded,
+        decay: 1.0,
         h: 0.1,
         curvature: 0.1,
         dead_zone: 1e-4,
@@ -133,7 +181,7 @@ fn run(pairing: Pairing, outputs: impl Fn(f64, u32) -> f64) -> (f64, f64) {
         first_error: 0.0,
     };
     let truth = 7012.0;
-    let mut law = any.law(33);
+    let mut pair = any.pair(33);
     let mut largest_growth = f64::NEG_INFINITY;
     for tick in 0..20_000 {
         let outputs: Vec<f64> = grid
@@ -141,16 +189,11 @@ fn run(pairing: Pairing, outputs: impl Fn(f64, u32) -> f64) -> (f64, f64) {
             .iter()
             .map(|&shape| outputs(shape, tick))
             .collect();
-        let before = lyapunov(&law, truth);
-        let prediction = Prediction {
-            grid: &grid,
-            strains: &outputs,
-            displacements_m: &outputs,
-        };
-        law.correct_paired(prediction, grid.linear(&outputs, truth), pairing);
-        largest_growth = f64::max(largest_growth, lyapunov(&law, truth) - before);
+        let before = pair.lyapunov(truth);
+        pair.correct(&grid, &outputs, truth, pairing);
+        largest_growth = f64::max(largest_growth, pair.lyapunov(truth) - before);
     }
-    (largest_growth, (law.shape_a_per_m - truth).abs())
+    (largest_growth, (pair.law.shape_a_per_m - truth).abs())
 }
 
 // Guards the erratum of (18), first half: f is convex in θ while the input is positive and concave while it is negative, as
@@ -189,24 +232,24 @@ fn the_printed_pairing_lets_the_lyapunov_function_grow() {
 fn a_missing_measurement_holds_everything() {
     let grid = Grid::new(LOWER, UPPER, 5);
     let any = Any {
+        form: Form::Folded,
+        decay: 1.0,
         h: 0.1,
         curvature: 0.1,
         dead_zone: 1e-3,
         start: 6800.0,
         first_error: 0.5,
     };
-    let mut law = any.law(5);
+    let mut law = any.folded(5);
     let outputs = [5.0, 4.0, 3.0, 2.5, 2.0];
-    let before = law.clone();
     let prediction = Prediction {
         grid: &grid,
         strains: &outputs,
         displacements_m: &outputs,
     };
+    law.correct(prediction, 0.5);
+    let before = law.clone();
     let found = law.correct(prediction, f64::NAN);
     assert!(found.held && !found.adapting);
-    assert_eq!(
-        (law.shape_a_per_m, law.filtered_prediction_m),
-        (before.shape_a_per_m, before.filtered_prediction_m)
-    );
+    assert_eq!(law, before);
 }

@@ -76,6 +76,14 @@ impl Grid {
         self.gap(shape_a_per_m - window_a_per_m)..(last + 1).min(self.shapes_a_per_m.len())
     }
 
+    /// The same, or all of them without a window.
+    pub(crate) fn members_seen(&self, shape_a_per_m: f64, window_a_per_m: Option<f64>) -> Range<usize> {
+        match window_a_per_m {
+            Some(window) => self.members_around(shape_a_per_m, window),
+            None => 0..self.shapes_a_per_m.len(),
+        }
+    }
+
     /// Piecewise linear interpolation of `values`, one per member.
     pub fn linear(&self, values: &[f64], shape_a_per_m: f64) -> f64 {
         let [only] = values else {

@@ -3,7 +3,7 @@
 //! A law sees every member's strain and displacement at t_k and the measured displacement at t_k; it owns its state and
 //! its estimate. One file per law; the scenario chooses by name ([`crate::LawSettings`]).
 
-use crate::{EstimatorError, FixedShape, Folded, GaussNewton, Gradient, Grid, LawSettings, MatrixLaw, ScalarLaw};
+use crate::{EstimatorError, FixedShape, Folded, Form, GaussNewton, Grid, LawSettings, MatrixLaw};
 use anhyst_model::TwoPole;
 use serde::{Deserialize, Serialize};
 
@@ -73,16 +73,12 @@ pub trait Law {
 pub enum AnyLaw {
     /// No adaptation.
     FixedShape(FixedShape),
-    /// Min-max law on outputs folded through the rod.
+    /// Min-max law on outputs folded through the rod, or the scalar or gradient law.
     Folded(Folded),
     /// Recursive Gauss-Newton.
     GaussNewton(GaussNewton),
-    /// Plain gradient.
-    Gradient(Gradient),
     /// The paper's matrix law.
     Matrix(Box<MatrixLaw>),
-    /// The paper's scalar form.
-    Scalar(ScalarLaw),
 }
 
 impl AnyLaw {
@@ -93,13 +89,13 @@ impl AnyLaw {
     pub fn new(settings: &LawSettings, two_pole_per_strain: &TwoPole, tick_s: f64) -> Result<Self, EstimatorError> {
         Ok(match settings {
             LawSettings::FixedShape { shape_a_per_m } => AnyLaw::FixedShape(FixedShape::new(*shape_a_per_m)),
-            LawSettings::Folded(folded) => AnyLaw::Folded(Folded::new(folded, tick_s)),
+            LawSettings::Folded(own) => AnyLaw::Folded(Folded::new(Form::Folded, own, tick_s)),
             LawSettings::GaussNewton(gauss_newton) => AnyLaw::GaussNewton(GaussNewton::new(gauss_newton, tick_s)),
-            LawSettings::Gradient(gradient) => AnyLaw::Gradient(Gradient::new(gradient, tick_s)),
+            LawSettings::Gradient(own) => AnyLaw::Folded(Folded::new(Form::Gradient, own, tick_s)),
             LawSettings::Matrix(matrix) => {
                 AnyLaw::Matrix(Box::new(MatrixLaw::new(matrix, two_pole_per_strain, tick_s)?))
             }
-            LawSettings::Scalar(scalar) => AnyLaw::Scalar(ScalarLaw::new(scalar, tick_s)),
+            LawSettings::Scalar(own) => AnyLaw::Folded(Folded::new(Form::Scalar, own, tick_s)),
         })
     }
 
@@ -108,9 +104,7 @@ impl AnyLaw {
             AnyLaw::FixedShape(law) => law,
             AnyLaw::Folded(law) => law,
             AnyLaw::GaussNewton(law) => law,
-            AnyLaw::Gradient(law) => law,
             AnyLaw::Matrix(law) => law.as_ref(),
-            AnyLaw::Scalar(law) => law,
         }
     }
 
@@ -119,9 +113,7 @@ impl AnyLaw {
             AnyLaw::FixedShape(law) => law,
             AnyLaw::Folded(law) => law,
             AnyLaw::GaussNewton(law) => law,
-            AnyLaw::Gradient(law) => law,
             AnyLaw::Matrix(law) => law.as_mut(),
-            AnyLaw::Scalar(law) => law,
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Adaptive estimation of the shape parameter `a` of the anhysteretic curve, and of the magnetization with it.
 //!
 //! A bank of models over the range of `a`, driven by the best knowledge of the coil field ([`Estimator`]); covers of their
-//! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`], [`GaussNewton`], [`Gradient`],
-//! [`MatrixLaw`], [`ScalarLaw`], [`FixedShape`]).
+//! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`] with the scalar and
+//! the gradient law, [`GaussNewton`], [`MatrixLaw`], [`FixedShape`]).
 //! The paper's scalar and matrix forms stand beside them for simulations of any plant ([`Scalar`], [`Matrix`]).
 //! A monitor of what the motion can say about `a` ([`ExcitationMonitor`]) holds every law while that is too little, and a
 //! measurement that no such rod can give is left out.
@@ -17,21 +17,19 @@ mod excitation;
 mod fixed_shape;
 mod folded;
 mod gauss_newton;
-mod gradient;
 mod grid;
 mod law;
 mod matrix;
 mod matrix_law;
 mod modes;
+mod multi_parameter;
 mod node;
 mod outlier;
 mod rod_output;
 mod rods;
 mod sampled_modes;
 mod scalar;
-mod scalar_law;
 mod settings;
-mod several;
 mod smooth;
 mod washout;
 
@@ -43,22 +41,20 @@ pub use excitation::{Excitation, ExcitationMonitor};
 pub use fixed_shape::FixedShape;
 pub use folded::Folded;
 pub use gauss_newton::GaussNewton;
-pub use gradient::Gradient;
 pub use grid::Grid;
 pub use law::{AnyLaw, Correction, Law, Prediction};
 pub use matrix::{Matrix, MatrixConstants};
 pub use matrix_law::MatrixLaw;
 pub use modes::{Mode, Modes};
-pub use num_complex::Complex64;
-pub use scalar::{Scalar, ScalarPlant, ScalarSettings};
-pub use scalar_law::ScalarLaw;
-pub use settings::{
-    EstimatorSettings, ExcitationSettings, FieldSource, FoldedSettings, GaussNewtonSettings, GradientSettings,
-    LawSettings, MatrixSettings, OutlierSettings, ScalarLawSettings, Tuning,
+pub use multi_parameter::{
+    EstimatedParameter, Information, MeasuredOutput, MultiParameterEstimate, MultiParameterGaussNewton,
+    MultiParameterReport, MultiParameterSettings, MultiParameterUncertainty, OutputStage, PassReport, SensitiveOutput,
+    StrainLaw, estimate_parameters,
 };
-pub use several::{
-    CramerRao, EstimatedParameter, Information, MeasuredOutput, MinMaxEstimate, MinMaxParameter, MinMaxSettings,
-    OutputStage, PassReport, SensitiveOutput, SeveralEstimate, SeveralGaussNewton, SeveralMinMax, SeveralReport,
-    SeveralSettings, SeveralUncertainty, StrainLaw, estimate_several,
+pub use num_complex::Complex64;
+pub use scalar::{Form, Scalar, ScalarPlant, ScalarSettings};
+pub use settings::{
+    EstimatorSettings, ExcitationSettings, FieldSource, GaussNewtonSettings, LawSettings, MinMaxSettings,
+    OutlierSettings, Tuning,
 };
 pub use smooth::SmoothPoint;

@@ -117,10 +117,7 @@ impl Matrix {
     /// z.
     pub fn correct(&mut self, grid: &Grid, inputs: &[f64], measured: f64) -> Correction {
         let at = self.shape_a_per_m;
-        let seen = match self.window_a_per_m {
-            Some(window) => grid.members_around(at, window),
-            None => 0..inputs.len(),
-        };
+        let seen = grid.members_seen(at, self.window_a_per_m);
         let (lower, upper) = self.covers.around(grid, seen, inputs, at);
         let input = grid.linear(inputs, at);
         let predicted = self.system.advance(self.applied) + self.feedthrough * input;

@@ -14,7 +14,7 @@ use crate::law::is_credible;
 use crate::matrix::{Matrix, MatrixConstants};
 use crate::modes::Modes;
 use crate::rod_output::RodOutput;
-use crate::{Correction, EstimatorError, Law, MatrixSettings, Prediction};
+use crate::{Correction, EstimatorError, Law, MinMaxSettings, Prediction};
 use anhyst_ipc::Invalid;
 use anhyst_model::TwoPole;
 use serde::{Deserialize, Serialize};
@@ -32,8 +32,8 @@ impl MatrixLaw {
     ///
     /// # Errors
     /// A zero that is not below the rod's damping; a rod without two distinct decaying modes.
-    pub fn new(settings: &MatrixSettings, two_pole_per_strain: &TwoPole, tick_s: f64) -> Result<Self, EstimatorError> {
-        let (zero, damping) = (settings.zero_per_s, two_pole_per_strain.damping_per_s);
+    pub fn new(settings: &MinMaxSettings, two_pole_per_strain: &TwoPole, tick_s: f64) -> Result<Self, EstimatorError> {
+        let (zero, damping) = (settings.zero_per_s.unwrap_or(0.0), two_pole_per_strain.damping_per_s);
         if zero >= damping {
             let sentence = format!(
                 "{zero} 1/s must be below the rod's damping {damping:.1} 1/s: with a zero beyond it the output is not \

@@ -35,9 +35,8 @@ fn estimate(estimation: &Estimation, measured: bool) -> Estimate {
         slope_m_per_a_per_m: correction.slope_m_per_a_per_m,
         standard_deviation_a_per_m: correction.standard_deviation_a_per_m,
         information_per_a2_per_m2: estimation.excitation.information_per_a2_per_m2,
-        // Inverses, because an infinite number has no place in a token.
-        excitation_above_per_a_per_m: 1.0 / estimation.excitation.least_error_above_a_per_m,
-        excitation_below_per_a_per_m: 1.0 / estimation.excitation.least_error_below_a_per_m,
+        excitation_above_per_a_per_m: finite_inverse(estimation.excitation.least_error_above_a_per_m),
+        excitation_below_per_a_per_m: finite_inverse(estimation.excitation.least_error_below_a_per_m),
         status: status_word([
             (correction.adapting, Estimate::ADAPTING),
             (correction.at_edge, Estimate::AT_EDGE),
@@ -48,6 +47,12 @@ fn estimate(estimation: &Estimation, measured: bool) -> Estimate {
         ]),
         ..Estimate::default()
     }
+}
+
+/// An infinite number has no place in a token: not that of a condition that never holds, and not the inverse of one that
+/// holds for any error, as without a dead zone.
+fn finite_inverse(least_error_a_per_m: f64) -> f64 {
+    (1.0 / least_error_a_per_m).clamp(0.0, f64::MAX)
 }
 
 #[cfg(test)]
@@ -172,29 +177,38 @@ mod tests {
             force_gain_per_kg: 0.0,
         };
         let (material, amplifier) = (Material::terfenol_d(), AmplifierConstants::default());
-        let mut estimator =
-            Estimator::new(&EstimatorSettings::default(), &material, two_pole, amplifier, 5e-5).unwrap();
-        let mut last = Estimate::default();
-        for tick in 0..4000 {
-            let angle = std::f64::consts::TAU * 50.0 * 5e-5 * tick as f64;
-            let safe = SafeField {
-                field_a_per_m: 9000.0 * angle.sin(),
-                ..SafeField::default()
+        for name in LawSettings::ADAPTIVE {
+            let settings = EstimatorSettings {
+                law: LawSettings::named(name).unwrap(),
+                ..EstimatorSettings::default()
             };
-            let measured = Measurement {
-                tick,
-                ..Measurement::default()
-            };
-            (last,) = Block::step(&mut estimator, tick, (Now(measured), Previous(safe)));
-            let said = [
-                last.information_per_a2_per_m2,
-                last.excitation_above_per_a_per_m,
-                last.excitation_below_per_a_per_m,
-            ];
-            assert!(said.iter().all(|value| value.is_finite() && *value >= 0.0), "{said:?}");
-            assert!(tick > 0 || said[0] == 0.0, "{said:?} at tick {tick}");
+            let mut estimator = Estimator::new(&settings, &material, two_pole, amplifier, 5e-5).unwrap();
+            let mut last = Estimate::default();
+            for tick in 0..4000 {
+                let angle = std::f64::consts::TAU * 50.0 * 5e-5 * tick as f64;
+                let safe = SafeField {
+                    field_a_per_m: 9000.0 * angle.sin(),
+                    ..SafeField::default()
+                };
+                let measured = Measurement {
+                    tick,
+                    ..Measurement::default()
+                };
+                (last,) = Block::step(&mut estimator, tick, (Now(measured), Previous(safe)));
+                let said = [
+                    last.information_per_a2_per_m2,
+                    last.excitation_above_per_a_per_m,
+                    last.excitation_below_per_a_per_m,
+                ];
+                let right = said.iter().all(|value| value.is_finite() && *value >= 0.0);
+                assert!(right, "{name}: {said:?} at tick {tick}");
+                assert!(tick > 0 || said[0] == 0.0, "{name}: {said:?} at tick {tick}");
+            }
+            let worst = settings.excitation.worst_deviation_a_per_m;
+            assert!(
+                1.0 / last.information_per_a2_per_m2.sqrt() < worst && last.status & Estimate::HELD == 0,
+                "{name}"
+            );
         }
-        let worst = EstimatorSettings::default().excitation.worst_deviation_a_per_m;
-        assert!(1.0 / last.information_per_a2_per_m2.sqrt() < worst && last.status & Estimate::HELD == 0);
     }
 }

@@ -2,25 +2,22 @@
 
 mod excitation;
 mod gauss_newton;
-mod gradient;
-mod matrix;
+mod min_max;
 mod outlier;
-mod scalar;
 mod tuning;
 
 pub use excitation::ExcitationSettings;
 pub use gauss_newton::GaussNewtonSettings;
-pub use gradient::GradientSettings;
-pub use matrix::MatrixSettings;
+pub use min_max::MinMaxSettings;
 pub use outlier::OutlierSettings;
-pub use scalar::ScalarLawSettings;
 pub use tuning::Tuning;
 
 use anhyst_ipc::Invalid;
+use min_max::Said;
 use serde::{Deserialize, Serialize};
 
 /// Largest bank: a member costs about 20 ns a tick, and beyond some hundred members interpolation is not the error any more.
-const MOST_MEMBERS: usize = 512;
+const MAX_MEMBERS: usize = 512;
 
 /// Settings of the estimator.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -56,7 +53,7 @@ pub enum FieldSource {
 
 /// Which law, with its settings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(from = "SaidLaw")]
 pub enum LawSettings {
     /// No adaptation: `a` is what the scenario says.
     FixedShape {
@@ -64,92 +61,45 @@ pub enum LawSettings {
         shape_a_per_m: f64,
     },
     /// The min-max law on outputs folded through the rod.
-    Folded(FoldedSettings),
+    Folded(MinMaxSettings),
     /// Recursive Gauss-Newton with a standard deviation.
     GaussNewton(GaussNewtonSettings),
     /// Plain gradient, for comparison.
-    Gradient(GradientSettings),
+    Gradient(MinMaxSettings),
     /// The paper's matrix law on the displacement and its rate.
-    Matrix(MatrixSettings),
+    Matrix(MinMaxSettings),
     /// The paper's scalar form on the displacement.
-    Scalar(ScalarLawSettings),
+    Scalar(MinMaxSettings),
+}
+
+/// A law as a scenario writes it.
+#[derive(Deserialize)]
+#[serde(rename = "LawSettings", deny_unknown_fields)]
+enum SaidLaw {
+    FixedShape { shape_a_per_m: f64 },
+    Folded(Said),
+    GaussNewton(GaussNewtonSettings),
+    Gradient(Said),
+    Matrix(Said),
+    Scalar(Said),
+}
+
+impl From<SaidLaw> for LawSettings {
+    fn from(law: SaidLaw) -> Self {
+        match law {
+            SaidLaw::FixedShape { shape_a_per_m } => LawSettings::FixedShape { shape_a_per_m },
+            SaidLaw::Folded(said) => LawSettings::Folded(said.or(MinMaxSettings::folded())),
+            SaidLaw::GaussNewton(settings) => LawSettings::GaussNewton(settings),
+            SaidLaw::Gradient(said) => LawSettings::Gradient(said.or(MinMaxSettings::without_window())),
+            SaidLaw::Matrix(said) => LawSettings::Matrix(said.or(MinMaxSettings::matrix())),
+            SaidLaw::Scalar(said) => LawSettings::Scalar(said.or(MinMaxSettings::without_window())),
+        }
+    }
 }
 
 impl Default for LawSettings {
     fn default() -> Self {
-        Self::Folded(FoldedSettings::default())
-    }
-}
-
-/// Settings of the folded law.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct FoldedSettings {
-    /// Θ: the estimate stays within these shape parameters.
-    pub range_a_per_m: (f64, f64),
-    /// Where the estimate starts.
-    pub start_a_per_m: f64,
-    /// Models in the bank, evenly spread over the range.
-    pub members: usize,
-    /// κ: both filters' corner, 1/s.
-    pub filter_per_s: f64,
-    /// ε: output errors up to this change nothing.
-    pub dead_zone_m: f64,
-    /// Covers are built over the members this near to the estimate; none: over the whole range. The law's guarantee needs
-    /// the true shape inside the window, its accuracy on a periodic motion needs a small one.
-    pub window_a_per_m: Option<f64>,
-    /// How fast the estimate follows where the output is as sensitive as said below.
-    pub adaptation_rate_per_s: f64,
-    /// Typical change of the displacement with the shape parameter, m per A/m.
-    pub sensitivity_m_per_a_per_m: f64,
-}
-
-impl Default for FoldedSettings {
-    /// Tuned in the loop on 40 µm at 50 Hz and 12 µm at 150 Hz, 20 kHz ticks, 10 nm rms sensor noise, `a` drifting by
-    /// 200 A/m per second. The dead zone is 1.25 times the noise that the filter lets through (σ √(κ dt/2) = 1.6 nm) and
-    /// leaves ε/φ*, below 1 A/m, undetermined. The sensitivity is about the largest dY/da of that motion. Faster adaptation lags
-    /// less and lets more noise into the estimate. A window over all of Θ leaves about 20 A/m when `a` falls.
-    fn default() -> Self {
-        Self {
-            range_a_per_m: (6300.0, 7300.0),
-            start_a_per_m: 6800.0,
-            members: 33,
-            filter_per_s: 1000.0,
-            dead_zone_m: 2e-9,
-            window_a_per_m: Some(30.0),
-            adaptation_rate_per_s: 500.0,
-            sensitivity_m_per_a_per_m: 4e-9,
-        }
-    }
-}
-
-impl FoldedSettings {
-    /// γ = rate / sensitivity², (A/m)²/(m² s).
-    pub fn gain(&self) -> f64 {
-        self.adaptation_rate_per_s / (self.sensitivity_m_per_a_per_m * self.sensitivity_m_per_a_per_m)
-    }
-
-    /// Checks every field.
-    ///
-    /// # Errors
-    /// The first setting that cannot be used.
-    pub fn validate(&self) -> Result<(), Invalid> {
-        validate_bank(self.range_a_per_m, self.start_a_per_m, self.members, 2)?;
-        Invalid::unless_positive("filter_per_s", self.filter_per_s, "1/s")?;
-        Invalid::unless_positive("dead_zone_m", self.dead_zone_m, "m")?;
-        if let Some(window) = self.window_a_per_m {
-            Invalid::unless_positive("window_a_per_m", window, "A/m")?;
-        }
-        Invalid::unless_positive("adaptation_rate_per_s", self.adaptation_rate_per_s, "1/s")?;
-        Invalid::unless_positive("sensitivity_m_per_a_per_m", self.sensitivity_m_per_a_per_m, "m per A/m")?;
-        if !self.gain().is_finite() {
-            let sensitivity = self.sensitivity_m_per_a_per_m;
-            return Err(Invalid::new(
-                "sensitivity_m_per_a_per_m",
-                format!("{sensitivity} m per A/m is too small: rate/sensitivity^2 is not a finite number"),
-            ));
-        }
-        Ok(())
+        Self::Folded(MinMaxSettings::folded())
     }
 }
 
@@ -169,10 +119,10 @@ fn validate_bank((lower, upper): (f64, f64), start: f64, members: usize, least: 
             format!("{start} A/m is outside the range [{lower}, {upper}] A/m, which the estimate may not leave"),
         ));
     }
-    if !(least..=MOST_MEMBERS).contains(&members) {
+    if !(least..=MAX_MEMBERS).contains(&members) {
         return Err(Invalid::new(
             "members",
-            format!("{members} models cannot span a range; {least} to {MOST_MEMBERS} are possible"),
+            format!("{members} models cannot span a range; {least} to {MAX_MEMBERS} are possible"),
         ));
     }
     Ok(())
@@ -185,36 +135,51 @@ impl LawSettings {
     /// A law with its default settings.
     pub fn named(name: &str) -> Option<Self> {
         Some(match name {
-            "folded" => LawSettings::Folded(FoldedSettings::default()),
+            "folded" => LawSettings::Folded(MinMaxSettings::folded()),
             "gauss-newton" => LawSettings::GaussNewton(GaussNewtonSettings::default()),
-            "matrix" => LawSettings::Matrix(MatrixSettings::default()),
-            "scalar" => LawSettings::Scalar(ScalarLawSettings::default()),
-            "gradient" => LawSettings::Gradient(GradientSettings::default()),
+            "matrix" => LawSettings::Matrix(MinMaxSettings::matrix()),
+            "scalar" => LawSettings::Scalar(MinMaxSettings::without_window()),
+            "gradient" => LawSettings::Gradient(MinMaxSettings::without_window()),
             _ => return None,
         })
+    }
+
+    /// Those of a law that steps along a slope.
+    pub(crate) fn min_max(&self) -> Option<&MinMaxSettings> {
+        match self {
+            Self::Folded(own) | Self::Gradient(own) | Self::Matrix(own) | Self::Scalar(own) => Some(own),
+            Self::FixedShape { .. } | Self::GaussNewton(_) => None,
+        }
     }
 
     /// The shapes that the estimate may take, A/m; twice the same where it is fixed.
     pub fn range_a_per_m(&self) -> (f64, f64) {
         match self {
-            LawSettings::FixedShape { shape_a_per_m } => (*shape_a_per_m, *shape_a_per_m),
-            LawSettings::Folded(folded) => folded.range_a_per_m,
-            LawSettings::GaussNewton(gauss_newton) => gauss_newton.range_a_per_m,
-            LawSettings::Gradient(gradient) => gradient.range_a_per_m,
-            LawSettings::Matrix(matrix) => matrix.range_a_per_m,
-            LawSettings::Scalar(scalar) => scalar.range_a_per_m,
+            Self::FixedShape { shape_a_per_m } => (*shape_a_per_m, *shape_a_per_m),
+            Self::GaussNewton(own) => own.range_a_per_m,
+            Self::Folded(own) | Self::Gradient(own) | Self::Matrix(own) | Self::Scalar(own) => own.range_a_per_m,
         }
+    }
+
+    /// The same law with the estimate's start there; fixed there, where it is fixed.
+    #[must_use]
+    pub fn starting_at(mut self, start_a_per_m: f64) -> Self {
+        match &mut self {
+            Self::FixedShape { shape_a_per_m } => *shape_a_per_m = start_a_per_m,
+            Self::GaussNewton(own) => own.start_a_per_m = start_a_per_m,
+            Self::Folded(own) | Self::Gradient(own) | Self::Matrix(own) | Self::Scalar(own) => {
+                own.start_a_per_m = start_a_per_m;
+            }
+        }
+        self
     }
 
     /// Members of the law's bank.
     pub fn members(&self) -> usize {
         match self {
-            LawSettings::FixedShape { .. } => 1,
-            LawSettings::Folded(folded) => folded.members,
-            LawSettings::GaussNewton(gauss_newton) => gauss_newton.members,
-            LawSettings::Gradient(gradient) => gradient.members,
-            LawSettings::Matrix(matrix) => matrix.members,
-            LawSettings::Scalar(scalar) => scalar.members,
+            Self::FixedShape { .. } => 1,
+            Self::GaussNewton(own) => own.members,
+            Self::Folded(own) | Self::Gradient(own) | Self::Matrix(own) | Self::Scalar(own) => own.members,
         }
     }
 
@@ -224,14 +189,11 @@ impl LawSettings {
     /// The first setting that cannot be used.
     pub fn validate(&self) -> Result<(), Invalid> {
         match self {
-            LawSettings::FixedShape { shape_a_per_m } => {
-                Invalid::unless_positive("shape_a_per_m", *shape_a_per_m, "A/m")
-            }
-            LawSettings::Folded(folded) => folded.validate(),
-            LawSettings::GaussNewton(gauss_newton) => gauss_newton.validate(),
-            LawSettings::Gradient(gradient) => gradient.validate(),
-            LawSettings::Matrix(matrix) => matrix.validate(),
-            LawSettings::Scalar(scalar) => scalar.validate(),
+            Self::FixedShape { shape_a_per_m } => Invalid::unless_positive("shape_a_per_m", *shape_a_per_m, "A/m"),
+            Self::GaussNewton(own) => own.validate(),
+            Self::Folded(own) => own.validate(),
+            Self::Gradient(own) | Self::Scalar(own) => own.validate_without_window(),
+            Self::Matrix(own) => own.validate_matrix(),
         }
     }
 }
@@ -265,70 +227,7 @@ impl EstimatorSettings {
 mod tests {
     use super::*;
 
-    fn refusal(folded: FoldedSettings) -> String {
-        let settings = EstimatorSettings {
-            law: LawSettings::Folded(folded),
-            ..EstimatorSettings::default()
-        };
-        settings.validate().unwrap_err().to_string()
-    }
-
-    // Guards the sentences: a user must see the value and the limit it broke.
-    #[test]
-    fn refusals_say_value_and_limit() {
-        let base = FoldedSettings::default();
-        assert_eq!(EstimatorSettings::default().validate(), Ok(()));
-        let start = refusal(FoldedSettings {
-            start_a_per_m: 6200.0,
-            ..base
-        });
-        assert!(
-            start.starts_with("law.start_a_per_m: 6200 A/m is outside the range [6300, 7300]"),
-            "{start}"
-        );
-        let range = refusal(FoldedSettings {
-            range_a_per_m: (7300.0, 6300.0),
-            ..base
-        });
-        assert!(
-            range.contains("7300 A/m must be below the upper edge 6300 A/m"),
-            "{range}"
-        );
-        assert!(refusal(FoldedSettings { members: 1, ..base }).contains("2 to 512"));
-        assert!(
-            refusal(FoldedSettings {
-                dead_zone_m: 0.0,
-                ..base
-            })
-            .contains("law.dead_zone_m: 0 m")
-        );
-        assert!(
-            refusal(FoldedSettings {
-                filter_per_s: f64::NAN,
-                ..base
-            })
-            .contains("NaN")
-        );
-        assert!(
-            refusal(FoldedSettings {
-                sensitivity_m_per_a_per_m: 1e-200,
-                ..base
-            })
-            .contains("too small")
-        );
-        let play = EstimatorSettings {
-            field: FieldSource::Measured { play_a_per_m: -1.0 },
-            ..Default::default()
-        };
-        assert!(
-            play.validate()
-                .unwrap_err()
-                .to_string()
-                .contains("field.play_a_per_m: -1 A/m")
-        );
-    }
-
-    // Guards the other laws' sentences, and that the path names the part of the settings.
+    // Guards the sentences outside the min-max laws, and that the path names the part of the settings.
     #[test]
     fn every_part_is_checked() {
         let refused = |gauss_newton| {
@@ -372,12 +271,17 @@ mod tests {
         };
         let limit = outlier.validate().unwrap_err().to_string();
         assert!(limit.starts_with("outlier.innovation_limit_m: -0.000001 m"), "{limit}");
+        let play = EstimatorSettings {
+            field: FieldSource::Measured { play_a_per_m: -1.0 },
+            ..EstimatorSettings::default()
+        };
+        let play = play.validate().unwrap_err().to_string();
+        assert!(play.contains("field.play_a_per_m: -1 A/m"), "{play}");
     }
 
     // Guards against misspelt settings that would silently keep their defaults.
     #[test]
     fn unknown_fields_are_refused() {
-        assert!(serde_json::from_str::<EstimatorSettings>(r#"{"law":{"Folded":{"dead_zone":1}}}"#).is_err());
         assert!(serde_json::from_str::<EstimatorSettings>(r#"{"laws":1}"#).is_err());
     }
 }

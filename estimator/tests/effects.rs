@@ -1,7 +1,7 @@
-//! Guards that the estimator reckons with known effects: with the true `a` its prediction is what the chain's sensor
+//! Guards that the estimator takes account of known effects: with the true `a` its prediction is what the chain's sensor
 //! says.
 
-use anhyst_estimator::{Estimator, EstimatorSettings, FieldSource, LawSettings};
+use anhyst_estimator::{Estimator, EstimatorSettings, FieldSource, LawSettings, MinMaxSettings};
 use anhyst_model::{
     Actuator, ActuatorInput, ActuatorModel, AmplifierConstants, Effect, EffectKind, rod_per_strain, with_known_effects,
 };
@@ -87,7 +87,7 @@ fn a_known_effect_leaves_no_gap() {
     }
 }
 
-// Guards against a silent half-truth: what cannot be reckoned with is refused.
+// Guards against a silent half-truth: what cannot be taken into account is refused.
 #[test]
 fn what_does_not_go_together_is_refused() {
     let measured = EstimatorSettings {
@@ -97,7 +97,7 @@ fn what_does_not_go_together_is_refused() {
     let eddy = effect(EffectKind::EddyCurrent, &[1.8e-4]);
     assert!(estimator(&measured, &[eddy]).is_err_and(|sentence| sentence.contains("Commanded")));
     let matrix = EstimatorSettings {
-        law: LawSettings::Matrix(Default::default()),
+        law: LawSettings::Matrix(MinMaxSettings::matrix()),
         ..EstimatorSettings::default()
     };
     let late = effect(EffectKind::SensorDelay, &[5e-4, 0.0]);

@@ -4,23 +4,22 @@
 mod common;
 
 use anhyst_estimator::{
-    Estimation, Estimator, EstimatorError, EstimatorSettings, FoldedSettings, GaussNewtonSettings, GradientSettings,
-    LawSettings, MatrixSettings, ScalarLawSettings,
+    Estimation, Estimator, EstimatorError, EstimatorSettings, GaussNewtonSettings, LawSettings, MinMaxSettings,
 };
 use anhyst_model::{AmplifierConstants, Material, Noise};
 use common::{Rig, TICK_S, command, rod, run, run_commanded};
 
 fn matrix(start_a_per_m: f64) -> EstimatorSettings {
-    with(LawSettings::Matrix(MatrixSettings {
+    with(LawSettings::Matrix(MinMaxSettings {
         start_a_per_m,
-        ..MatrixSettings::default()
+        ..MinMaxSettings::matrix()
     }))
 }
 
 fn scalar(start_a_per_m: f64) -> EstimatorSettings {
-    with(LawSettings::Scalar(ScalarLawSettings {
+    with(LawSettings::Scalar(MinMaxSettings {
         start_a_per_m,
-        ..ScalarLawSettings::default()
+        ..MinMaxSettings::without_window()
     }))
 }
 
@@ -116,11 +115,11 @@ fn the_matrix_law_converges_from_anywhere() {
 #[test]
 fn the_matrix_law_follows_a_drift_better_than_the_folded_law() {
     let laws = [
-        LawSettings::Matrix(MatrixSettings::default()),
-        LawSettings::Folded(FoldedSettings::default()),
+        LawSettings::Matrix(MinMaxSettings::matrix()),
+        LawSettings::Folded(MinMaxSettings::folded()),
         LawSettings::GaussNewton(GaussNewtonSettings::default()),
-        LawSettings::Gradient(GradientSettings::default()),
-        LawSettings::Scalar(ScalarLawSettings::default()),
+        LawSettings::Gradient(MinMaxSettings::without_window()),
+        LawSettings::Scalar(MinMaxSettings::without_window()),
     ];
     let found = laws.map(|law| {
         let name = format!("{law:?}");
@@ -167,7 +166,7 @@ fn the_scalar_law_stops_short_from_above() {
         assert!((least..most).contains(&error), "from {start}: {error} A/m");
         assert!(condition > 5.0, "{condition} A/m");
     }
-    let law = LawSettings::Scalar(ScalarLawSettings::default());
+    let law = LawSettings::Scalar(MinMaxSettings::without_window());
     let (rising, falling) = (drift(law, 6400.0, 200.0).0, drift(law, 7200.0, -200.0).0);
     assert!(rising < 3.5 && falling > 10.0, "{rising} {falling}");
 }
@@ -280,9 +279,9 @@ fn a_snapshot_continues_with_the_same_bits() {
 #[test]
 fn a_zero_beyond_the_rods_damping_is_refused() {
     let material = Material::terfenol_d();
-    let settings = with(LawSettings::Matrix(MatrixSettings {
-        zero_per_s: 8000.0,
-        ..MatrixSettings::default()
+    let settings = with(LawSettings::Matrix(MinMaxSettings {
+        zero_per_s: Some(8000.0),
+        ..MinMaxSettings::matrix()
     }));
     let refused = Estimator::new(
         &settings,

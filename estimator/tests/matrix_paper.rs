@@ -1,6 +1,6 @@
 //! Guards the matrix law on the paper's example (section 5): the rod w/(s² + k̂s + ĉ) with w = 1.3724e-2, k̂ = 7.8899e3
 //! 1/s and ĉ = 6.4251e7 1/s², f = M(u, a), Θ = [6300, 7300] A/m, true a = 7012 A/m; and what the paper's explicit
-//! integration costs.
+//! integration and its injection through C cost.
 //!
 //! The paper's output Re Σ y_i is the displacement, for which Σ B = 0; here it is z = ẏ + μy, 0 < μ < k̂, read from a
 //! simulated rod.
@@ -31,18 +31,17 @@ fn sine(time_s: f64) -> f64 {
 }
 
 /// Partial fractions of w (s + μ)/(s² + k̂s + ĉ).
-fn modes() -> Modes {
+fn modes(zero_per_s: f64) -> [Mode; 2] {
     let half = 0.5 * ROD.damping_per_s;
     let omega = libm::sqrt(ROD.stiffness_per_s2 - half * half);
-    let mode = |sign: f64| {
+    [1.0, -1.0].map(|sign| {
         let eigenvalue_per_s = Complex64::new(-half, sign * omega);
-        let input = (eigenvalue_per_s + ZERO_PER_S) * ROD.gain / Complex64::new(0.0, 2.0 * sign * omega);
+        let input = (eigenvalue_per_s + zero_per_s) * ROD.gain / Complex64::new(0.0, 2.0 * sign * omega);
         Mode {
             eigenvalue_per_s,
             input,
         }
-    };
-    Modes::new(&[mode(1.0), mode(-1.0)]).unwrap()
+    })
 }
 
 /// The estimate is to follow 200 times a second where the input says most; errors below 0.1 A/m there are left alone.
@@ -55,14 +54,38 @@ fn constants(start_a_per_m: f64, window_a_per_m: Option<f64>) -> MatrixConstants
     }
 }
 
-/// Bank and rod under one field; `law` gets the grid, the members' magnetizations and z at every tick and says its
-/// estimate.
-fn simulate(
+/// What moves, how, and which output is read.
+#[derive(Clone, Copy)]
+struct Motion {
     curve: Anhysteretic,
     field: fn(f64) -> f64,
+    seconds: f64,
     tick_s: f64,
-    mut law: impl FnMut(&Grid, &[f64], f64) -> f64,
-) -> Outcome {
+    zero_per_s: f64,
+}
+
+impl Motion {
+    fn of_the_paper(curve: Anhysteretic, field: fn(f64) -> f64, tick_s: f64) -> Self {
+        Self {
+            curve,
+            field,
+            seconds: SECONDS,
+            tick_s,
+            zero_per_s: ZERO_PER_S,
+        }
+    }
+}
+
+/// Bank and rod under one field; `law` gets the grid, the members' magnetizations and z at every tick and says its
+/// estimate.
+fn simulate(motion: Motion, mut law: impl FnMut(&Grid, &[f64], f64) -> f64) -> Outcome {
+    let Motion {
+        curve,
+        field,
+        seconds,
+        tick_s,
+        zero_per_s,
+    } = motion;
     let grid = Grid::new(6300.0, 7300.0, 33);
     let base = Hysteresis {
         anhysteretic: curve,
@@ -73,7 +96,7 @@ fn simulate(
     let propagator = TwoPolePropagator::new(ROD, tick_s).unwrap();
     let (mut rod, mut acceleration) = (RodState::default(), 0.0);
     let mut outcome = Outcome::default();
-    let ticks = (SECONDS / tick_s).round() as u32;
+    let ticks = (seconds / tick_s).round() as u32;
     for tick in 1..=ticks {
         let time_s = f64::from(tick) * tick_s;
         bank.advance(field(time_s));
@@ -81,7 +104,7 @@ fn simulate(
         let reached = ROD.gain * material.magnetizations()[0];
         rod = propagator.advance(rod, acceleration, reached);
         acceleration = reached;
-        let z = rod.velocity_m_per_s + ZERO_PER_S * rod.displacement_m;
+        let z = rod.velocity_m_per_s + zero_per_s * rod.displacement_m;
         outcome.note(time_s, law(&grid, bank.magnetizations(), z));
     }
     outcome
@@ -118,8 +141,13 @@ impl Outcome {
 }
 
 fn run(curve: Anhysteretic, field: fn(f64) -> f64, tick_s: f64, constants: MatrixConstants) -> Outcome {
-    let mut law = Matrix::new(&modes(), constants, 33, tick_s).unwrap();
-    simulate(curve, field, tick_s, |grid, magnetizations, z| {
+    run_motion(Motion::of_the_paper(curve, field, tick_s), constants)
+}
+
+fn run_motion(motion: Motion, constants: MatrixConstants) -> Outcome {
+    let modes = Modes::new(&modes(motion.zero_per_s)).unwrap();
+    let mut law = Matrix::new(&modes, constants, 33, motion.tick_s).unwrap();
+    simulate(motion, |grid, magnetizations, z| {
         law.correct(grid, magnetizations, z).shape_a_per_m
     })
 }
@@ -193,7 +221,7 @@ fn run_explicit(curve: Anhysteretic, field: fn(f64) -> f64, tick_s: f64, start_a
     let constants = constants(start_a_per_m, None);
     let mut covers = Covers::with_members(33);
     let (mut displacement, mut velocity, mut shape) = (0.0, 0.0, start_a_per_m);
-    simulate(curve, field, tick_s, |grid, magnetizations, z| {
+    simulate(Motion::of_the_paper(curve, field, tick_s), |grid, magnetizations, z| {
         let (lower, upper) = covers.around(grid, 0..magnetizations.len(), magnetizations, shape);
         let error = velocity + ZERO_PER_S * displacement - z;
         let cover = if error > 0.0 { lower } else { upper };
@@ -227,4 +255,72 @@ fn explicit_integration_oscillates_and_the_exact_step_does_not() {
     let finer = run_explicit(Anhysteretic::Ising, ramp, 1e-5, 6800.0);
     println!("explicit at 100 kHz: {:.2} A/m late, {} turns", finer.late, finer.turns);
     assert!(finer.late < 0.2 && finer.turns < 10, "{finer:?}");
+}
+
+/// The law with the correction a* sat() sent through C = [0, …, 0, 1] with the gain b = Σ B, as (20) prints it, instead of
+/// through B, where f goes in. The copy's modes are exact for an f that is linear within a tick.
+fn run_through_c(motion: Motion, constants: MatrixConstants) -> Outcome {
+    let modes = modes(motion.zero_per_s);
+    let weights = modes.map(|Mode { eigenvalue_per_s, .. }| {
+        let phase = eigenvalue_per_s * motion.tick_s;
+        let (transition, step) = (phase.exp(), (phase.exp() - 1.0) / eigenvalue_per_s);
+        let reached = (transition - 1.0 - phase) / (eigenvalue_per_s * phase);
+        [transition, step - reached, reached]
+    });
+    let (mut states, mut last, mut correction) = ([Complex64::ZERO; 2], 0.0, 0.0);
+    let (mut covers, mut shape) = (Covers::with_members(33), constants.start_a_per_m);
+    let through_c = modes[0].input + modes[1].input;
+    simulate(motion, |grid, magnetizations, z| {
+        let (lower, upper) = covers.around(grid, 0..33, magnetizations, shape);
+        let predicted = grid.linear(magnetizations, shape);
+        for ((state, mode), [transition, from, to]) in states.iter_mut().zip(&modes).zip(weights) {
+            *state = transition * *state + mode.input * (from * last + to * predicted);
+        }
+        states[1] -= through_c * (motion.tick_s * correction);
+        last = predicted;
+        let error = (states[0] + states[1]).re - z;
+        let cover = if error > 0.0 { lower } else { upper };
+        correction = (predicted - cover.value).abs() * (error / constants.dead_zone).clamp(-1.0, 1.0);
+        let outside = error - error.clamp(-constants.dead_zone, constants.dead_zone);
+        shape = grid.project(shape - constants.gain * motion.tick_s * outside * cover.slope);
+        shape
+    })
+}
+
+/// What our law and the printed one leave after 0.5 s of ±12 kA/m at 50 Hz from 7250 A/m, Langevin, covers over all of Θ.
+fn left_over(zero_per_s: f64) -> [f64; 2] {
+    let sensitivity = 30.0 * ROD.gain * zero_per_s / ROD.stiffness_per_s2;
+    let constants = MatrixConstants {
+        start_a_per_m: 7250.0,
+        dead_zone: 0.3 * sensitivity,
+        gain: 500.0 / (30.0 * sensitivity),
+        window_a_per_m: None,
+    };
+    let motion = Motion {
+        curve: Anhysteretic::Langevin,
+        field: |time_s| 12e3 * libm::sin(2.0 * std::f64::consts::PI * 50.0 * time_s),
+        seconds: 0.5,
+        // Short enough for the printed law's explicit correction.
+        tick_s: 2e-6,
+        zero_per_s,
+    };
+    let found = [
+        run_motion(motion, constants).error,
+        run_through_c(motion, constants).error,
+    ];
+    println!(
+        "zero at {zero_per_s} 1/s: through B {:.1} A/m, through C {:.1} A/m",
+        found[0], found[1]
+    );
+    found
+}
+
+// Guards the erratum of (20): only through B can a* sat() outweigh f(û) − f(θ) at every instant. What C costs depends on
+// the output: its gain at rest, b Re(−1/λ_N), is that of B only by chance; with μ = k̂/2 it is, and then C does as well.
+#[test]
+fn the_printed_injection_stops_the_estimate_far_from_the_truth() {
+    let [through_b, through_c] = left_over(500.0);
+    assert!(through_b < 20.0 && through_c > 60.0, "{through_b} {through_c}");
+    let [through_b, through_c] = left_over(0.5 * ROD.damping_per_s);
+    assert!((through_b - through_c).abs() < 1.0, "{through_b} {through_c}");
 }

@@ -1,8 +1,10 @@
 use crate::clock::CLOCKS;
 use crate::message::{Channel, NodeId};
+use serde::{Deserialize, Serialize};
 
 /// Why a link could not do what the loop needs. No token is ever guessed: any of these ends the node's run.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum LinkError {
     /// Nothing came within the receive limit.
     #[error("{reader} waited {waited_s:.3} s for {channel} of tick {tick}, but {producer} is silent", producer = channel.producer())]

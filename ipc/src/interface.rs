@@ -160,6 +160,11 @@ fn status_entries() -> Vec<StatusEntry> {
             "epoch",
             "In real time, from the plant's process: CLOCK_MONOTONIC in ns at which tick 0 begins; 0: not known (yet)",
         ),
+        entry(
+            names::WAIT,
+            "wait",
+            "Optional. The token that the process waited for last: tick << 16 | (reader + 1) << 8 | channel + 1, in the order of the nodes and channels above; 0: none",
+        ),
     ]
 }
 

@@ -47,7 +47,7 @@ pub use pace::Pace;
 pub use raw::{MAX_BYTES, MAX_WORDS, RawToken};
 pub use shared::{
     ANY_AGREEMENT, CONNECTED, END, Egress, Ingress, Layout, Observer, PORTS, Progress, SharedContext, SharedSettings,
-    Wait, crossing,
+    Standing, TokenWait, Wait, crossing,
 };
 pub use statistics::{Bin, Latency, LatencySummary, LinkReport};
 pub use stop::{request_stop, stop_flag, stop_requested};

@@ -29,8 +29,8 @@ pub fn embedded(
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<ProcessReport>, RunError> {
     let report = process::run("embedded", &NodeId::LOOP_ORDER, scenario, folder, None, progress)?;
-    match report.error {
-        Some(error) => Err(RunError::Setup(error)),
+    match report.failure {
+        Some(failure) => Err(RunError::Setup(failure.sentence)),
         None => Ok(vec![report]),
     }
 }

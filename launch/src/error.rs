@@ -15,7 +15,7 @@ pub enum RunError {
     #[error(transparent)]
     Launch(#[from] LaunchError),
     /// A result cannot be written.
-    #[error("{path} cannot be written: {cause}", path = path.display())]
+    #[error("{path} cannot be written: {cause}{left}", path = path.display(), left = crate::disk::left_after(path, cause))]
     Write {
         /// Which.
         path: PathBuf,
@@ -28,6 +28,12 @@ pub enum RunError {
         /// Which.
         path: PathBuf,
     },
+    /// A launcher's child that came to life too late.
+    #[error("the launcher with process number {launcher} has gone: nobody is there to run for")]
+    Orphan {
+        /// Its process number.
+        launcher: u32,
+    },
     /// The recording cannot be written.
     #[cfg(feature = "recorder")]
     #[error(transparent)]
@@ -35,4 +41,11 @@ pub enum RunError {
     /// Anything else, in a sentence.
     #[error("{0}")]
     Setup(String),
+}
+
+impl RunError {
+    /// True if there is no more room on a disk: that is nobody's bad input.
+    pub fn is_full_disk(&self) -> bool {
+        matches!(self, Self::Write { cause, .. } if crate::disk::is_full(cause))
+    }
 }

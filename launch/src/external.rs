@@ -4,8 +4,6 @@
 use crate::resources::Resources;
 use anhyst_ipc::NodeId;
 use anhyst_scenario::Scenario;
-use std::fs::File;
-use std::process::{Child, Command, Stdio};
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -134,20 +132,4 @@ pub fn announce(
         value("ANHYST_ROOT"),
         folder = folder.display(),
     );
-}
-
-/// Starts a user's command in a process group of its own, so that all that it starts can be ended with it.
-///
-/// # Errors
-/// What the system says.
-pub fn spawn(command: &str, environment: &[(&'static str, String)], log: File) -> std::io::Result<Child> {
-    use std::os::unix::process::CommandExt;
-    Command::new("sh")
-        .args(["-c", command])
-        .envs(environment.iter().map(|(name, value)| (name, value)))
-        .stdin(Stdio::null())
-        .stdout(log.try_clone()?)
-        .stderr(log)
-        .process_group(0)
-        .spawn()
 }

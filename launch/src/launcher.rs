@@ -1,29 +1,26 @@
 //! Starts the processes of a run, watches them, ends what it started, and leaves no shared memory behind.
 
-mod blame;
 pub mod error;
+mod evidence;
+mod hang_detector;
 mod restart;
-mod stillness;
+mod root_cause;
 
 use crate::across::{AcrossArguments, BRIDGE};
 use crate::external::{self, ExternalCommand};
 use crate::folder::RunFolder;
 use crate::realtime::Restart;
-use crate::report::ProcessReport;
-use crate::resources::Resources;
+use crate::report::{Failure, ProcessReport};
+use crate::resources::{self, Resources};
+use crate::supervisor::{self, GRACE, LOOK_PERIOD, State, Supervised};
 use anhyst_ipc::{NodeId, Observer, stop_requested};
 use anhyst_scenario::{ProcessKind, Scenario};
-use blame::Inquest;
 pub use error::LaunchError;
+use evidence::Evidence;
+use hang_detector::{HangDetector, Stillness};
 use std::collections::VecDeque;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
-use stillness::{Stillness, Watchman};
-
-/// How often the children are looked at: well within the two seconds in which a death must be reported.
-const WATCH_PERIOD: Duration = Duration::from_millis(10);
-/// What a child that was asked to end gets before it is killed: time for the recorder to write its last block.
-const GRACE: Duration = Duration::from_millis(1200);
 
 /// How processes are started.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,77 +39,48 @@ pub struct Options {
     pub across: AcrossArguments,
 }
 
-/// Who leaves with the last token may be looked at before the others have said that it was the last.
-const AT_THE_END: Duration = Duration::from_millis(300);
-
 struct Running {
     name: String,
-    /// A user's command: in a process group of its own, and it leaves no report.
+    /// A user's command: it leaves no report.
     foreign: bool,
-    child: Child,
-    ended: Option<ExitStatus>,
+    child: Supervised,
+    /// What it told that it failed of.
+    failure: Option<Failure>,
     /// How earlier processes of this name ended.
     restarts: Vec<Restart>,
     /// Of the scenario's faults that stop it: for how long each, and when to wake it.
     stops: VecDeque<Duration>,
     wake_at: Option<Instant>,
     stillness: Stillness,
-    /// How much of its log has been looked at.
-    heard_bytes: u64,
 }
 
 impl Running {
-    /// True if it has written into its log since this was asked last.
-    fn has_spoken(&mut self, folder: &RunFolder) -> bool {
-        let bytes = std::fs::metadata(folder.log(&self.name)).map_or(0, |log| log.len());
-        std::mem::replace(&mut self.heard_bytes, bytes) != bytes
+    /// Sees what it does and hears what it tells. Of what it fails of the first is the cause.
+    fn look(&mut self) {
+        self.child.look();
+        let told = self.child.lines();
+        let failure = told.iter().find_map(|line| Failure::heard(line));
+        self.failure = self.failure.take().or(failure);
     }
 
     /// How it has ended, in words.
     fn how(&self) -> String {
-        self.stillness.describe().unwrap_or_else(|| blame::describe(self.ended))
-    }
-
-    fn failed(&self) -> bool {
-        self.ended.is_some_and(|status| !status.success())
-    }
-
-    /// Signals a child, and what a user's command has started.
-    fn signal(&self, signal: rustix::process::Signal) {
-        let Some(pid) = rustix::process::Pid::from_raw(self.child.id() as i32) else {
-            return;
+        let end = || {
+            self.child
+                .end()
+                .map_or_else(|| "does not answer".into(), |end| end.to_string())
         };
-        // A child that has just ended by itself cannot be signalled; that is what was wanted.
-        let _ = if self.foreign {
-            rustix::process::kill_process_group(pid, signal)
-        } else {
-            rustix::process::kill_process(pid, signal)
-        };
+        self.stillness.describe().unwrap_or_else(end)
     }
 
     /// Wakes it when the time is over for which the scenario stops it. Others who stop it must wake it themselves.
     fn wake(&mut self) {
-        let Some(pid) = rustix::process::Pid::from_raw(self.child.id() as i32).filter(|_| self.ended.is_none()) else {
-            return;
-        };
-        if let Some(first) = self.stops.front() {
-            let options = rustix::process::WaitIdOptions::STOPPED | rustix::process::WaitIdOptions::NOHANG;
-            let stopped = rustix::process::waitid(rustix::process::WaitId::Pid(pid), options);
-            if stopped.is_ok_and(|status| status.is_some()) {
-                self.wake_at = Some(Instant::now() + *first);
-                self.stops.pop_front();
-            }
+        if self.child.state() == State::Stopped && self.wake_at.is_none() {
+            self.wake_at = self.stops.pop_front().map(|stop| Instant::now() + stop);
         }
         if self.wake_at.take_if(|at| *at <= Instant::now()).is_some() {
-            // A process that has died meanwhile needs no waking.
-            let _ = rustix::process::kill_process(pid, rustix::process::Signal::CONT);
+            self.child.signal(rustix::process::Signal::CONT);
         }
-    }
-
-    /// A signal ended it; of a user's command the shell may tell, with a status of 128 and the signal.
-    fn killed(&self) -> bool {
-        let by_signal = |code| self.foreign && (129..=192).contains(&code);
-        self.ended.is_some_and(|status| status.code().is_none_or(by_signal))
     }
 }
 
@@ -126,6 +94,7 @@ pub fn launch(
     options: &Options,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<ProcessReport>, LaunchError> {
+    resources::shared_memory_left().map_err(LaunchError::SharedMemory)?;
     let mut children = Vec::new();
     let outcome = start(scenario, folder, options, &mut children)
         .and_then(|()| watch(scenario, folder, options, &mut children, progress));
@@ -136,11 +105,15 @@ pub fn launch(
         // Before the others are ended: the bridge tells the other host. Without it that host hears only that this one ends.
         let _ = std::fs::write(folder.died(), process);
     }
-    end(&mut children);
-    options.resources.remove().map_err(|error| LaunchError::Cleanup {
+    supervisor::end_all(children.iter_mut().map(|running| &mut running.child));
+    let cleaned = options.resources.remove().map_err(|error| LaunchError::Cleanup {
         cause: error.to_string(),
-    })?;
-    outcome?;
+    });
+    if let (Err(_), Err(unclean)) = (&outcome, &cleaned) {
+        // Who died is said by the caller, and first of all.
+        crate::complain!("{unclean}");
+    }
+    outcome.and(cleaned)?;
     children
         .iter()
         .filter(|running| !running.foreign)
@@ -189,12 +162,11 @@ fn start(
             name,
             foreign,
             child,
-            ended: None,
+            failure: None,
             restarts: Vec::new(),
             stops: stops.collect(),
             wake_at: None,
             stillness: Stillness::default(),
-            heard_bytes: 0,
         }));
     }
     Ok(())
@@ -207,7 +179,7 @@ fn start_own(
     folder: &RunFolder,
     options: &Options,
     again: bool,
-) -> std::io::Result<Child> {
+) -> std::io::Result<Supervised> {
     let log = std::fs::OpenOptions::new()
         .create(true)
         .write(true)
@@ -217,7 +189,8 @@ fn start_own(
     // Of two who wait for the same absentee the launcher gives up first: it knows what to advise.
     let start_limit = options.start_limit + GRACE;
     let across = (name == BRIDGE).then(|| options.across.to_words());
-    Command::new(std::env::current_exe()?)
+    let mut command = Command::new(std::env::current_exe()?);
+    command
         .arg(nodes.first().map_or(BRIDGE, |node| node.name()))
         .arg(folder.scenario())
         .arg("--out")
@@ -225,15 +198,13 @@ fn start_own(
         .args(["--service-prefix", &options.resources.prefix])
         .args(["--yields", &options.yields.to_string()])
         .args(["--start-limit-s", &start_limit.as_secs_f64().to_string()])
-        .arg("--end-with-launcher")
+        .args(["--end-with-launcher", &std::process::id().to_string()])
         .arg("--root")
         .arg(&options.resources.root)
         .args(across.into_iter().flatten())
         .args(again.then_some("--rejoin"))
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(log)
-        .spawn()
+        .stderr(log);
+    Supervised::start(&mut command)
 }
 
 /// Starts a process by the user's command, or tells the user what to start.
@@ -243,7 +214,7 @@ fn start_external(
     scenario: &Scenario,
     folder: &RunFolder,
     options: &Options,
-) -> std::io::Result<Option<Child>> {
+) -> std::io::Result<Option<Supervised>> {
     let environment = external::environment(
         name,
         scenario,
@@ -261,7 +232,7 @@ fn start_external(
         return Ok(None);
     };
     let log = std::fs::File::create(folder.log(name))?;
-    external::spawn(&command.command, &environment, log).map(Some)
+    Supervised::start_command(&command.command, &environment, log).map(Some)
 }
 
 fn watch(
@@ -284,11 +255,20 @@ fn watch(
             .iter()
             .any(|(known, nodes)| known == name && options.across.starts(nodes))
     });
-    let mut awaited = external.clone();
+    let mut appearing: Vec<String> = processes.iter().map(|(name, _)| name.clone()).collect();
+    let parts: Vec<(String, Vec<NodeId>)> = processes
+        .iter()
+        .filter(|(_, nodes)| options.across.starts(nodes))
+        .cloned()
+        .collect();
+    let evidence = Evidence {
+        scenario,
+        folder,
+        parts: &parts,
+    };
     let begin = Instant::now();
     let mut own_ended = None;
-    let mut left_since = None;
-    let mut watchman = Watchman::of(scenario);
+    let mut detector = HangDetector::of(scenario);
     let mut tick = 0;
     loop {
         if let Some(observer) = &mut observer {
@@ -296,8 +276,10 @@ fn watch(
                 tick = observer.tick_of(plant).unwrap_or(tick);
                 progress(tick);
             }
-            awaited.retain(|process| observer.tick_of(process).is_none());
-            if let Some(process) = awaited.first().filter(|_| begin.elapsed() > options.start_limit) {
+            // Whoever is known can be read to its end, also when it has gone.
+            appearing.retain(|process| observer.tick_of(process).is_none());
+            let awaited = external.iter().find(|process| appearing.contains(process));
+            if let Some(process) = awaited.filter(|_| begin.elapsed() > options.start_limit) {
                 return Err(LaunchError::NobodyCame {
                     process: process.clone(),
                     limit_s: options.start_limit.as_secs_f64(),
@@ -309,78 +291,29 @@ fn watch(
         if stop_requested() {
             return Err(LaunchError::Interrupted { tick, ticks });
         }
-        look(children);
+        children.iter_mut().for_each(Running::look);
         children.iter_mut().for_each(Running::wake);
-        if let (Some(watchman), Some(observer)) = (&mut watchman, &mut observer) {
-            watchman.look(observer, children, tick);
+        if let (Some(detector), Some(observer)) = (&mut detector, &mut observer) {
+            detector.look(observer, children, tick);
         }
         restart::restart(scenario, folder, options, children, (tick, observer.as_mut()))?;
-        let inquest = Inquest {
-            scenario,
-            folder,
-            external: &external,
-            tick,
+        let failed = |running: &Running| {
+            running.child.has_failed() || running.failure.is_some() && !restart::may_come_back(scenario, running)
         };
-        if observer
-            .as_mut()
-            .is_some_and(|observer| somebody_left(children, observer, ticks))
-        {
-            let since: &mut Instant = left_since.get_or_insert_with(Instant::now);
-            if since.elapsed() > AT_THE_END {
-                return Err(inquest.hold(children));
-            }
-        }
-        // Whoever was told to end says so at once, and then may follow a guard that goes on: the run is to end now.
-        let told_to_end = |running: &mut Running| running.has_spoken(folder) && inquest.was_told_to_end(running);
-        if children.iter_mut().any(told_to_end) || children.iter().any(Running::failed) {
-            return Err(inquest.hold(children));
+        if children.iter().any(failed) || evidence.somebody_left(children, observer.as_mut()) {
+            return Err(evidence.inquire(children, observer.as_mut(), tick));
         }
         if children
             .iter()
-            .all(|running| running.foreign || running.ended.is_some())
+            .all(|running| running.foreign || running.child.end().is_some())
         {
             // A foreign program may need a moment after the last token; then it is ended like all that still runs.
             let since: &mut Instant = own_ended.get_or_insert_with(Instant::now);
-            if children.iter().all(|running| running.ended.is_some()) || since.elapsed() > GRACE {
+            if children.iter().all(|running| running.child.end().is_some()) || since.elapsed() > GRACE {
                 return Ok(());
             }
         }
-        std::thread::sleep(WATCH_PERIOD);
-    }
-}
-
-/// True if a user's command has ended well while none of our nodes in the loop has come to the last tick. The recorder may be
-/// far behind, and where it is the only one of ours, nobody knows.
-fn somebody_left(children: &[Running], observer: &mut Observer, ticks: u64) -> bool {
-    let left = |running: &Running| running.foreign && running.ended.is_some();
-    let in_the_loop =
-        |running: &&Running| !running.foreign && ![BRIDGE, NodeId::Recorder.name()].contains(&&*running.name);
-    let ours: Vec<&Running> = children.iter().filter(in_the_loop).collect();
-    let mut is_at_the_end = |running: &&Running| observer.tick_of(&running.name).is_some_and(|tick| tick >= ticks);
-    children.iter().any(left) && !ours.is_empty() && !ours.iter().any(&mut is_at_the_end)
-}
-
-fn look(children: &mut [Running]) {
-    for running in children.iter_mut().filter(|running| running.ended.is_none()) {
-        running.ended = running.child.try_wait().ok().flatten();
-    }
-}
-
-/// Asks every child that still runs to end, then kills what has not.
-fn end(children: &mut [Running]) {
-    for running in children.iter_mut().filter(|running| running.ended.is_none()) {
-        running.signal(rustix::process::Signal::TERM);
-    }
-    let start = Instant::now();
-    for running in children.iter_mut() {
-        while running.ended.is_none() && start.elapsed() < GRACE {
-            running.ended = running.child.try_wait().ok().flatten();
-            std::thread::sleep(Duration::from_millis(2));
-        }
-        if running.ended.is_none() {
-            running.signal(rustix::process::Signal::KILL);
-            running.ended = running.child.wait().ok();
-        }
+        std::thread::sleep(LOOK_PERIOD);
     }
 }
 

@@ -1,11 +1,12 @@
 //! One process of a run: its nodes, opened, run to the end, and what they report.
 
 use crate::assemble;
+use crate::disk::Disk;
 use crate::error::RunError;
+use crate::fault_injector::FaultInjector;
 use crate::folder::RunFolder;
 use crate::realtime::{self, Timed};
-use crate::report::{Ending, ProcessReport};
-use crate::sabotage::Sabotage;
+use crate::report::{Ending, Failure, ProcessReport};
 use crate::safe_ending;
 use crate::scribe::Scribe;
 use anhyst_ipc::{
@@ -32,6 +33,8 @@ pub struct Meeting {
     pub start_limit: Duration,
     /// Take the place of a process that died, in a real-time run that goes on.
     pub rejoin: bool,
+    /// A launcher has started this process and hears what it fails of.
+    pub supervised: bool,
 }
 
 /// The reader must never be this far behind: its buffer is twice as deep.
@@ -45,9 +48,13 @@ struct Loop {
     scribe: Option<Node<Scribe>>,
     shared: Option<Rc<SharedContext>>,
     recorder_process: Option<String>,
+    plant_process: Option<String>,
+    disk: Option<Disk>,
+    /// See [`Loop::last_tick_to_hear`].
+    stop_at: Option<u64>,
     receive_limit: Duration,
     timed: Option<Timed>,
-    sabotage: Sabotage,
+    injector: FaultInjector,
     /// The tick that is being worked on.
     reached: u64,
     ending: Option<Ending>,
@@ -72,19 +79,26 @@ pub fn run(
         Some(timed) => looping.run_timed(timed, scenario.ticks(), progress),
     };
     let loop_s = start.elapsed().as_secs_f64();
-    if let Err(error) = &outcome {
-        if meeting.is_some() {
-            // Said at once: bringing the field to safety takes time in which nobody must wonder who is silent.
-            crate::complain!("{error}");
+    let failed_at_tick = looping.reached;
+    let failure_of = |error: LinkError| {
+        let failure = Failure::new(failed_at_tick, &error.into());
+        if let Some(meeting) = meeting {
+            failure.tell(meeting.supervised);
         }
+        failure
+    };
+    // Said at once: bringing the field to safety takes time in which nobody must wonder who is silent.
+    let mut failure = outcome.err().map(failure_of);
+    if failure.is_some() {
         looping.ending = Some(safe_ending::bring_to_safety(
             &mut looping.stages,
             looping.shared.as_deref(),
             looping.reached,
         ));
+    } else {
+        failure = looping.connections.end_barrier().err().map(failure_of);
     }
-    let outcome = outcome.and_then(|()| looping.connections.end_barrier());
-    looping.report(process, folder, loop_s, outcome.err())
+    looping.report(process, folder, loop_s, failure)
 }
 
 fn open(
@@ -174,9 +188,15 @@ fn open(
         scribe,
         shared,
         recorder_process: recorder_process.filter(elsewhere),
+        plant_process: Some(leader).filter(elsewhere),
+        // One process looks after the disk, for all: the one that writes most.
+        disk: nodes
+            .contains(&NodeId::Recorder)
+            .then(|| Disk::of_run(folder.path(), scenario.ticks())),
+        stop_at: None,
         receive_limit,
         timed,
-        sabotage: Sabotage::new(scenario, nodes, meeting.is_some())?,
+        injector: FaultInjector::new(scenario, nodes, meeting.is_some())?,
         reached: 0,
         ending: None,
     })
@@ -208,7 +228,7 @@ impl Loop {
         let leads = self.stages.first().is_some_and(|stage| stage.node() == NodeId::Plant);
         for tick in 0..ticks {
             self.reached = tick;
-            self.sabotage.happen(tick);
+            self.injector.inject(tick);
             for stage in &mut self.stages {
                 stage.tick(tick)?;
             }
@@ -216,6 +236,9 @@ impl Loop {
                 scribe.tick(tick)?;
             }
             let done = tick + 1;
+            if let Some(shared) = &self.shared {
+                shared.set_tick(done);
+            }
             if done % HOUSEKEEPING_TICKS == 0 || done == ticks {
                 self.housekeeping(done, leads)?;
                 progress(done);
@@ -236,7 +259,7 @@ impl Loop {
             self.reached = tick;
             // What comes back has already suffered what the scenario has for it.
             if !timed.rejoined() {
-                self.sabotage.happen(tick);
+                self.injector.inject(tick);
             }
             let stages = self.stages.iter_mut().try_for_each(|stage| stage.tick(tick));
             let all = stages.and_then(|()| self.scribe.as_mut().map_or(Ok(()), |scribe| scribe.tick(tick)));
@@ -245,6 +268,9 @@ impl Loop {
             }
             timed.finish();
             next = tick + 1;
+            if let Some(shared) = &self.shared {
+                shared.set_tick(next);
+            }
             if next >= housekeeping {
                 housekeeping = next + HOUSEKEEPING_TICKS;
                 // No credit for the recorder: it must never hold up the loop; what it misses is counted.
@@ -262,13 +288,15 @@ impl Loop {
         outcome
     }
 
-    /// Says where we are; the leading process also waits for a recorder that has fallen behind.
-    fn housekeeping(&self, done: u64, leads: bool) -> Result<(), LinkError> {
-        if stop_requested() {
+    /// Looks whether the run should end; the leading process also waits for a recorder that has fallen behind.
+    fn housekeeping(&mut self, done: u64, leads: bool) -> Result<(), LinkError> {
+        if stop_requested() && done >= self.last_tick_to_hear() {
             return Err(LinkError::Stopped { tick: done });
         }
+        if let Some(disk) = &self.disk {
+            disk.check()?;
+        }
         let Some(shared) = &self.shared else { return Ok(()) };
-        shared.set_tick(done);
         let Some(recorder) = self.recorder_process.as_deref().filter(|_| leads) else {
             return Ok(());
         };
@@ -293,19 +321,26 @@ impl Loop {
         Ok(())
     }
 
+    /// Where the plant was when the request to stop was noticed: a recorder hears that far, because what was sent is worth
+    /// recording; it finds nothing more to hear if the others have ended before.
+    fn last_tick_to_hear(&mut self) -> u64 {
+        let plant = || self.shared.as_ref()?.tick_of(self.plant_process.as_deref()?);
+        let sent = plant().filter(|_| self.scribe.is_some()).unwrap_or_default();
+        *self.stop_at.get_or_insert(sent)
+    }
+
     fn report(
         mut self,
         process: &str,
         folder: &RunFolder,
         loop_s: f64,
-        error: Option<LinkError>,
+        failure: Option<Failure>,
     ) -> Result<ProcessReport, RunError> {
         let mut report = ProcessReport {
             process: process.into(),
             nodes: self.stages.iter().map(|stage| stage.report()).collect(),
             loop_s,
-            stopped: matches!(error, Some(LinkError::Stopped { .. })),
-            error: error.map(|error| error.to_string()),
+            failure,
             ending: self.ending,
             ..ProcessReport::default()
         };

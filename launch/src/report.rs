@@ -1,8 +1,9 @@
 //! What a process says of itself when its part of a run is over; the launcher reads it from the run's folder.
 
+use crate::error::RunError;
 use crate::judge::Verdict;
 use crate::realtime::{RealtimeReport, Restart};
-use anhyst_ipc::NodeReport;
+use anhyst_ipc::{LinkError, NodeReport};
 use serde::{Deserialize, Serialize};
 
 /// What a process reports.
@@ -27,9 +28,8 @@ pub struct ProcessReport {
     /// From tick 0 to the last.
     pub loop_s: f64,
     /// Why it ended early.
-    pub error: Option<String>,
-    /// True if it ended because it was asked to.
-    pub stopped: bool,
+    #[serde(default)]
+    pub failure: Option<Failure>,
     /// How the field was brought to safety, if it ended early.
     #[serde(default)]
     pub ending: Option<Ending>,
@@ -44,4 +44,81 @@ pub struct Ending {
     pub heard_ticks: u64,
     /// See there.
     pub alone_ticks: u64,
+}
+
+/// Why a process ended before its run did. A launcher's child tells it on its standard output, in one line, as soon as it knows:
+/// no full disk can keep it from that, and nobody has to read prose.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Failure {
+    /// The tick that it could not finish.
+    pub tick: u64,
+    /// What happened.
+    pub cause: Cause,
+    /// The same for people.
+    pub sentence: String,
+}
+
+/// What happened to a process.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Cause {
+    /// A link: whom it waited for, what did not come, or that it was told to end.
+    Link(LinkError),
+    /// Results cannot be written.
+    Write,
+    /// The program is at fault.
+    Panic,
+    /// What it was given cannot be used.
+    Refused,
+}
+
+impl Failure {
+    /// Of an error in tick `tick`.
+    pub fn new(tick: u64, error: &RunError) -> Self {
+        Self {
+            tick,
+            cause: match error {
+                RunError::Link(error) => Cause::Link(error.clone()),
+                RunError::Write { .. } => Cause::Write,
+                _ => return Self::refused(error),
+            },
+            sentence: error.to_string(),
+        }
+    }
+
+    /// Of what cannot be used.
+    pub fn refused(sentence: &impl std::fmt::Display) -> Self {
+        Self {
+            tick: 0,
+            cause: Cause::Refused,
+            sentence: sentence.to_string(),
+        }
+    }
+
+    /// Says it: to people on standard error, to a launcher (`supervised`) also on standard output.
+    pub fn tell(&self, supervised: bool) {
+        crate::complain!("{}", self.sentence);
+        if supervised && let Ok(line) = serde_json::to_string(self) {
+            crate::say!("{line}");
+        }
+    }
+
+    /// What a launcher's child has told in one line of its standard output; none if the line is something else.
+    pub fn heard(line: &str) -> Option<Self> {
+        serde_json::from_str(line).ok()
+    }
+}
+
+/// Lets a launcher's child that panics tell that before it ends.
+pub fn tell_panics() {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        usual(panic);
+        let failure = Failure {
+            tick: 0,
+            cause: Cause::Panic,
+            sentence: panic.to_string().replace('\n', " "),
+        };
+        failure.tell(true);
+    }));
 }

@@ -1,8 +1,8 @@
 //! The iceoryx2 resources of a run: names that no other run has, their removal, and what crashed runs have left.
 
-use crate::across::BRIDGE;
-use std::os::linux::net::SocketAddrExt as _;
-use std::os::unix::net::{SocketAddr, UnixListener};
+use crate::disk::mebibytes;
+use std::fs::{File, Metadata, OpenOptions, TryLockError};
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 /// A run's iceoryx2 resources: a prefix and a directory that no other run has.
@@ -90,23 +90,20 @@ impl Resources {
         Ok(chosen)
     }
 
-    /// Keeps the names for this run, for as long as what is given lives. They are a name that the system forgets when its
-    /// process ends, however it ends: no file can be left behind.
+    /// Keeps the names for this run, for as long as what is given lives: a lock that the system lifts when its process ends,
+    /// however it ends, and that is seen wherever /dev/shm is, also where process numbers are others.
     ///
     /// # Errors
     /// A sentence, if another run has them: its files would be taken for this one's, and removed.
-    pub fn claim(&self) -> Result<Option<UnixListener>, String> {
-        let Ok(name) = SocketAddr::from_abstract_name(format!("run {}", self.prefix)) else {
-            return Ok(None);
-        };
-        match UnixListener::bind_addr(&name) {
-            Ok(claimed) => Ok(Some(claimed)),
-            Err(error) if error.kind() == std::io::ErrorKind::AddrInUse => Err(format!(
+    pub fn claim(&self) -> Result<Option<Claim>, String> {
+        match Claim::take(&self.prefix, File::try_lock) {
+            Err(TryLockError::WouldBlock) => Err(format!(
                 "--service-prefix {} is another run's: wait for its end, or give this one a prefix of its own",
                 self.prefix
             )),
-            // A system without such names keeps nobody out; that is no reason not to run.
-            Err(_) => Ok(None),
+            Ok(claim) => Ok(Some(claim)),
+            // A system without such locks keeps nobody out; that is no reason not to run.
+            Err(TryLockError::Error(_)) => Ok(None),
         }
     }
 
@@ -124,14 +121,71 @@ impl Resources {
     /// # Errors
     /// If a file cannot be removed.
     pub fn remove(&self) -> std::io::Result<()> {
+        // What cannot be removed keeps nothing else.
+        let mut removed = Ok(());
         for entry in std::fs::read_dir("/dev/shm")? {
             let entry = entry?;
             if entry.file_name().to_string_lossy().starts_with(&self.prefix) {
-                ignore_missing(std::fs::remove_file(entry.path()))?;
+                removed = removed.and(ignore_missing(std::fs::remove_file(entry.path())));
             }
         }
-        remove_within(&self.root, &self.prefix)
+        removed.and(remove_within(&self.root, &self.prefix))
     }
+}
+
+/// The names of a run, kept for one who works under them.
+#[derive(Debug)]
+pub struct Claim {
+    file: File,
+    path: PathBuf,
+}
+
+impl Claim {
+    /// For a process that was started by hand: several share a prefix. None if a launcher has the names, or without locks.
+    pub fn shared(prefix: &str) -> Option<Self> {
+        Self::take(prefix, File::try_lock_shared).ok()
+    }
+
+    fn take(prefix: &str, lock: impl Fn(&File) -> Result<(), TryLockError>) -> Result<Self, TryLockError> {
+        let path = claim_path(prefix);
+        loop {
+            let options = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
+            let file = options.map_err(TryLockError::Error)?;
+            lock(&file)?;
+            let claim = Self {
+                file,
+                path: path.clone(),
+            };
+            // Whoever had it may just have removed it.
+            if claim.is_in_place() {
+                return Ok(claim);
+            }
+        }
+    }
+
+    fn is_in_place(&self) -> bool {
+        let number = |file: std::io::Result<Metadata>| file.ok().map(|file| file.ino());
+        number(self.file.metadata()) == number(std::fs::metadata(&self.path))
+    }
+
+    /// True if somebody who lives works under the prefix; none if nobody ever said so.
+    fn is_held(prefix: &str) -> Option<bool> {
+        let file = File::open(claim_path(prefix)).ok()?;
+        Some(matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
+    }
+}
+
+impl Drop for Claim {
+    fn drop(&mut self) {
+        // Only the last one removes it.
+        if self.file.try_lock().is_ok() && self.is_in_place() {
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+}
+
+fn claim_path(prefix: &str) -> PathBuf {
+    Path::new("/dev/shm").join(format!("{prefix}claim"))
 }
 
 /// `nodes`, `services`, and a folder of digits for each node.
@@ -167,6 +221,26 @@ fn ignore_missing(result: std::io::Result<()>) -> std::io::Result<()> {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
         other => other,
     }
+}
+
+/// What the channels of a run take of shared memory, in bytes: 5 MB by `du` while the recorder keeps up, and more behind it.
+pub const SHARED_MEMORY_BYTES: u64 = 16 << 20;
+
+/// Room in /dev/shm.
+///
+/// # Errors
+/// A sentence, if it cannot be used or has too little left: iceoryx2 would be killed by signal 7 at the first page too many.
+pub fn shared_memory_left() -> Result<u64, String> {
+    let status = rustix::fs::statvfs("/dev/shm").map_err(|error| format!("/dev/shm cannot be used: {error}"))?;
+    let free_bytes = status.f_bavail * status.f_frsize;
+    if free_bytes < SHARED_MEMORY_BYTES {
+        return Err(format!(
+            "/dev/shm has {} left, and a run needs {}: enlarge it (`mount -o remount,size=64m /dev/shm`, in a container `--shm-size 64m`), or run with --embedded",
+            mebibytes(free_bytes),
+            mebibytes(SHARED_MEMORY_BYTES)
+        ));
+    }
+    Ok(free_bytes)
 }
 
 /// Removes what crashed runs have left. What cannot be removed (another user's) stays: it harms no other run.
@@ -215,36 +289,40 @@ fn names(folder: &Path) -> std::io::Result<Vec<String>> {
     }
 }
 
-/// An id begins with the launcher's process number. A number that was given to another program counts as dead. Processes
-/// that were started by hand have no launcher: their default prefix is alive while any of them is.
+/// True if somebody holds the claim. An id begins with the launcher's process number; without a claim a program of ours with
+/// that number counts, too.
 fn launcher_lives(id: &str) -> bool {
     let pid = id.split('_').next().unwrap_or_default();
-    if pid == HAND {
-        return processes().any(|pid| is_ours(&pid) && started_by_hand(&pid));
-    }
-    if pid.is_empty() || !pid.bytes().all(|byte| byte.is_ascii_digit()) {
+    if pid != HAND && (pid.is_empty() || !pid.bytes().all(|byte| byte.is_ascii_digit())) {
         // Not an id of ours (a prefix that a user chose): never touched.
         return true;
     }
-    is_ours(pid)
+    let comm = || std::fs::read_to_string(format!("/proc/{pid}/comm"));
+    Claim::is_held(&format!("{PREFIX}{id}_")).unwrap_or_default() || comm().is_ok_and(|comm| comm.starts_with("anhyst"))
 }
 
-fn processes() -> impl Iterator<Item = String> {
-    let entries = std::fs::read_dir("/proc").into_iter().flatten().flatten();
-    entries
-        .map(|entry| entry.file_name().to_string_lossy().into_owned())
-        .filter(|name| name.bytes().all(|byte| byte.is_ascii_digit()))
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn is_ours(pid: &str) -> bool {
-    std::fs::read_to_string(format!("/proc/{pid}/comm")).is_ok_and(|command| command.starts_with("anhyst"))
-}
-
-fn started_by_hand(pid: &str) -> bool {
-    let command = std::fs::read_to_string(format!("/proc/{pid}/cmdline")).unwrap_or_default();
-    let mut words = command.split('\0').skip(1);
-    let node = words
-        .next()
-        .is_some_and(|word| word == BRIDGE || anhyst_ipc::NodeId::LOOP_ORDER.iter().any(|node| node.name() == word));
-    node && !words.any(|word| word == "--end-with-launcher")
+    // Guards a run in a container that shares /dev/shm: its launcher has no process number here, and lives.
+    #[test]
+    fn a_run_is_told_from_leftovers_by_its_claim() {
+        // No process has such a number.
+        let id = format!("4294967295_{:x}", anhyst_ipc::monotonic_ns());
+        let prefix = format!("{PREFIX}{id}_");
+        let file = Path::new("/dev/shm").join(format!("{prefix}left"));
+        std::fs::write(&file, b"").unwrap();
+        let is_leftover = || leftovers().unwrap().iter().any(|leftover| leftover.prefix == prefix);
+        let claim = Claim::take(&prefix, File::try_lock).unwrap();
+        assert!(!is_leftover());
+        assert!(Claim::shared(&prefix).is_none());
+        drop(claim);
+        assert!(is_leftover());
+        let shared = [Claim::shared(&prefix).unwrap(), Claim::shared(&prefix).unwrap()];
+        assert!(!is_leftover());
+        drop(shared);
+        assert!(!claim_path(&prefix).exists());
+        std::fs::remove_file(file).unwrap();
+    }
 }

@@ -280,3 +280,34 @@ fn one_of_ours_that_is_told_to_end_is_named() {
         drop(kept);
     }
 }
+
+/// Who died is what a user must know; that files are left comes besides.
+#[test]
+fn a_failing_clean_up_does_not_hide_who_died() {
+    let mut run = Run::begin(&[]);
+    run.wait_until_at_work();
+    // A folder cannot be removed as a file is.
+    let in_the_way = format!("/dev/shm/{}in_the_way", run.memory.prefix);
+    std::fs::create_dir(&in_the_way).unwrap();
+    run.signal("inverse", Signal::KILL);
+    let finished = Finished::wait(run.launcher, LIMIT).expect(3);
+    std::fs::remove_dir(&in_the_way).unwrap();
+    let parts = [
+        "inverse was killed by signal 9 at tick ",
+        "the run's shared memory could not be removed",
+    ];
+    assert_has(&finished.err, &parts);
+    assert_eq!(run.memory.files(), Vec::<String>::new());
+}
+
+/// Guards against a child whose launcher died before the child could bind itself to it.
+#[test]
+fn a_process_without_its_launcher_ends_at_once() {
+    let memory = SharedMemory::unique();
+    let folder = tempfile::tempdir().unwrap();
+    let (out, root) = (folder.path().to_string_lossy(), memory.root.to_string_lossy());
+    let place = ["--out", &out, "--service-prefix", &memory.prefix, "--root", &root];
+    let start = ["guard", "scenarios/milling.ron", "--end-with-launcher", "4294967"];
+    let finished = Finished::run(&[&start[..], &place].concat(), LIMIT).expect(3);
+    assert_has(&finished.err, &["the launcher with process number 4294967 has gone"]);
+}

@@ -93,6 +93,27 @@ fn a_prefix_takes_one_run_at_a_time() {
     assert_eq!(memory.files(), Vec::<String>::new());
 }
 
+/// Two comparisons at once would remove each other's results; what else lies in the folder is kept.
+#[test]
+fn a_comparison_has_its_folder_for_itself() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().to_string_lossy();
+    let earlier = root.path().join("3-earlier");
+    std::fs::create_dir(&earlier).unwrap();
+    std::fs::write(root.path().join("notes"), "kept").unwrap();
+    let short = ["--set", "duration_s=0.1", "--set", "expect.settling_s=0.05"];
+    let compare = [&["compare", "scenarios/milling.ron", "--out", &out], &short[..]].concat();
+    let other = std::fs::File::open(root.path()).unwrap();
+    other.try_lock().unwrap();
+    let refused = Finished::run(&compare, LIMIT).expect(2);
+    assert!(refused.err.contains("another run writes to"), "{}", refused.err);
+    assert!(earlier.exists());
+    drop(other);
+    Finished::run(&compare, LIMIT).expect(0);
+    assert!(!earlier.exists() && root.path().join("1-milling/summary.json").exists());
+    assert_eq!(listing(root.path()), [("notes".into(), "kept".into())]);
+}
+
 /// Files of a folder with what is in them, but for the logs that grow.
 fn listing(folder: &Path) -> Vec<(String, String)> {
     let entries = std::fs::read_dir(folder).unwrap().map(Result::unwrap);

@@ -1,14 +1,14 @@
 //! `anhyst bridge`: stands on this host for the processes of the other one.
 
 use super::Ending;
-use super::node::meeting;
+use super::node::{end_with_launcher, meeting};
 use crate::arguments::BridgeArguments;
 use anhyst_bridge::{BridgeError, BridgeSettings, End};
 use anhyst_launch::across::BRIDGE;
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
 use anhyst_launch::process::Meeting;
-use anhyst_launch::report::ProcessReport;
+use anhyst_launch::report::{Failure, ProcessReport};
 use anhyst_launch::signals;
 use anhyst_scenario::{Scenario, load, wires};
 use std::path::PathBuf;
@@ -21,10 +21,7 @@ use std::time::Duration;
 pub fn run(arguments: &BridgeArguments) -> miette::Result<Ending> {
     signals::install();
     let node = &arguments.node;
-    if node.end_with_launcher {
-        // Best effort: without it the bridge of a killed launcher ends at the receive limit.
-        let _ = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::TERM));
-    }
+    end_with_launcher(node)?;
     arguments
         .across
         .validate()
@@ -38,7 +35,7 @@ pub fn run(arguments: &BridgeArguments) -> miette::Result<Ending> {
     let settings = settings(arguments, &scenario, meeting)?;
     let ticks = settings.ticks;
     let mut words = Words {
-        path: node.end_with_launcher.then(|| RunFolder::open(&node.out).link()),
+        path: node.end_with_launcher.map(|_| RunFolder::open(&node.out).link()),
         text: String::new(),
     };
     let crossed = anhyst_bridge::run(settings, &mut |link| {
@@ -63,12 +60,13 @@ pub fn run(arguments: &BridgeArguments) -> miette::Result<Ending> {
         }
         Err(BridgeError::Setting(sentence)) => return Err(miette::miette!("{sentence}")),
         Err(error) => {
-            crate::complain!("{error}");
-            report.error = Some(error.to_string());
+            let failure = Failure::refused(&error);
+            failure.tell(node.end_with_launcher.is_some());
+            report.failure = Some(failure);
             Ending::ProcessFailed
         }
     };
-    if node.end_with_launcher {
+    if node.end_with_launcher.is_some() {
         let path = RunFolder::open(&node.out).report(BRIDGE);
         let text = serde_json::to_string_pretty(&report).map_err(|error| RunError::Setup(error.to_string()))?;
         std::fs::write(&path, text).map_err(|cause| RunError::Write { path, cause })?;
@@ -93,7 +91,7 @@ fn settings(arguments: &BridgeArguments, scenario: &Scenario, meeting: Meeting) 
         run: across.run_name.clone(),
         prefix: meeting.prefix,
         root: meeting.root,
-        died: node.end_with_launcher.then(|| RunFolder::open(&node.out).died()),
+        died: node.end_with_launcher.map(|_| RunFolder::open(&node.out).died()),
         processes: scenario.placement.processes(),
         here: across.here.clone(),
         wires: wires(),

@@ -5,6 +5,7 @@
 use super::Ending;
 use super::progress_bar;
 use crate::arguments::CompareArguments;
+use anhyst_launch::claim::claim;
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
 use anhyst_launch::signals;
@@ -12,10 +13,7 @@ use anhyst_launch::summary::Summary;
 use anhyst_launch::table::plain_table;
 use anhyst_scenario::{Placement, Scenario, load_changed};
 use comfy_table::CellAlignment;
-use std::path::PathBuf;
-
-/// Where each scenario's results go.
-const RESULTS: &str = "runs/compare";
+use std::path::Path;
 
 /// Runs the command. What the scenarios expect is shown, not judged: comparisons are made with some that fail.
 ///
@@ -32,18 +30,14 @@ pub fn run(arguments: &CompareArguments) -> miette::Result<Ending> {
         })?;
         scenarios.push(scenario);
     }
-    // Folders of an earlier comparison would lie between this one's.
-    match std::fs::remove_dir_all(RESULTS) {
-        Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => {
-            return Err(RunError::Write {
-                path: RESULTS.into(),
-                cause,
-            }
-            .into());
-        }
-        _ => {}
-    }
-    let summaries = run_all(&scenarios)?;
+    let refuse = |cause| RunError::Write {
+        path: arguments.out.clone(),
+        cause,
+    };
+    std::fs::create_dir_all(&arguments.out).map_err(refuse)?;
+    let _claimed = claim(&arguments.out)?;
+    remove_earlier(&arguments.out).map_err(refuse)?;
+    let summaries = run_all(&scenarios, &arguments.out)?;
     if arguments.json {
         crate::say!(
             "{}",
@@ -55,21 +49,38 @@ pub fn run(arguments: &CompareArguments) -> miette::Result<Ending> {
     Ok(Ending::Held)
 }
 
-fn run_all(scenarios: &[Scenario]) -> Result<Vec<Summary>, RunError> {
+/// Removes the folders `NUMBER-NAME` of an earlier comparison: they would lie between this one's.
+fn remove_earlier(out: &Path) -> std::io::Result<()> {
+    for entry in std::fs::read_dir(out)? {
+        let entry = entry?;
+        let name = entry.file_name();
+        let number = name
+            .to_string_lossy()
+            .split_once('-')
+            .map(|(number, _)| number.parse::<usize>().is_ok());
+        if number == Some(true) && entry.file_type()?.is_dir() {
+            std::fs::remove_dir_all(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
+fn run_all(scenarios: &[Scenario], out: &Path) -> Result<Vec<Summary>, RunError> {
     let bar = progress_bar(scenarios.iter().map(Scenario::ticks).sum(), "compare");
     let summaries = crate::parallel::map(scenarios, |i, scenario| {
         let mut last = 0;
-        run_one(scenario, i, &mut |tick| {
-            bar.inc(tick - std::mem::replace(&mut last, tick))
-        })
+        run_one(
+            scenario,
+            &out.join(format!("{}-{}", i + 1, scenario.name)),
+            &mut |tick| bar.inc(tick - std::mem::replace(&mut last, tick)),
+        )
     });
     bar.finish_and_clear();
     summaries.into_iter().collect()
 }
 
-fn run_one(scenario: &Scenario, i: usize, progress: &mut dyn FnMut(u64)) -> Result<Summary, RunError> {
-    let out = PathBuf::from(RESULTS).join(format!("{}-{}", i + 1, scenario.name));
-    let folder = prepare(scenario, Some(&out))?;
+fn run_one(scenario: &Scenario, out: &Path, progress: &mut dyn FnMut(u64)) -> Result<Summary, RunError> {
+    let folder = prepare(scenario, Some(out))?;
     let reports = embedded(scenario, &folder, progress)?;
     let summary = Summary::new(scenario, &reports);
     summary.write(&folder).map_err(|cause| RunError::Write {

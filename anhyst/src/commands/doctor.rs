@@ -2,6 +2,7 @@
 
 use super::Ending;
 use crate::arguments::DoctorArguments;
+use anhyst_launch::disk::mebibytes;
 use anhyst_launch::error::RunError;
 use anhyst_launch::resources;
 use serde::Serialize;
@@ -13,9 +14,6 @@ struct Finding {
     good: bool,
     says: String,
 }
-
-/// What a run's channels take of shared memory, with room to spare.
-const SHARED_MEMORY_NEEDED_BYTES: u64 = 256 << 20;
 
 /// Runs the command.
 ///
@@ -69,24 +67,14 @@ pub fn run(arguments: &DoctorArguments) -> miette::Result<Ending> {
 }
 
 fn shared_memory() -> Finding {
-    let what = "shared memory";
-    match rustix::fs::statvfs("/dev/shm") {
-        Err(error) => Finding {
-            what,
-            good: false,
-            says: format!("/dev/shm cannot be used: {error}"),
-        },
-        Ok(status) => {
-            let free = status.f_bavail * status.f_frsize;
-            let mib = |bytes: u64| bytes >> 20;
-            let good = free >= SHARED_MEMORY_NEEDED_BYTES;
-            let says = format!(
-                "{} MiB free in /dev/shm, {} MiB needed",
-                mib(free),
-                mib(SHARED_MEMORY_NEEDED_BYTES)
-            );
-            Finding { what, good, says }
-        }
+    let left = resources::shared_memory_left();
+    let good = left.is_ok();
+    let needed = mebibytes(resources::SHARED_MEMORY_BYTES);
+    let enough = |free_bytes| format!("{} free in /dev/shm, {needed} needed", mebibytes(free_bytes));
+    Finding {
+        what: "shared memory",
+        good,
+        says: left.map_or_else(|sentence| sentence, enough),
     }
 }
 

@@ -6,6 +6,7 @@ use anhyst_ipc::NodeId;
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
 use anhyst_launch::process::{self, Meeting};
+use anhyst_launch::report::{self, Failure};
 use anhyst_launch::{resources, signals};
 use anhyst_scenario::{load, to_ron};
 use std::time::Duration;
@@ -16,10 +17,41 @@ use std::time::Duration;
 /// Bad input, or what prevented the process from starting.
 pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
     signals::install();
-    if arguments.end_with_launcher {
-        // Best effort: without it a child of a killed launcher ends at its receive limit.
-        let _ = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::TERM));
+    run_process(node, arguments).or_else(|report| {
+        let supervised = arguments.end_with_launcher.is_some();
+        // Another process did not come, or not as it should, or there is no room for results: the scenario is good.
+        match report.downcast::<RunError>() {
+            Ok(error @ (RunError::Link(_) | RunError::Write { .. })) => Failure::new(0, &error).tell(supervised),
+            Ok(error) if supervised => Failure::new(0, &error).tell(true),
+            Ok(error) => return Err(error.into()),
+            Err(report) if supervised => Failure::refused(&report).tell(true),
+            Err(report) => return Err(report),
+        }
+        Ok(Ending::ProcessFailed)
+    })
+}
+
+/// Binds this process to the launcher that has started it, if one has.
+///
+/// # Errors
+/// If that launcher has gone already.
+pub fn end_with_launcher(arguments: &NodeArguments) -> miette::Result<()> {
+    let Some(launcher) = arguments.end_with_launcher else {
+        return Ok(());
+    };
+    report::tell_panics();
+    // Best effort: without it a child of a killed launcher ends at its receive limit.
+    let _ = rustix::process::set_parent_process_death_signal(Some(rustix::process::Signal::TERM));
+    // One that died before that sends no signal.
+    let parent = rustix::process::getppid().map(|pid| pid.as_raw_nonzero().get() as u32);
+    if parent != Some(launcher) {
+        return Err(RunError::Orphan { launcher }.into());
     }
+    Ok(())
+}
+
+fn run_process(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
+    end_with_launcher(arguments)?;
     let mut scenario = load(&arguments.scenario, &arguments.settings)?;
     let effective = to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?;
     let agreement = scenario
@@ -45,40 +77,27 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
         cause,
     })?;
     let meeting = meeting(arguments, agreement)?;
-    if node == NodeId::Recorder && !arguments.end_with_launcher {
+    let by_hand = arguments.end_with_launcher.is_none();
+    // So that nobody takes what it opens for leftovers.
+    let _claimed = by_hand.then(|| resources::Claim::shared(&meeting.prefix));
+    if node == NodeId::Recorder && arguments.end_with_launcher.is_none() {
         // By hand there is no launcher to write it; replay needs it.
         let path = folder.scenario();
         std::fs::write(&path, effective).map_err(|cause| RunError::Write { path, cause })?;
     }
-    let report = match process::run(&process, &nodes, &scenario, &folder, Some(&meeting), &mut |_| {}) {
-        Ok(report) => report,
-        // The scenario is good; another process did not come, or not as it should.
-        Err(RunError::Link(error)) => {
-            crate::complain!("{error}");
-            return Ok(Ending::ProcessFailed);
-        }
-        Err(error) => return Err(error.into()),
-    };
+    let report = process::run(&process, &nodes, &scenario, &folder, Some(&meeting), &mut |_| {})?;
     let path = folder.report(&process);
     let text = serde_json::to_string_pretty(&report).map_err(|error| RunError::Setup(error.to_string()))?;
     std::fs::write(&path, text).map_err(|cause| RunError::Write { path, cause })?;
-    if !arguments.end_with_launcher {
+    if arguments.end_with_launcher.is_none() {
         crate::say!(
             "{process}: {} ticks in {:.2} s",
             report.nodes.first().map_or(0, |node| node.ticks),
             report.loop_s
         );
     }
-    match report.error {
-        // It was said when it happened; parting is all that can fail later.
-        Some(error) => {
-            if report.ending.is_none() {
-                crate::complain!("{error}");
-            }
-            Ok(Ending::ProcessFailed)
-        }
-        None => Ok(Ending::Held),
-    }
+    // Whatever it failed of was told when it happened.
+    Ok(report.failure.map_or(Ending::Held, |_| Ending::ProcessFailed))
 }
 
 /// Where the processes of this host meet.
@@ -104,5 +123,6 @@ pub fn meeting(arguments: &NodeArguments, agreement: u64) -> miette::Result<Meet
         yields: arguments.yields,
         start_limit: Duration::from_secs_f64(start_limit_s),
         rejoin: arguments.rejoin,
+        supervised: arguments.end_with_launcher.is_some(),
     })
 }

@@ -51,7 +51,12 @@ pub fn validate_clock(scenario: &Scenario) -> miette::Result<()> {
 ///
 /// # Errors
 /// If the digests cannot be written.
-pub fn finish(scenario: &Scenario, folder: &RunFolder, reports: &[ProcessReport]) -> miette::Result<Ending> {
+pub fn finish(
+    scenario: &Scenario,
+    folder: &RunFolder,
+    reports: &[ProcessReport],
+    json: bool,
+) -> miette::Result<Ending> {
     let mut nodes: Vec<&NodeReport> = reports.iter().flat_map(|report| &report.nodes).collect();
     nodes.sort_by_key(|report| report.node);
     let lines: String = nodes
@@ -67,6 +72,33 @@ pub fn finish(scenario: &Scenario, folder: &RunFolder, reports: &[ProcessReport]
         .flat_map(|report| &report.links)
         .map(|link| link.lost)
         .sum();
+    let verdict = reports.iter().find_map(|report| report.verdict.as_ref());
+    let failures = verdict.map(|verdict| verdict.failures(&scenario.expect));
+    if json {
+        let digests = nodes
+            .iter()
+            .map(|report| (report.node.name(), format!("{:016x}", report.digest)));
+        let part = serde_json::json!({
+            "scenario": scenario.name,
+            "ticks": scenario.ticks(),
+            "loop_s": loop_s,
+            "lost_tokens": lost,
+            "node_digests": digests.collect::<Vec<_>>(),
+            // The verdict is where the recorder runs.
+            "held": failures.as_ref().map(Vec::is_empty),
+            "failures": failures,
+        });
+        crate::say!("{part:#}");
+    } else {
+        say(scenario, folder, (&lines, loop_s, lost), failures.as_deref());
+    }
+    Ok(match failures {
+        Some(failures) if !failures.is_empty() => Ending::NotHeld,
+        _ => Ending::Held,
+    })
+}
+
+fn say(scenario: &Scenario, folder: &RunFolder, (lines, loop_s, lost): (&str, f64, u64), failures: Option<&[String]>) {
     crate::say!(
         "{} ticks in {loop_s:.2} s, {lost} tokens lost; digests of the nodes here:",
         scenario.ticks()
@@ -77,18 +109,12 @@ pub fn finish(scenario: &Scenario, folder: &RunFolder, reports: &[ProcessReport]
         std::fs::read_to_string(folder.link()).unwrap_or_default().trim_end()
     );
     crate::say!("results: {}", folder.path().display());
-    let Some(verdict) = reports.iter().find_map(|report| report.verdict.as_ref()) else {
-        crate::say!("the verdict is where the recorder runs");
-        return Ok(Ending::Held);
-    };
-    let failures = verdict.failures(&scenario.expect);
-    if failures.is_empty() {
-        crate::say!(
+    match failures {
+        None => crate::say!("the verdict is where the recorder runs"),
+        Some([]) => crate::say!(
             "held: every error after {} s is within the tolerance",
             scenario.expect.settling_s
-        );
-        return Ok(Ending::Held);
+        ),
+        Some(failures) => crate::say!("NOT held: {}", failures.join("; ")),
     }
-    crate::say!("NOT held: {}", failures.join("; "));
-    Ok(Ending::NotHeld)
 }

@@ -43,7 +43,9 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
     }
     let meeting = resources::Resources::chosen(arguments.service_prefix.as_deref(), arguments.root.as_deref())
         .map_err(|sentence| miette::miette!("{sentence}"))?;
-    let _claimed = meeting.claim().map_err(|sentence| miette::miette!("{sentence}"))?;
+    // An embedded run has nothing there to keep.
+    let claims = (scenario.placement != Placement::Embedded).then(|| meeting.claim());
+    let _claimed = claims.transpose().map_err(|sentence| miette::miette!("{sentence}"))?;
     let folder = prepare(&scenario, arguments.out.as_deref())?;
     let yields = if arguments.dedicated_cores {
         YIELDS_DEDICATED
@@ -67,7 +69,7 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
     };
     bar.finish_and_clear();
     match outcome {
-        Ok(reports) if arguments.across.is_part() => super::part::finish(&scenario, &folder, &reports),
+        Ok(reports) if arguments.across.is_part() => super::part::finish(&scenario, &folder, &reports, arguments.json),
         Ok(reports) => finish(&scenario, &folder, &reports, arguments.json),
         Err(error) => {
             crate::complain!("{error}");

@@ -89,14 +89,5 @@ fn starting_at(law: LawSettings, believed: f64, truth: f64) -> LawSettings {
             shape_a_per_m: believed,
         };
     }
-    let mut law = law;
-    match &mut law {
-        LawSettings::FixedShape { shape_a_per_m } => *shape_a_per_m = believed,
-        LawSettings::Folded(own) => own.start_a_per_m = believed,
-        LawSettings::GaussNewton(own) => own.start_a_per_m = believed,
-        LawSettings::Gradient(own) => own.start_a_per_m = believed,
-        LawSettings::Matrix(own) => own.start_a_per_m = believed,
-        LawSettings::Scalar(own) => own.start_a_per_m = believed,
-    }
-    law
+    law.starting_at(believed)
 }

@@ -5,7 +5,7 @@ use super::report::{EstimateReport, EstimatedParameter};
 use super::{Choices, Estimated, Observed};
 use crate::parallel;
 use anhyst_estimator::{
-    AnyLaw, ExcitationMonitor, ExcitationSettings, FoldedSettings, Grid, Law, LawSettings, Prediction, Tuning,
+    AnyLaw, ExcitationMonitor, ExcitationSettings, Grid, Law, LawSettings, MinMaxSettings, Prediction, Tuning,
 };
 use anhyst_launch::error::RunError;
 use anhyst_measured::MeasuredRun;
@@ -214,7 +214,7 @@ impl Predicted {
             memory_s: NEVER_S,
             ..ExcitationSettings::default()
         };
-        let mut monitor = ExcitationMonitor::new(&forgetting_nothing, &FoldedSettings::default(), observed.tick_s);
+        let mut monitor = ExcitationMonitor::new(&forgetting_nothing, &MinMaxSettings::folded(), observed.tick_s);
         let members = self.outputs.len();
         let (mut displacements_m, mut strains) = (vec![0.0; members], vec![0.0; members]);
         let mut course = Course {

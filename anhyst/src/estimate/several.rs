@@ -5,7 +5,8 @@ use super::one::{abscissa, residual_rms, unexplained};
 use super::report::{EstimateReport, EstimatedParameter};
 use super::{Choices, Estimated, Observed};
 use anhyst_estimator::{
-    MeasuredOutput, SeveralGaussNewton, SeveralReport, SeveralSettings, StrainLaw, estimate_several,
+    MeasuredOutput, MultiParameterGaussNewton, MultiParameterReport, MultiParameterSettings, StrainLaw,
+    estimate_parameters,
 };
 use anhyst_launch::error::RunError;
 use anhyst_measured::MeasuredRun;
@@ -38,12 +39,12 @@ pub fn several_parameters(
     let fields = Fields::of(&observed, model)?;
     let measured_output = measured_output(&observed, model)?;
     let nominal = model.material.hysteresis;
-    let mut settings = SeveralSettings::around(parameters, &nominal, KNOWN, noise(&observed));
+    let mut settings = MultiParameterSettings::around(parameters, &nominal, KNOWN, noise(&observed));
     settings.passes = PASSES;
     let refuse = |error: anhyst_estimator::EstimatorError| RunError::Setup(error.to_string());
-    let estimate = |offset: f64| -> Result<SeveralReport, RunError> {
+    let estimate = |offset: f64| -> Result<MultiParameterReport, RunError> {
         let outputs = fields.outputs(&observed, offset);
-        estimate_several(
+        estimate_parameters(
             &settings,
             nominal,
             measured_output,
@@ -70,7 +71,8 @@ pub fn several_parameters(
         found = estimate(offset)?;
         predicted = predict(&observed, model, &found)?;
     }
-    let mut law = SeveralGaussNewton::new(&settings, nominal, measured_output, observed.tick_s).map_err(refuse)?;
+    let mut law =
+        MultiParameterGaussNewton::new(&settings, nominal, measured_output, observed.tick_s).map_err(refuse)?;
     let outputs = fields.outputs(&observed, offset);
     let mut courses = vec![Vec::with_capacity(observed.len()); parameters.len()];
     for (row, (field, output)) in fields.field_a_per_m.iter().zip(&outputs).enumerate() {
@@ -173,7 +175,7 @@ fn noise(observed: &Observed) -> f64 {
         .max(f64::MIN_POSITIVE.sqrt())
 }
 
-fn predict(observed: &Observed, model: &ActuatorModel, found: &SeveralReport) -> Result<Vec<f64>, RunError> {
+fn predict(observed: &Observed, model: &ActuatorModel, found: &MultiParameterReport) -> Result<Vec<f64>, RunError> {
     let mut amended = model.clone();
     if let Some(last) = found.passes.last() {
         amended.material.hysteresis = last.hysteresis;
@@ -187,7 +189,7 @@ fn finish(
     run: &MeasuredRun,
     model: &ActuatorModel,
     (observed, offset): (&Observed, f64),
-    (found, courses, predicted): (SeveralReport, Vec<Vec<[f64; 2]>>, Vec<f64>),
+    (found, courses, predicted): (MultiParameterReport, Vec<Vec<[f64; 2]>>, Vec<f64>),
     seconds: f64,
 ) -> Estimated {
     let mut before = ActuatorOutputs::default();

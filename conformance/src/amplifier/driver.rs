@@ -1,25 +1,16 @@
 //! The process that is tested, if the command starts it: in a process group of its own, watched, and ended.
 
 use anhyst_ipc::request_stop;
-use rustix::process::{Pid, Signal, kill_process_group};
+use anhyst_launch::supervisor::{self, End, LOOK_PERIOD, Supervised};
 use std::fs::File;
-use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::Arc;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
-
-/// How often the process is looked at.
-const LOOK: Duration = Duration::from_millis(10);
-/// What a process that was asked to end gets before it is killed.
-const GRACE: Duration = Duration::from_millis(1500);
 
 #[derive(Default)]
 struct Shared {
-    ended: Mutex<Option<ExitStatus>>,
+    ended: Mutex<Option<End>>,
     may_leave: AtomicBool,
     finish: AtomicBool,
 }
@@ -37,15 +28,7 @@ impl Driver {
     /// # Errors
     /// What the system says.
     pub fn start(command: &str, environment: &[(&'static str, String)], log: &Path) -> std::io::Result<Self> {
-        let output = File::create(log)?;
-        let child = Command::new("sh")
-            .args(["-c", command])
-            .envs(environment.iter().map(|(name, value)| (name, value)))
-            .stdin(Stdio::null())
-            .stdout(output.try_clone()?)
-            .stderr(output)
-            .process_group(0)
-            .spawn()?;
+        let child = Supervised::start_command(command, environment, File::create(log)?)?;
         let shared = Arc::new(Shared::default());
         let watched = shared.clone();
         Ok(Self {
@@ -62,12 +45,7 @@ impl Driver {
 
     /// How it ended, with what it said last; none while it lives.
     pub fn ended(&self) -> Option<String> {
-        let status = self.shared.ended.lock().ok().and_then(|ended| *ended)?;
-        let how = match (status.code(), status.signal()) {
-            (Some(code), _) => format!("ended with exit status {code}"),
-            (None, Some(signal)) => format!("was killed by signal {signal}"),
-            _ => "ended".into(),
-        };
+        let how = self.shared.ended.lock().ok().and_then(|ended| *ended)?.to_string();
         let log = std::fs::read_to_string(&self.log).unwrap_or_default();
         let words = log.lines().rfind(|line| !line.trim().is_empty());
         Some(words.map_or_else(|| how.clone(), |words| format!("{how}: {}", words.trim())))
@@ -89,36 +67,20 @@ impl Drop for Driver {
     }
 }
 
-fn watch(mut child: Child, shared: &Shared) {
-    let group = Pid::from_raw(child.id() as i32);
-    let signal = |signal| {
-        if let Some(group) = group {
-            // A group that has just ended cannot be signalled; that is what was wanted.
-            let _ = kill_process_group(group, signal);
-        }
-    };
-    let mut asked: Option<Instant> = None;
-    loop {
-        if let Ok(Some(status)) = child.try_wait() {
+fn watch(mut child: Supervised, shared: &Shared) {
+    while !shared.finish.load(Ordering::Relaxed) {
+        child.look();
+        if let Some(end) = child.end() {
             if let Ok(mut ended) = shared.ended.lock() {
-                *ended = Some(status);
+                *ended = Some(end);
             }
-            if !shared.may_leave.load(Ordering::Relaxed) && asked.is_none() {
+            if !shared.may_leave.load(Ordering::Relaxed) {
                 // Whoever waits for it need not wait to the end of its limit.
                 request_stop();
             }
-            // What it started may outlive it.
-            signal(Signal::TERM);
-            return;
+            break;
         }
-        match asked {
-            None if shared.finish.load(Ordering::Relaxed) => {
-                signal(Signal::TERM);
-                asked = Some(Instant::now());
-            }
-            Some(since) if since.elapsed() > GRACE => signal(Signal::KILL),
-            _ => {}
-        }
-        std::thread::sleep(LOOK);
+        std::thread::sleep(LOOK_PERIOD);
     }
+    supervisor::end_all([&mut child]);
 }

@@ -3,7 +3,7 @@
 //! Folded, scalar and gradient: dead zone 1.25 times the noise that the filter κ lets through, σ √(κ dt/2). Gauss-Newton: a start
 //! that is uniform over the range.
 
-use super::{FoldedSettings, GaussNewtonSettings, GradientSettings, LawSettings, MatrixSettings, ScalarLawSettings};
+use super::{GaussNewtonSettings, LawSettings, MinMaxSettings};
 
 /// What a law is tuned for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,18 +25,26 @@ pub struct Tuning {
 /// The dead zone's share of the noise behind the filter.
 const DEAD_ZONE: f64 = 1.25;
 /// The smallest dead zone, as the error of `a` that it hides, A/m: without noise a law still needs one.
-const LEAST_HIDDEN_A_PER_M: f64 = 0.05;
+const MIN_HIDDEN_A_PER_M: f64 = 0.05;
 
 impl Tuning {
     fn dead_zone_m(&self, filter_per_s: f64) -> f64 {
         let share = (0.5 * filter_per_s * self.tick_s).min(1.0);
         let behind_filter = DEAD_ZONE * self.noise_m * share.sqrt();
-        behind_filter.max(LEAST_HIDDEN_A_PER_M * self.sensitivity_m_per_a_per_m)
+        behind_filter.max(MIN_HIDDEN_A_PER_M * self.sensitivity_m_per_a_per_m)
     }
 
     /// Filters and rates faster than a quarter of the sampling would only be aliases of themselves.
     fn rate_per_s(&self, wanted: f64) -> f64 {
         wanted.min(0.25 / self.tick_s)
+    }
+
+    /// What all laws share that step along a slope.
+    fn tune(&self, own: &mut MinMaxSettings) {
+        own.range_a_per_m = self.range_a_per_m;
+        own.start_a_per_m = self.start_a_per_m;
+        own.adaptation_rate_per_s = self.rate_per_s(own.adaptation_rate_per_s);
+        own.sensitivity_m_per_a_per_m = self.sensitivity_m_per_a_per_m;
     }
 }
 
@@ -52,51 +60,12 @@ impl LawSettings {
         } = *tuning;
         match &mut settings {
             LawSettings::FixedShape { shape_a_per_m } => *shape_a_per_m = start_a_per_m,
-            LawSettings::Folded(folded) => {
-                let filter_per_s = tuning.rate_per_s(folded.filter_per_s);
-                *folded = FoldedSettings {
-                    range_a_per_m,
-                    start_a_per_m,
-                    filter_per_s,
-                    dead_zone_m: tuning.dead_zone_m(filter_per_s),
-                    adaptation_rate_per_s: tuning.rate_per_s(folded.adaptation_rate_per_s),
-                    sensitivity_m_per_a_per_m,
-                    ..*folded
-                };
+            LawSettings::Folded(own) | LawSettings::Gradient(own) | LawSettings::Scalar(own) => {
+                own.filter_per_s = tuning.rate_per_s(own.filter_per_s);
+                own.dead_zone_m = tuning.dead_zone_m(own.filter_per_s);
+                tuning.tune(own);
             }
-            LawSettings::Gradient(gradient) => {
-                let filter_per_s = tuning.rate_per_s(gradient.filter_per_s);
-                *gradient = GradientSettings {
-                    range_a_per_m,
-                    start_a_per_m,
-                    filter_per_s,
-                    dead_zone_m: tuning.dead_zone_m(filter_per_s),
-                    adaptation_rate_per_s: tuning.rate_per_s(gradient.adaptation_rate_per_s),
-                    sensitivity_m_per_a_per_m,
-                    ..*gradient
-                };
-            }
-            LawSettings::Matrix(matrix) => {
-                *matrix = MatrixSettings {
-                    range_a_per_m,
-                    start_a_per_m,
-                    adaptation_rate_per_s: tuning.rate_per_s(matrix.adaptation_rate_per_s),
-                    sensitivity_m_per_a_per_m,
-                    ..*matrix
-                };
-            }
-            LawSettings::Scalar(scalar) => {
-                let decay_per_s = tuning.rate_per_s(scalar.decay_per_s);
-                *scalar = ScalarLawSettings {
-                    range_a_per_m,
-                    start_a_per_m,
-                    decay_per_s,
-                    dead_zone_m: tuning.dead_zone_m(decay_per_s),
-                    adaptation_rate_per_s: tuning.rate_per_s(scalar.adaptation_rate_per_s),
-                    sensitivity_m_per_a_per_m,
-                    ..*scalar
-                };
-            }
+            LawSettings::Matrix(own) => tuning.tune(own),
             LawSettings::GaussNewton(gauss_newton) => {
                 *gauss_newton = GaussNewtonSettings {
                     range_a_per_m,

@@ -2,7 +2,7 @@
 
 use super::iceoryx::create_node;
 use super::names::{ANY_AGREEMENT, CONNECTED, END, GONE, PORTS};
-use super::status::PeerStatus;
+use super::status::{PeerStatus, TokenWait};
 use super::waker::{Peer, Rest, Waker, wait};
 use crate::error::LinkError;
 use crate::message::NodeId;
@@ -215,6 +215,11 @@ impl SharedContext {
     /// Publishes the last finished tick: progress for a launcher, credit for a reader that must not fall behind.
     pub fn set_tick(&self, tick: u64) {
         self.waker.status.set_tick(tick);
+    }
+
+    /// Publishes which token this process waits for.
+    pub(super) fn tell_wait(&self, wait: TokenWait) {
+        self.waker.status.set_wait(wait);
     }
 
     /// The limit that [`SharedContext::wait_at_most`] has set.

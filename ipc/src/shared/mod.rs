@@ -21,3 +21,4 @@ pub use names::{ANY_AGREEMENT, CONNECTED, END, PORTS};
 pub use observer::Observer;
 pub(crate) use ports::{RawReceiver, RawSender};
 pub use remote::{Egress, Ingress, Progress, crossing};
+pub use status::{Standing, TokenWait};

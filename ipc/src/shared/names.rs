@@ -32,6 +32,8 @@ pub const TICK: u64 = 2;
 pub const AGREEMENT: u64 = 3;
 /// Key of a status: in real time the moment at which tick 0 begins, in ns of the monotonic clock, as the plant's process says it.
 pub const EPOCH: u64 = 4;
+/// Key of a status: the token that its process waited for last, see [`super::status::TokenWait`]; foreign processes have none.
+pub const WAIT: u64 = 5;
 
 /// Phase of a process that has created its ports.
 pub const PORTS: u64 = 1;

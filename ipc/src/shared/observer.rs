@@ -1,7 +1,7 @@
 //! Looking at a run from outside.
 
 use super::iceoryx::create_node;
-use super::status::PeerStatus;
+use super::status::{PeerStatus, Standing};
 use crate::error::LinkError;
 use iceoryx2::prelude::{Node, ipc};
 use std::collections::BTreeMap;
@@ -30,6 +30,11 @@ impl Observer {
         self.tick_of_start(process, 0)
     }
 
+    /// Where a process stands that started with the run; `None` until it has started.
+    pub fn standing_of(&mut self, process: &str) -> Option<Standing> {
+        self.peer(process, 0).map(PeerStatus::standing)
+    }
+
     /// The last finished tick of whoever took the place of `process`, which was started again `restarts` times; `None` until
     /// one of them has started.
     pub fn tick_after(&mut self, process: &str, restarts: u64) -> Option<u64> {
@@ -45,11 +50,15 @@ impl Observer {
     }
 
     fn tick_of_start(&mut self, process: &str, start: u64) -> Option<u64> {
+        self.peer(process, start).map(PeerStatus::tick)
+    }
+
+    fn peer(&mut self, process: &str, start: u64) -> Option<&PeerStatus> {
         let key = (process.to_owned(), start);
         if !self.peers.contains_key(&key) {
             let status = PeerStatus::open_start(&self.node, process, start).ok()??;
             self.peers.insert(key.clone(), status);
         }
-        self.peers.get(&key).map(PeerStatus::tick)
+        self.peers.get(&key)
     }
 }

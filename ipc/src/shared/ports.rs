@@ -3,6 +3,7 @@
 use super::context::SharedContext;
 use super::iceoryx::{channel_name, refused, retry};
 use super::names::{DEEPEST_BUFFER, LOOP_BUFFER, MAX_BORROWED, MAX_NODES, MAX_PUBLISHERS, MAX_SUBSCRIBERS};
+use super::status::TokenWait;
 use super::waker::{Peer, notify_sleepers};
 use crate::clock::monotonic_ns;
 use crate::error::LinkError;
@@ -219,6 +220,15 @@ impl RawReceiver {
 
     /// The next token, which must be that of `tick`; the caller checks.
     pub fn receive(&self, tick: u64) -> Result<RawToken, LinkError> {
+        if let Some(token) = self.poll()? {
+            return Ok(token);
+        }
+        // Whoever looks on can follow who waits for whom, also when the one that all wait for can say nothing any more.
+        self.context.tell_wait(TokenWait {
+            reader: self.reader,
+            channel: self.channel,
+            tick,
+        });
         let start_ns = monotonic_ns();
         let limit = self.context.last_wait().unwrap_or(self.context.receive_limit());
         match self.context.wait(after(start_ns, limit), || self.poll())? {

@@ -1,9 +1,10 @@
-//! What a process says about itself on its iceoryx2 blackboard: phase of the start, asleep or not, last finished tick, and
-//! in real time the moment at which tick 0 begins.
+//! What a process says about itself on its iceoryx2 blackboard: phase of the start, asleep or not, last finished tick, the
+//! token that it waited for last, and in real time the moment at which tick 0 begins.
 
 use super::iceoryx::refused;
-use super::names::{AGREEMENT, ASLEEP, EPOCH, MAX_NODES, MAX_STATUS_READERS, PHASE, TICK, status_service};
+use super::names::{AGREEMENT, ASLEEP, EPOCH, MAX_NODES, MAX_STATUS_READERS, PHASE, TICK, WAIT, status_service};
 use crate::error::LinkError;
+use crate::message::{Channel, NodeId};
 use iceoryx2::port::reader::{EntryHandle, Reader};
 use iceoryx2::port::writer::{EntryHandleMut, Writer};
 use iceoryx2::prelude::*;
@@ -16,12 +17,54 @@ fn service_name(process: &str, start: u64) -> Result<ServiceName, LinkError> {
     ServiceName::new(&status_service(process, start)).map_err(refused("name a status service"))
 }
 
+/// A token that a process waits for. Its status keeps the last one, also after the token has come.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TokenWait {
+    /// Which of its nodes reads it.
+    pub reader: NodeId,
+    /// On which channel.
+    pub channel: Channel,
+    /// Of which tick.
+    pub tick: u64,
+}
+
+impl TokenWait {
+    /// The tick, then eight bits each of reader and channel, counted from 1: 0 is nothing.
+    fn to_word(self) -> u64 {
+        let reader = NodeId::LOOP_ORDER.iter().position(|known| *known == self.reader);
+        let channel = Channel::ALL.iter().position(|known| *known == self.channel);
+        let number = |position: Option<usize>| position.map_or(0, |position| position as u64 + 1);
+        self.tick << 16 | number(reader) << 8 | number(channel)
+    }
+
+    fn from_word(word: u64) -> Option<Self> {
+        let number = |shift: u32| ((word >> shift & 0xff) as usize).checked_sub(1);
+        Some(Self {
+            reader: *NodeId::LOOP_ORDER.get(number(8)?)?,
+            channel: *Channel::ALL.get(number(0)?)?,
+            tick: word >> 16,
+        })
+    }
+}
+
+/// Where a process stands, for one who looks on.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Standing {
+    /// Of the start and the end: 0 appeared, 1 ports created, 2 connected, 3 at the end.
+    pub phase: u64,
+    /// Ticks finished.
+    pub tick: u64,
+    /// What it waited for last, if it says so.
+    pub wait: Option<TokenWait>,
+}
+
 /// The writing end: one process's own status.
 pub struct OwnStatus {
     phase: EntryHandleMut<ipc::Service, u64, u64>,
     asleep: EntryHandleMut<ipc::Service, u64, u64>,
     tick: EntryHandleMut<ipc::Service, u64, u64>,
     epoch: EntryHandleMut<ipc::Service, u64, u64>,
+    wait: EntryHandleMut<ipc::Service, u64, u64>,
     _writer: Writer<ipc::Service, u64>,
 }
 
@@ -41,6 +84,7 @@ impl OwnStatus {
             .add::<u64>(TICK, 0)
             .add::<u64>(AGREEMENT, agreement)
             .add::<u64>(EPOCH, 0)
+            .add::<u64>(WAIT, 0)
             .create()
             .map_err(refused(format!(
                 "create the status of {process} (is a process of that name already running under this prefix?)"
@@ -55,6 +99,7 @@ impl OwnStatus {
             asleep: entry(ASLEEP)?,
             tick: entry(TICK)?,
             epoch: entry(EPOCH)?,
+            wait: entry(WAIT)?,
             _writer: writer,
         })
     }
@@ -88,6 +133,10 @@ impl OwnStatus {
     pub fn set_epoch(&self, epoch_ns: u64) {
         self.epoch.update_with_copy(epoch_ns);
     }
+
+    pub fn set_wait(&self, wait: TokenWait) {
+        self.wait.update_with_copy(wait.to_word());
+    }
 }
 
 /// The reading end: another process's status.
@@ -99,6 +148,7 @@ pub struct PeerStatus {
     tick: EntryHandle<ipc::Service, u64, u64>,
     /// None from a driver that keeps no time.
     epoch: Option<EntryHandle<ipc::Service, u64, u64>>,
+    wait: Option<EntryHandle<ipc::Service, u64, u64>>,
     _reader: Reader<ipc::Service, u64>,
 }
 
@@ -137,6 +187,7 @@ impl PeerStatus {
             asleep: entry(ASLEEP)?,
             tick: entry(TICK)?,
             epoch: entry(EPOCH).ok(),
+            wait: entry(WAIT).ok(),
             _reader: reader,
         }))
     }
@@ -155,5 +206,34 @@ impl PeerStatus {
 
     pub fn epoch_ns(&self) -> u64 {
         self.epoch.as_ref().map_or(0, |epoch| *epoch.get())
+    }
+
+    pub fn standing(&self) -> Standing {
+        Standing {
+            phase: self.phase(),
+            tick: self.tick(),
+            wait: self.wait.as_ref().and_then(|wait| TokenWait::from_word(*wait.get())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Guards what an onlooker reads: any wait comes back from its word, and a word that was never written is none.
+    #[test]
+    fn a_wait_comes_back_from_its_word() {
+        assert_eq!(TokenWait::from_word(0), None);
+        for reader in NodeId::LOOP_ORDER {
+            for channel in Channel::ALL {
+                let wait = TokenWait {
+                    reader,
+                    channel,
+                    tick: 0xffff_ffff_fffe,
+                };
+                assert_eq!(TokenWait::from_word(wait.to_word()), Some(wait));
+            }
+        }
     }
 }

@@ -3,6 +3,9 @@
 /// Why a run of processes did not reach its end.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum LaunchError {
+    /// Nothing was started.
+    #[error("{0}")]
+    SharedMemory(String),
     /// A process could not be started.
     #[error("{process} could not be started: {cause}")]
     Spawn {
@@ -12,13 +15,15 @@ pub enum LaunchError {
         cause: String,
     },
     /// A process died.
-    #[error("{process} {how} at tick {tick} of {ticks}{detail}")]
+    #[error("{process} {how} {when} tick {tick} of {ticks}{detail}")]
     Died {
         /// Which.
         process: String,
         /// Exit status in words.
         how: String,
-        /// How far the plant had come.
+        /// "at" the tick in which it failed, or if that is not known exactly "after" the one that the plant had come to.
+        when: &'static str,
+        /// Which.
         tick: u64,
         /// How far it should have come.
         ticks: u64,

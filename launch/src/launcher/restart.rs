@@ -39,7 +39,7 @@ pub(super) fn restart(
     // A foreign process is somebody else's to start.
     for running in children
         .iter_mut()
-        .filter(|running| running.failed() && may_come_back(scenario, running))
+        .filter(|running| running.child.has_failed() && may_come_back(scenario, running))
     {
         let Some((_, nodes)) = processes.iter().find(|(name, _)| *name == running.name) else {
             continue;
@@ -57,7 +57,7 @@ pub(super) fn restart(
         };
         running.child = start_own(&running.name, nodes, folder, options, true).map_err(refused)?;
         running.stops.clear();
-        running.ended = None;
+        running.failure = None;
         running.stillness = Stillness::default();
         if let Some(observer) = &mut observer {
             observer.forget(&running.name);

@@ -1,7 +1,8 @@
 //! Notices in real time a process of ours that neither ends nor goes on. There nobody waits for it: the guard and the amplifier
 //! take the field away, and without this the run would go on so to its end.
 
-use super::{Running, WATCH_PERIOD};
+use super::Running;
+use crate::supervisor::LOOK_PERIOD;
 use anhyst_ipc::{NodeId, Observer};
 use anhyst_scenario::Scenario;
 use std::time::{Duration, Instant};
@@ -13,7 +14,7 @@ const PATIENCE_WITH_A_DISK: Duration = Duration::from_secs(10);
 /// A process says where it is once in 64 ticks: so many must have passed, and one may have been under way.
 const SAYINGS_TICKS: f64 = 3.0 * 64.0;
 /// More time than this does not count between two looks: then the launcher, or the machine, stood still as well.
-const LONGEST_LOOK: Duration = Duration::from_millis(10 * WATCH_PERIOD.as_millis() as u64);
+const LONGEST_LOOK: Duration = Duration::from_millis(10 * LOOK_PERIOD.as_millis() as u64);
 
 /// For how long a process has not gone on.
 #[derive(Debug, Clone, Default)]
@@ -34,7 +35,7 @@ impl Stillness {
 }
 
 /// Looks at where the processes are.
-pub(super) struct Watchman {
+pub(super) struct HangDetector {
     looked: Instant,
     /// Where the plant was then.
     tick: u64,
@@ -46,7 +47,7 @@ pub(super) struct Watchman {
     recorder: Option<String>,
 }
 
-impl Watchman {
+impl HangDetector {
     /// In lockstep nobody is needed: whoever waits for a token says so.
     pub fn of(scenario: &Scenario) -> Option<Self> {
         scenario.clock.realtime()?;
@@ -76,7 +77,7 @@ impl Watchman {
             false => Duration::from_secs_f64(tick.saturating_sub(self.tick) as f64 * self.tick_s),
         };
         self.tick = tick;
-        let living = |running: &&mut Running| !running.foreign && running.ended.is_none();
+        let living = |running: &&mut Running| !running.foreign && running.child.end().is_none();
         for running in children.iter_mut().filter(living) {
             let restarts = running.restarts.len() as u64;
             let reached = match restarts {
@@ -102,7 +103,7 @@ impl Watchman {
             };
             if stillness.lasts > patience {
                 stillness.hung = true;
-                running.signal(rustix::process::Signal::KILL);
+                running.child.signal(rustix::process::Signal::KILL);
             }
         }
     }

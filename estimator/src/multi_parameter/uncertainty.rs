@@ -11,7 +11,7 @@ const UNINFORMED_SHARE: f64 = 0.5;
 
 /// The estimate with its uncertainty; lists are in the order of the settings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SeveralUncertainty {
+pub struct MultiParameterUncertainty {
     /// What was estimated.
     pub parameters: Vec<HysteresisParameter>,
     /// The estimates, each in its unit.
@@ -26,7 +26,7 @@ pub struct SeveralUncertainty {
     pub warnings: Vec<String>,
 }
 
-impl SeveralUncertainty {
+impl MultiParameterUncertainty {
     pub(super) fn new(
         coordinates: &Coordinates,
         root: &SquareRoot,

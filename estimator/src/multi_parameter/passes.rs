@@ -2,10 +2,10 @@
 //!
 //! What a pass learns from early samples it learns with the tangents of a poor estimate; the next pass has better ones.
 
-use super::gauss_newton::SeveralGaussNewton;
+use super::gauss_newton::MultiParameterGaussNewton;
 use super::output::{MeasuredOutput, OutputStage};
-use super::settings::SeveralSettings;
-use super::uncertainty::SeveralUncertainty;
+use super::settings::MultiParameterSettings;
+use super::uncertainty::MultiParameterUncertainty;
 use crate::EstimatorError;
 use anhyst_ipc::Invalid;
 use anhyst_model::{Hysteresis, SensitiveState};
@@ -17,14 +17,14 @@ pub struct PassReport {
     /// The material at the estimate.
     pub hysteresis: Hysteresis,
     /// What the estimate is worth.
-    pub uncertainty: SeveralUncertainty,
+    pub uncertainty: MultiParameterUncertainty,
     /// Rms of measured minus modelled output of a whole run with this material held, in the output's unit.
     pub residual_rms: f64,
 }
 
 /// All passes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SeveralReport {
+pub struct MultiParameterReport {
     /// In order; never empty.
     pub passes: Vec<PassReport>,
 }
@@ -34,14 +34,14 @@ pub struct SeveralReport {
 ///
 /// # Errors
 /// A setting, a material or an output that cannot be used, or lists of different lengths.
-pub fn estimate_several(
-    settings: &SeveralSettings,
+pub fn estimate_parameters(
+    settings: &MultiParameterSettings,
     nominal: Hysteresis,
     measured: MeasuredOutput,
     tick_s: f64,
     fields_a_per_m: &[f64],
     outputs: &[f64],
-) -> Result<SeveralReport, EstimatorError> {
+) -> Result<MultiParameterReport, EstimatorError> {
     if fields_a_per_m.len() != outputs.len() {
         let (fields, outputs) = (fields_a_per_m.len(), outputs.len());
         return Err(Invalid::new(
@@ -53,7 +53,7 @@ pub fn estimate_several(
     let mut start = nominal;
     let mut passes = Vec::new();
     for _ in 0..settings.passes {
-        let mut law = SeveralGaussNewton::starting_at(settings, nominal, start, measured, tick_s)?;
+        let mut law = MultiParameterGaussNewton::starting_at(settings, nominal, start, measured, tick_s)?;
         for (field, output) in fields_a_per_m.iter().zip(outputs) {
             law.step(*field, *output);
         }
@@ -65,7 +65,7 @@ pub fn estimate_several(
             residual_rms: residual_rms(&start, stage, fields_a_per_m, outputs),
         });
     }
-    Ok(SeveralReport { passes })
+    Ok(MultiParameterReport { passes })
 }
 
 fn residual_rms(hysteresis: &Hysteresis, mut stage: OutputStage, fields: &[f64], outputs: &[f64]) -> f64 {

@@ -13,22 +13,22 @@
 //! of the information (β = 100, m = 5, 5 s at 10 kHz: 1 %). From 20 % off in all five parameters nine of ten runs end
 //! with all errors within 64 of their own deviations after one pass and 3.2 after two with β = 0, within 4.7 and 2.3
 //! with β = 100; 2.3 is what honest deviations give.
-//! (`cargo test --release -p anhyst-estimator --test several_gauss_newton -- --nocapture` prints them.) The deviations are those of noise: what the model lacks is not in them.
+//! (`cargo test --release -p anhyst-estimator --test multi_parameter -- --nocapture` prints them.) The deviations are those of noise: what the model lacks is not in them.
 //! Assumptions: white Gaussian noise; field, rod and magnetostriction known; parameters constant.
 //! Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), chapter 8; the annealing is this project's.
 
 use super::coordinates::Coordinates;
 use super::information::Information;
 use super::output::{COUNT, MeasuredOutput, OutputStage};
-use super::settings::SeveralSettings;
+use super::settings::MultiParameterSettings;
 use super::square_root::SquareRoot;
-use super::uncertainty::SeveralUncertainty;
+use super::uncertainty::MultiParameterUncertainty;
 use crate::EstimatorError;
 use anhyst_model::{Hysteresis, SensitiveState};
 
 /// What one step found.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SeveralEstimate {
+pub struct MultiParameterEstimate {
     /// The material at the estimate, after the correction.
     pub hysteresis: Hysteresis,
     /// Where it is, with its derivatives, after the correction.
@@ -43,7 +43,7 @@ pub struct SeveralEstimate {
 
 /// The law with everything it remembers.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SeveralGaussNewton {
+pub struct MultiParameterGaussNewton {
     coordinates: Coordinates,
     noise: f64,
     annealing_samples: f64,
@@ -51,16 +51,16 @@ pub struct SeveralGaussNewton {
     root: SquareRoot,
     information: Information,
     stage: OutputStage,
-    estimate: SeveralEstimate,
+    estimate: MultiParameterEstimate,
 }
 
-impl SeveralGaussNewton {
+impl MultiParameterGaussNewton {
     /// The law at its start: `nominal`, demagnetised, in a rod at rest, for ticks of `tick_s`.
     ///
     /// # Errors
     /// A setting, a material or an output that cannot be used.
     pub fn new(
-        settings: &SeveralSettings,
+        settings: &MultiParameterSettings,
         nominal: Hysteresis,
         measured: MeasuredOutput,
         tick_s: f64,
@@ -70,7 +70,7 @@ impl SeveralGaussNewton {
 
     /// The same with another start than the nominal material; scales and strain law stay those of the nominal one.
     pub(super) fn starting_at(
-        settings: &SeveralSettings,
+        settings: &MultiParameterSettings,
         nominal: Hysteresis,
         start: Hysteresis,
         measured: MeasuredOutput,
@@ -87,7 +87,7 @@ impl SeveralGaussNewton {
             coordinates,
             information: Information::default(),
             stage: OutputStage::new(measured, tick_s)?,
-            estimate: SeveralEstimate {
+            estimate: MultiParameterEstimate {
                 hysteresis: start,
                 state: SensitiveState::default(),
                 predicted_output: 0.0,
@@ -100,7 +100,7 @@ impl SeveralGaussNewton {
     /// Advances to the next tick, where the field is `field_a_per_m`, and corrects with the output measured there. A
     /// measurement that is not a number, or no measurement of a rod or a material, is not used. The first call is tick
     /// 0.
-    pub fn step(&mut self, field_a_per_m: f64, measured_output: f64) -> &SeveralEstimate {
+    pub fn step(&mut self, field_a_per_m: f64, measured_output: f64) -> &MultiParameterEstimate {
         let hysteresis = self.estimate.hysteresis;
         self.estimate.state = hysteresis.advance_with_sensitivities(self.estimate.state, field_a_per_m);
         let output = self.stage.advance(&self.estimate.state);
@@ -141,7 +141,7 @@ impl SeveralGaussNewton {
     }
 
     /// Where the law stands.
-    pub fn estimate(&self) -> &SeveralEstimate {
+    pub fn estimate(&self) -> &MultiParameterEstimate {
         &self.estimate
     }
 
@@ -157,8 +157,8 @@ impl SeveralGaussNewton {
     }
 
     /// What the estimate is worth, with correlations and warnings. Allocates: not for every step.
-    pub fn uncertainty(&self) -> SeveralUncertainty {
-        SeveralUncertainty::new(
+    pub fn uncertainty(&self) -> MultiParameterUncertainty {
+        MultiParameterUncertainty::new(
             &self.coordinates,
             &self.root,
             &self.information,

@@ -7,7 +7,7 @@
 //! sign and stays linear.
 
 use super::output::COUNT;
-use super::settings::SeveralSettings;
+use super::settings::MultiParameterSettings;
 use anhyst_model::{Hysteresis, HysteresisParameter};
 
 /// One estimated parameter.
@@ -35,7 +35,7 @@ pub(super) struct Moved {
 }
 
 impl Coordinates {
-    pub fn new(settings: &SeveralSettings, nominal: &Hysteresis) -> Self {
+    pub fn new(settings: &MultiParameterSettings, nominal: &Hysteresis) -> Self {
         let axes = settings.parameters.iter().map(|estimated| Axis {
             parameter: estimated.parameter,
             deviation: estimated.start_deviation,

@@ -56,10 +56,10 @@ impl EstimatedParameter {
     }
 }
 
-/// Settings of [`super::SeveralGaussNewton`] and [`super::estimate_several`].
+/// Settings of [`super::MultiParameterGaussNewton`] and [`super::estimate_parameters`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct SeveralSettings {
+pub struct MultiParameterSettings {
     /// One to five, each once.
     pub parameters: Vec<EstimatedParameter>,
     /// σ: rms noise of what is measured, in its unit.
@@ -68,7 +68,7 @@ pub struct SeveralSettings {
     /// safer; it costs a share β·m/N of the information of N samples about m parameters.
     #[serde(default = "default_annealing")]
     pub annealing_samples: f64,
-    /// How often [`super::estimate_several`] goes over the data.
+    /// How often [`super::estimate_parameters`] goes over the data.
     #[serde(default = "default_passes")]
     pub passes: u32,
     /// Pairs correlated beyond this are reported as not told apart.
@@ -88,7 +88,7 @@ fn default_correlation() -> f64 {
     0.98
 }
 
-impl SeveralSettings {
+impl MultiParameterSettings {
     /// The usual settings for parameters known to `share` of their values, measured with noise of `noise` rms.
     pub fn around(parameters: &[HysteresisParameter], nominal: &Hysteresis, share: f64, noise: f64) -> Self {
         let around = |&parameter| EstimatedParameter::around(parameter, nominal, share);

@@ -2,12 +2,13 @@
 //! and loud where the data cannot tell parameters apart. One simulated truth serves all seeds.
 
 use anhyst_estimator::{
-    EstimatedParameter, Information, MeasuredOutput, OutputStage, SeveralGaussNewton, SeveralReport, SeveralSettings,
-    StrainLaw, estimate_several,
+    EstimatedParameter, Information, MeasuredOutput, MultiParameterGaussNewton, MultiParameterReport,
+    MultiParameterSettings, OutputStage, StrainLaw, estimate_parameters,
 };
 use anhyst_model::{
     Anhysteretic, DriveSignal, Hysteresis, HysteresisParameter, Material, Noise, SensitiveState, TwoPole,
 };
+use nalgebra::DMatrix;
 use proptest::prelude::*;
 
 const TICK_S: f64 = 1e-4;
@@ -51,6 +52,30 @@ fn noisy(outputs: &[f64], noise: f64, seed: u64) -> Vec<f64> {
     outputs.iter().map(|output| output + noise * source.normal()).collect()
 }
 
+/// Least standard deviations of `parameters` estimated together, all others being known.
+fn cramer_rao_bounds(truth: &Hysteresis, parameters: &[HysteresisParameter], fields: &[f64]) -> Vec<f64> {
+    let mut stage = OutputStage::new(displacement(), TICK_S).unwrap();
+    let (mut state, mut information) = (SensitiveState::default(), Information::default());
+    for field in fields {
+        state = truth.advance_with_sensitivities(state, *field);
+        information.add(&stage.advance(&state), NOISE_M);
+    }
+    let lengths: Vec<f64> = parameters
+        .iter()
+        .map(|one| information.about(*one, *one).sqrt())
+        .collect();
+    // Scaled to a diagonal of ones: the parameters' units differ by eight orders of magnitude.
+    let scaled = DMatrix::from_fn(parameters.len(), parameters.len(), |i, j| {
+        information.about(parameters[i], parameters[j]) / (lengths[i] * lengths[j])
+    });
+    let covariance = scaled.cholesky().unwrap().inverse();
+    lengths
+        .iter()
+        .enumerate()
+        .map(|(i, length)| covariance[(i, i)].sqrt() / length)
+        .collect()
+}
+
 /// The truth with each of `parameters` off by `share`, up or down by the seed.
 fn start(truth: Hysteresis, parameters: &[HysteresisParameter], share: f64, seed: u64) -> Hysteresis {
     let mut signs = Noise::new(seed, 1);
@@ -66,7 +91,7 @@ struct Judged {
     over_own: Vec<Vec<f64>>,
 }
 
-fn judge(report: &SeveralReport, truth: &Hysteresis, bounds: &[f64]) -> Judged {
+fn judge(report: &MultiParameterReport, truth: &Hysteresis, bounds: &[f64]) -> Judged {
     let errors = |divisors: fn(&anhyst_estimator::PassReport, &[f64]) -> Vec<f64>| {
         report
             .passes
@@ -98,11 +123,7 @@ impl Campaign {
         let truth = Hysteresis::terfenol_d();
         let fields = fields(DriveSignal::standard(5.0), 5.0);
         let outputs = simulate(&truth, displacement(), &fields);
-        let bounds = Information::of_run(&truth, displacement(), TICK_S, NOISE_M, fields.iter().copied())
-            .unwrap()
-            .bound(parameters)
-            .unwrap()
-            .deviations;
+        let bounds = cramer_rao_bounds(&truth, parameters, &fields);
         for (parameter, bound) in parameters.iter().zip(&bounds) {
             println!(
                 "{} bound {:.2e} of it",
@@ -112,12 +133,12 @@ impl Campaign {
         }
         let run = |seed: u64| {
             let nominal = start(truth, parameters, share, seed);
-            let settings = SeveralSettings {
+            let settings = MultiParameterSettings {
                 annealing_samples,
-                ..SeveralSettings::around(parameters, &nominal, share, NOISE_M)
+                ..MultiParameterSettings::around(parameters, &nominal, share, NOISE_M)
             };
             let measured = noisy(&outputs, NOISE_M, seed);
-            let report = estimate_several(&settings, nominal, displacement(), TICK_S, &fields, &measured).unwrap();
+            let report = estimate_parameters(&settings, nominal, displacement(), TICK_S, &fields, &measured).unwrap();
             judge(&report, &truth, &bounds)
         };
         let seeds = std::thread::scope(|scope| {
@@ -234,9 +255,9 @@ fn one_loop_cannot_tell_a_from_alpha_but_the_standard_excitation_can() {
     let fields_of_loop = loop_30_ka_per_m();
     let warnings = |measured: MeasuredOutput, fields: &[f64], noise: f64| {
         let nominal = start(truth, &HysteresisParameter::ALL, 0.05, 3);
-        let settings = SeveralSettings::around(&HysteresisParameter::ALL, &nominal, 0.05, noise);
+        let settings = MultiParameterSettings::around(&HysteresisParameter::ALL, &nominal, 0.05, noise);
         let outputs = noisy(&simulate(&truth, measured, fields), noise, 3);
-        let report = estimate_several(&settings, nominal, measured, TICK_S, fields, &outputs).unwrap();
+        let report = estimate_parameters(&settings, nominal, measured, TICK_S, fields, &outputs).unwrap();
         report.passes[1].uncertainty.warnings.clone()
     };
     let of_loop = warnings(strain, &fields_of_loop, 4e-7);
@@ -267,9 +288,9 @@ fn strain_and_magnetization_serve_as_well() {
         ] {
             let parameters = [SaturationMagnetization, Shape, Pinning];
             let nominal = start(truth, &parameters, 0.05, 1);
-            let settings = SeveralSettings::around(&parameters, &nominal, 0.05, noise);
+            let settings = MultiParameterSettings::around(&parameters, &nominal, 0.05, noise);
             let outputs = noisy(&simulate(&truth, measured, &fields), noise, 1);
-            let report = estimate_several(&settings, nominal, measured, TICK_S, &fields, &outputs).unwrap();
+            let report = estimate_parameters(&settings, nominal, measured, TICK_S, &fields, &outputs).unwrap();
             let last = &report.passes[1];
             for (i, parameter) in parameters.iter().enumerate() {
                 let (error, own) = (
@@ -294,8 +315,8 @@ fn strain_and_magnetization_serve_as_well() {
 #[test]
 fn rest_and_narrow_ranges_are_reported() {
     let truth = Hysteresis::terfenol_d();
-    let settings = SeveralSettings::around(&HysteresisParameter::ALL, &truth, 0.05, NOISE_M);
-    let at_rest = estimate_several(&settings, truth, displacement(), TICK_S, &[0.0; 100], &[0.0; 100]).unwrap();
+    let settings = MultiParameterSettings::around(&HysteresisParameter::ALL, &truth, 0.05, NOISE_M);
+    let at_rest = estimate_parameters(&settings, truth, displacement(), TICK_S, &[0.0; 100], &[0.0; 100]).unwrap();
     let warnings = &at_rest.passes[0].uncertainty.warnings;
     assert_eq!(warnings.len(), 5);
     assert!(
@@ -307,7 +328,7 @@ fn rest_and_narrow_ranges_are_reported() {
     assert_eq!(at_rest.passes[0].hysteresis, truth);
     let fields = fields(DriveSignal::standard(1.0), 1.0);
     let outputs = simulate(&truth.with_shape(7300.0), displacement(), &fields);
-    let settings = SeveralSettings {
+    let settings = MultiParameterSettings {
         parameters: vec![EstimatedParameter {
             parameter: HysteresisParameter::Shape,
             start_deviation: 50.0,
@@ -315,7 +336,7 @@ fn rest_and_narrow_ranges_are_reported() {
         }],
         ..settings
     };
-    let stuck = estimate_several(&settings, truth, displacement(), TICK_S, &fields, &outputs).unwrap();
+    let stuck = estimate_parameters(&settings, truth, displacement(), TICK_S, &fields, &outputs).unwrap();
     let last = &stuck.passes[1];
     assert_eq!(last.hysteresis.shape_a_per_m, 7100.0);
     assert!(last.uncertainty.warnings[0].starts_with("a stands at the edge of its range, 7100 A/m"));
@@ -326,8 +347,8 @@ fn rest_and_narrow_ranges_are_reported() {
 #[test]
 fn a_missing_measurement_teaches_nothing() {
     let truth = Hysteresis::terfenol_d();
-    let settings = SeveralSettings::around(&HysteresisParameter::ALL, &truth, 0.05, NOISE_M);
-    let mut law = SeveralGaussNewton::new(&settings, truth, displacement(), TICK_S).unwrap();
+    let settings = MultiParameterSettings::around(&HysteresisParameter::ALL, &truth, 0.05, NOISE_M);
+    let mut law = MultiParameterGaussNewton::new(&settings, truth, displacement(), TICK_S).unwrap();
     let before = law.uncertainty();
     let fields = fields(DriveSignal::tracking(), 0.1);
     let outputs = simulate(&truth, displacement(), &fields);
@@ -342,8 +363,8 @@ fn a_missing_measurement_teaches_nothing() {
 #[test]
 fn settings_are_refused_with_their_reason() {
     let nominal = Hysteresis::terfenol_d();
-    let good = SeveralSettings::around(&HysteresisParameter::ALL, &nominal, 0.05, NOISE_M);
-    let refusal = |settings: SeveralSettings| settings.validate(&nominal).unwrap_err().to_string();
+    let good = MultiParameterSettings::around(&HysteresisParameter::ALL, &nominal, 0.05, NOISE_M);
+    let refusal = |settings: MultiParameterSettings| settings.validate(&nominal).unwrap_err().to_string();
     assert!(good.validate(&nominal).is_ok());
     let mut twice = good.clone();
     twice.parameters[1] = twice.parameters[0];
@@ -358,20 +379,20 @@ fn settings_are_refused_with_their_reason() {
     wide.parameters[4].range.1 = 1.5;
     assert_eq!(refusal(wide), "parameters.c.range: the upper edge 1.5 must be below 1");
     assert!(
-        refusal(SeveralSettings {
+        refusal(MultiParameterSettings {
             noise: 0.0,
             ..good.clone()
         })
         .starts_with("noise: 0")
     );
     assert!(
-        refusal(SeveralSettings {
+        refusal(MultiParameterSettings {
             parameters: Vec::new(),
             ..good.clone()
         })
         .starts_with("parameters: at least one")
     );
-    let error = estimate_several(&good, nominal, displacement(), TICK_S, &[0.0], &[])
+    let error = estimate_parameters(&good, nominal, displacement(), TICK_S, &[0.0], &[])
         .unwrap_err()
         .to_string();
     assert_eq!(
@@ -392,8 +413,8 @@ proptest! {
         let anhysteretic = if ising { Anhysteretic::Ising } else { Anhysteretic::Langevin };
         let nominal = Hysteresis { anhysteretic, coupling, ..Hysteresis::terfenol_d() };
         prop_assume!(nominal.validate().is_ok() && coupling != 0.0);
-        let settings = SeveralSettings::around(&HysteresisParameter::ALL, &nominal, 0.1, NOISE_M);
-        let mut law = SeveralGaussNewton::new(&settings, nominal, displacement(), TICK_S).unwrap();
+        let settings = MultiParameterSettings::around(&HysteresisParameter::ALL, &nominal, 0.1, NOISE_M);
+        let mut law = MultiParameterGaussNewton::new(&settings, nominal, displacement(), TICK_S).unwrap();
         for word in words {
             let field = scale * ((word % 1000) as f64 / 500.0 - 1.0);
             let found = *law.step(field, f64::from_bits(word));

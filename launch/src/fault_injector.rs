@@ -6,12 +6,12 @@ use anhyst_scenario::{ProcessKind, Scenario};
 use rustix::process::{Signal, getpid, kill_process};
 
 /// What is to happen to this process.
-pub struct Sabotage {
+pub struct FaultInjector {
     /// By tick, the next one last.
     coming: Vec<(u64, ProcessKind)>,
 }
 
-impl Sabotage {
+impl FaultInjector {
     /// The faults of the process that runs `nodes`; `has_others` if other processes take part in the run.
     ///
     /// # Errors
@@ -26,8 +26,8 @@ impl Sabotage {
         Ok(Self { coming })
     }
 
-    /// Lets happen what is due before tick `tick` is answered.
-    pub fn happen(&mut self, tick: u64) {
+    /// Injects what is due before tick `tick` is answered.
+    pub fn inject(&mut self, tick: u64) {
         while let Some((_, kind)) = self.coming.pop_if(|(at, _)| *at <= tick) {
             let signal = match kind {
                 ProcessKind::Kill => Signal::KILL,

@@ -8,7 +8,7 @@
 
 use crate::law::is_credible;
 use anhyst_model::{
-    HysteresisParameter, Magnetostriction, Material, ModelError, RodState, SensitiveState, TwoPole, TwoPolePropagator,
+    HysteresisParameter, Magnetostriction, Material, ModelError, RodMotion, SensitiveState, TwoPole, TwoPolePropagator,
 };
 use serde::{Deserialize, Serialize};
 
@@ -140,30 +140,8 @@ struct SensitiveRod {
     propagator: TwoPolePropagator,
     /// Before the first tick there is no interval to move in.
     started: bool,
-    value: Carried,
-    derivatives: [Carried; COUNT],
-}
-
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-struct Carried {
-    state: RodState,
-    acceleration: f64,
-}
-
-impl Carried {
-    fn advance(&mut self, propagator: &TwoPolePropagator, started: bool, reached: f64, bulge: f64) -> f64 {
-        if started {
-            self.state = propagator.advance_curved(self.state, self.acceleration, reached, bulge);
-        }
-        self.acceleration = reached;
-        self.state.displacement_m
-    }
-
-    fn shift(&mut self, by: &Carried, times: f64) {
-        self.state.displacement_m += times * by.state.displacement_m;
-        self.state.velocity_m_per_s += times * by.state.velocity_m_per_s;
-        self.acceleration += times * by.acceleration;
-    }
+    value: RodMotion,
+    derivatives: [RodMotion; COUNT],
 }
 
 impl OutputStage {
@@ -179,8 +157,8 @@ impl OutputStage {
                     gain: rod_per_strain.gain,
                     propagator: TwoPolePropagator::new(rod_per_strain, tick_s)?,
                     started: false,
-                    value: Carried::default(),
-                    derivatives: [Carried::default(); COUNT],
+                    value: RodMotion::default(),
+                    derivatives: [RodMotion::default(); COUNT],
                 })
             }
             MeasuredOutput::Strain(strain) => {
@@ -203,26 +181,17 @@ impl OutputStage {
         let derivatives = state.derivatives.map(|derivative| slope * derivative);
         self.output = match &mut self.rod {
             None => SensitiveOutput { value, derivatives },
-            // The bulge of the strain is that of M by the strain law's slope.
+            // The mean excess of the strain is that of M by the strain law's slope.
             Some(rod) => {
                 let curved = self.measured.curvature(state.magnetization_a_per_m) * state.bulge_a_per_m;
-                let mut bulges = [0.0; COUNT];
-                for (index, bulge) in bulges.iter_mut().enumerate() {
-                    *bulge = slope * state.bulge_derivatives[index] + curved * state.derivatives[index];
+                let mut mean_excesses = [0.0; COUNT];
+                for (index, mean_excess) in mean_excesses.iter_mut().enumerate() {
+                    *mean_excess = slope * state.bulge_derivatives[index] + curved * state.derivatives[index];
                 }
-                rod.advance((value, slope * state.bulge_a_per_m), (&derivatives, &bulges))
+                rod.advance((value, slope * state.bulge_a_per_m), (&derivatives, &mean_excesses))
             }
         };
         self.output
-    }
-
-    /// The output alone: for a stage that is never asked for derivatives.
-    pub(super) fn advance_value(&mut self, magnetization_a_per_m: f64, bulge_a_per_m: f64) -> f64 {
-        let (value, slope) = self.measured.driving(magnetization_a_per_m);
-        match &mut self.rod {
-            None => value,
-            Some(rod) => rod.advance_value(value, slope * bulge_a_per_m),
-        }
     }
 
     /// Whether a law may use a measurement of this output.
@@ -234,39 +203,37 @@ impl OutputStage {
     pub fn shift(&mut self, change: &[f64; COUNT]) {
         if let Some(rod) = &mut self.rod {
             for (by, times) in rod.derivatives.iter().zip(change) {
-                rod.value.shift(by, *times);
+                rod.value.state.displacement_m += times * by.state.displacement_m;
+                rod.value.state.velocity_m_per_s += times * by.state.velocity_m_per_s;
+                rod.value.acceleration += times * by.acceleration;
             }
         }
     }
 }
 
 impl SensitiveRod {
-    fn advance_value(&mut self, strain: f64, bulge: f64) -> f64 {
-        let (reached, bulge) = (self.gain * strain, self.gain * bulge);
-        let displacement = self.value.advance(&self.propagator, self.started, reached, bulge);
-        self.started = true;
-        displacement
-    }
-
-    /// Strain and its bulge, and the derivatives of both.
+    /// Strain and its mean excess over the interval, and the derivatives of both.
     fn advance(
         &mut self,
-        (strain, bulge): (f64, f64),
-        (derivatives, bulges): (&[f64; COUNT], &[f64; COUNT]),
+        (strain, mean_excess): (f64, f64),
+        (derivatives, mean_excesses): (&[f64; COUNT], &[f64; COUNT]),
     ) -> SensitiveOutput {
-        let (gain, started) = (self.gain, self.started);
+        let (gain, propagator, started) = (self.gain, &self.propagator, self.started);
+        let moved = |motion: &mut RodMotion, strain: f64, mean_excess: f64| {
+            if started {
+                return motion.advance_curved(propagator, gain * strain, gain * mean_excess);
+            }
+            motion.acceleration = gain * strain;
+            motion.state.displacement_m
+        };
         let mut displacements = [0.0; COUNT];
-        let inputs = derivatives.iter().zip(bulges);
-        for ((displacement, carried), (strain, bulge)) in
-            displacements.iter_mut().zip(&mut self.derivatives).zip(inputs)
-        {
-            *displacement = carried.advance(&self.propagator, started, gain * strain, gain * bulge);
+        for (index, displacement) in displacements.iter_mut().enumerate() {
+            *displacement = moved(&mut self.derivatives[index], derivatives[index], mean_excesses[index]);
         }
+        let value = moved(&mut self.value, strain, mean_excess);
         self.started = true;
         SensitiveOutput {
-            value: self
-                .value
-                .advance(&self.propagator, started, gain * strain, gain * bulge),
+            value,
             derivatives: displacements,
         }
     }
