@@ -19,6 +19,12 @@ fn help_names_every_process() {
     let output = anhyst(&["--help"]);
     assert!(output.status.success());
     let help = text(&output.stdout);
+    // The first word of an indented line is a command's name; "run" alone is in half of all sentences.
+    let listed: Vec<&str> = help
+        .lines()
+        .filter(|line| line.starts_with("  "))
+        .filter_map(|line| line.split_whitespace().next())
+        .collect();
     for name in [
         "run",
         "check",
@@ -34,10 +40,10 @@ fn help_names_every_process() {
         "bridge",
         "completions",
     ] {
-        assert!(help.contains(name), "no {name} in\n{help}");
+        assert!(listed.contains(&name), "no {name} in\n{help}");
     }
     for node in anhyst_ipc::NodeId::LOOP_ORDER {
-        assert!(help.contains(node.name()), "no {node} in\n{help}");
+        assert!(listed.contains(&node.name()), "no {node} in\n{help}");
     }
 }
 

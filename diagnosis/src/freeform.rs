@@ -44,7 +44,7 @@ pub struct UnknownTerm {
     pub share_of_energy_explained: f64,
 }
 
-/// Fits curves to an output residual (in its unit); None where nothing is left to explain.
+/// Fits curves to an output residual (whitened); None where nothing is left to explain.
 pub(crate) fn free_form(observation: &Observation, residual: &[f64], signals: &[Signals]) -> Option<UnknownTerm> {
     let all: Vec<Hats> = overs(signals)
         .into_iter()
@@ -139,11 +139,13 @@ impl Normal {
             noise_energy: 0.0,
             offsets,
         };
+        // The curves are added to the output, so they are fitted in its unit and not behind the filter that whitens.
+        let gaps = observation.unwhiten(residual.to_vec());
         for channel in observation.of_kind(ChannelKind::Output) {
             for (rows, held_out) in [(&observation.training, false), (&observation.held_out, true)] {
                 for range in observation.rows_in(channel, rows) {
                     for row in range {
-                        let gap = residual[row] * channel.noise_rms;
+                        let gap = gaps[row];
                         if held_out {
                             normal.held_out_square += gap * gap;
                             normal.held_out_rows += 1.0;
@@ -240,9 +242,16 @@ mod tests {
     use super::*;
     use crate::system::Channel;
 
-    /// Guards "unknown": a ripple over the displacement is found as a curve over the output, and predicts what was held out.
+    /// Guards "unknown": a ripple over the displacement is found as a curve over the output, and predicts what was held out, in the
+    /// output's own unit whatever the colour of the noise.
     #[test]
     fn a_ripple_over_the_output_is_found_and_predicts() {
+        for colour in [0.0, 0.8] {
+            ripple_in_noise_of(colour);
+        }
+    }
+
+    fn ripple_in_noise_of(colour: f64) {
         let rows = 8000;
         let output: Vec<f64> = (0..rows)
             .map(|k| (f64::from(k) * 0.003).sin() * (f64::from(k) * 0.0004).cos())
@@ -255,17 +264,21 @@ mod tests {
             tick_s: Some(1e-3),
             temperature: None,
         };
-        let mut noise = anhyst_model::Noise::new(1, 0);
+        let mut random = anhyst_model::Noise::new(1, 0);
+        let mut noise = random.normal();
         let gap: Vec<f64> = output
             .iter()
-            .map(|x| 0.5 * (40.0 * x).sin() + 0.1 * noise.normal())
+            .map(|x| {
+                noise = colour * noise + (1.0 - colour * colour).sqrt() * random.normal();
+                0.5 * (40.0 * x).sin() + 0.1 * noise
+            })
             .collect();
         let channel = Channel {
             run: 0,
             kind: ChannelKind::Output,
             rows: 0..rows as usize,
             noise_rms: 0.1,
-            autoregression: 0.0,
+            autoregression: colour,
             free_zero: false,
             settling_rows: 0,
         };
@@ -273,7 +286,9 @@ mod tests {
         let found = free_form(&observation, &observation.whitened, std::slice::from_ref(&signals)).unwrap();
         assert_eq!(found.curves[0].over, Over::Output);
         assert!(found.share_of_energy_explained > 0.95, "{found:?}");
+        let before = rms(gap.iter().copied());
+        assert!((found.held_out_rms_before / before - 1.0).abs() < 0.05, "{found:?}");
         let left = rms(gap.iter().zip(found.along(&signals)).map(|(gap, own)| gap - own));
-        assert!(left < 0.11, "{left}");
+        assert!(left < 0.11, "colour {colour}: {left}");
     }
 }

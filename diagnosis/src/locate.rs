@@ -312,9 +312,9 @@ impl std::fmt::Display for Short {
 
 /// Gap of each channel against its noise.
 pub(crate) fn channel_gaps(observation: &Observation, residual: &[f64], output_unit: &str) -> Vec<ChannelGap> {
-    observation
-        .channels
-        .iter()
+    let gap = observation.unwhiten(residual.to_vec());
+    let channels = observation.channels.iter();
+    channels
         .map(|channel| ChannelGap {
             run: channel.run + 1,
             channel: kind_name(channel.kind).to_owned(),
@@ -322,7 +322,7 @@ pub(crate) fn channel_gaps(observation: &Observation, residual: &[f64], output_u
                 ChannelKind::Output => output_unit.to_owned(),
                 _ => "A/m".to_owned(),
             },
-            rms: channel.noise_rms * crate::statistics::rms(residual[channel.rows.clone()].iter().copied()),
+            rms: crate::statistics::rms(gap[channel.rows.clone()].iter().copied()),
             noise_rms: channel.noise_rms,
         })
         .collect()

@@ -79,6 +79,23 @@ impl Observation {
         outputs
     }
 
+    /// A⁻¹ z·σ: whitened values in the channels' units again.
+    pub fn unwhiten(&self, mut z: Vec<f64>) -> Vec<f64> {
+        for channel in &self.channels {
+            let colour = channel.autoregression;
+            let innovation = channel.noise_rms * (1.0 - colour * colour).sqrt();
+            let mut before = None;
+            for value in &mut z[channel.rows.clone()] {
+                *value = match before {
+                    Some(before) if colour != 0.0 => colour * before + *value * innovation,
+                    _ => *value * channel.noise_rms,
+                };
+                before = Some(*value);
+            }
+        }
+        z
+    }
+
     /// Constants of the channels whose zero is free, whitened.
     pub fn zeros(&self) -> Vec<Vec<f64>> {
         let free = self.channels.iter().filter(|channel| channel.free_zero);
@@ -170,5 +187,11 @@ mod tests {
         let covariance = z.windows(2).map(|pair| pair[0] * pair[1]).sum::<f64>() / z.len() as f64;
         assert!((variance - 1.0).abs() < 0.02, "{variance}");
         assert!(covariance.abs() < 0.02, "{covariance}");
+        let back = observation.unwhiten(z.clone());
+        let farthest = back
+            .iter()
+            .zip(&observation.measured)
+            .map(|(back, own)| (back - own).abs());
+        assert!(farthest.fold(0.0, f64::max) < 1e-12);
     }
 }

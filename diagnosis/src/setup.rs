@@ -17,6 +17,8 @@ use anhyst_measured::Quantity;
 const COARSE: f64 = 2.4;
 /// A first drive below this share of the largest is none.
 const DRIVEN: f64 = 0.02;
+/// A field whose middle is below this share of its span goes as far either way.
+const SYMMETRIC: f64 = 0.05;
 /// Half width of the play, in standard deviations of the field's noise.
 const PLAY_DEVIATIONS: f64 = 3.0;
 /// Runs longer than this (s) show creep slower than the library's usual three time constants.
@@ -155,10 +157,15 @@ fn inputs_of(run: &MeasuredRun) -> Result<(RunInputs, bool), DiagnosisError> {
         }
     };
     let start = match (run.tick_s, run.series(Quantity::Magnetization)) {
-        // The sweep's own first sample; its zero is a matter of the instrument and small beside the loop.
+        // The sweep's own first sample. A field that goes as far either way tells the instrument's zero; of another sweep the
+        // middle lies where it lies, and the instrument is believed.
         (None, Some(magnetization)) => Some(MagneticState {
             field_a_per_m: drive_a_per_m[0],
-            magnetization_a_per_m: magnetization[0] - middle(magnetization),
+            magnetization_a_per_m: if middle(&drive_a_per_m).abs() < SYMMETRIC * span(&drive_a_per_m) {
+                magnetization[0] - middle(magnetization)
+            } else {
+                magnetization[0]
+            },
         }),
         _ => None,
     };
@@ -210,4 +217,27 @@ fn span(series: &[f64]) -> f64 {
 fn middle(series: &[f64]) -> f64 {
     let low = series.iter().copied().fold(f64::INFINITY, f64::min);
     low + 0.5 * span(series)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn start(field: Vec<f64>, magnetization: Vec<f64>) -> f64 {
+        let series = vec![(Quantity::Field, field), (Quantity::Magnetization, magnetization)];
+        let run = MeasuredRun::in_memory("sweep", None, series).unwrap();
+        inputs_of(&run).unwrap().0.start.unwrap().magnetization_a_per_m
+    }
+
+    /// Guards the start of a sweep: a loop takes the instrument's zero off, a first quadrant begins where it was measured.
+    #[test]
+    fn a_sweep_begins_where_its_first_sample_is() {
+        let turn = |samples: usize| (0..samples).map(move |k| std::f64::consts::TAU * k as f64 / samples as f64);
+        let both: Vec<f64> = turn(100).map(|angle| 1e4 * angle.cos()).collect();
+        let off = start(both.clone(), both.iter().map(|h| 30.0 * h + 5e3).collect());
+        assert!((off - 3e5).abs() < 1.0, "{off} A/m");
+        let one: Vec<f64> = turn(100).map(|angle| 1e4 * (1.0 - angle.cos())).collect();
+        let own = start(one.clone(), one.iter().map(|h| 30.0 * h).collect());
+        assert_eq!(own, 0.0);
+    }
 }

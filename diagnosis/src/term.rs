@@ -107,27 +107,28 @@ impl NominalParameter {
         }
     }
 
-    fn coordinate(self, nominal: f64) -> Coordinate {
+    fn coordinate(self, model: &ActuatorModel) -> Option<Coordinate> {
+        let nominal = self.of(model)?;
+        let size = match (self, &model.rod) {
+            // An undamped rod says nothing of how large a damping is: a hundredth of the critical one does.
+            (NominalParameter::Damping, Some(rod)) => nominal.max(0.02 * rod.stiffness_per_s2.sqrt()),
+            _ => nominal.abs(),
+        };
         let (lower, upper, scale, deviation) = match self {
             NominalParameter::Coupling => (nominal - 0.3, nominal + 0.3, 1e-4, 0.05),
             NominalParameter::Reversibility => (0.0, 0.95, 1e-3, 0.2),
             _ => {
-                let (one, other) = (0.2 * nominal, 5.0 * nominal);
-                (
-                    one.min(other),
-                    one.max(other),
-                    1e-3 * nominal.abs(),
-                    0.2 * nominal.abs(),
-                )
+                let (one, other) = (0.2 * nominal, 5.0 * size.copysign(nominal));
+                (one.min(other), one.max(other), 1e-3 * size, 0.2 * size)
             }
         };
-        Coordinate {
+        Some(Coordinate {
             lower,
             upper,
             scale,
             logarithmic: false,
             prior: Some((nominal, deviation)),
-        }
+        })
     }
 }
 
@@ -209,7 +210,7 @@ impl Term {
     pub(crate) fn coordinates(self, model: &ActuatorModel) -> Option<Vec<Coordinate>> {
         match self {
             Term::Effect(kind) => Some(Self::fitted(kind).map(|(_, own)| effect_coordinate(own)).collect()),
-            Term::Parameter(parameter) => Some(vec![parameter.coordinate(parameter.of(model)?)]),
+            Term::Parameter(parameter) => Some(vec![parameter.coordinate(model)?]),
         }
     }
 
@@ -229,7 +230,8 @@ impl Term {
             Term::Effect(kind) => Self::fitted(kind).map(|(_, own)| own.typical).collect(),
             Term::Parameter(parameter) => {
                 let nominal = parameter.of(model).unwrap_or_default();
-                vec![nominal + parameter.coordinate(nominal).scale]
+                let scale = parameter.coordinate(model).map_or(0.0, |own| own.scale);
+                vec![nominal + scale]
             }
         }
     }
@@ -265,5 +267,27 @@ impl<'de> Deserialize<'de> for Term {
         let name = String::deserialize(deserializer)?;
         Term::from_name(&name)
             .ok_or_else(|| serde::de::Error::custom(format!("no effect or parameter is called {name:?}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guards the calibration of an undamped rod: a scale of 0 makes every number of a fit none, and no fit is left.
+    #[test]
+    fn a_rod_without_damping_can_be_calibrated() {
+        let mut model = ActuatorModel::terfenol_d();
+        model.rod.as_mut().unwrap().damping_per_s = 0.0;
+        let term = Term::Parameter(NominalParameter::Damping);
+        let [own] = term.coordinates(&model).unwrap()[..] else {
+            panic!("one number");
+        };
+        assert!(own.free(0.0) == 0.0 && own.value(1.0) == own.scale, "{own:?}");
+        assert!(
+            own.lower == 0.0 && own.upper > 0.0 && own.prior.unwrap().1 > 0.0,
+            "{own:?}"
+        );
+        assert!(term.small(&model)[0] > 0.0);
     }
 }

@@ -134,14 +134,13 @@ impl Workbench<'_> {
         }
     }
 
-    /// Rms of the output channels on some rows, in their unit (white part).
+    /// Rms of the output channels on some rows, in their unit.
     pub fn output_rms(&self, residual: &[f64], rows: &[std::ops::Range<usize>]) -> f64 {
         let observation = self.observation;
-        rms(observation.of_kind(ChannelKind::Output).flat_map(|channel| {
-            observation
-                .rows_in(channel, rows)
-                .flat_map(move |range| residual[range].iter().map(move |z| z * channel.noise_rms))
-        }))
+        let gap = observation.unwhiten(residual.to_vec());
+        let outputs = observation.of_kind(ChannelKind::Output);
+        let ranges = outputs.flat_map(|channel| observation.rows_in(channel, rows));
+        rms(ranges.flat_map(|range| gap[range].iter().copied()))
     }
 
     /// Several fits side by side; those that the model refuses are left out.

@@ -72,7 +72,8 @@ fn the_colour_of_noise_is_seen_from_the_upper_band_alone() {
 
 #[test]
 fn the_stated_deviation_is_the_one_that_is_found() {
-    for autoregression in [0.0, 0.4] {
+    // White: the stated one allows for a colour too weak to be told from white. Coloured: the upper band shows less than it claims.
+    for (autoregression, reached) in [(0.0, 0.4..0.55), (0.4, 1.2..1.6)] {
         let of = |seed| noise_floor(&noise(10_000, autoregression, seed), &[]).unwrap();
         let floors: Vec<NoiseFloor> = (0..40).map(of).collect();
         let scores: f64 = floors
@@ -80,8 +81,7 @@ fn the_stated_deviation_is_the_one_that_is_found() {
             .map(|of| ((of.rms - 1.0) / of.relative_deviation).powi(2))
             .sum();
         let ratio = (scores / 40.0).sqrt();
-        // Below one: the stated one allows for a colour too weak to be told from white.
-        assert!((0.3..1.6).contains(&ratio), "{autoregression}: {ratio} times as stated");
+        assert!(reached.contains(&ratio), "{autoregression}: {ratio} times as stated");
     }
 }
 

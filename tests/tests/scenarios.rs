@@ -28,22 +28,29 @@ fn number(summary: &Value, name: &str) -> f64 {
         .unwrap_or_else(|| panic!("no number {name} in {summary}"))
 }
 
+/// At most 1.5 times what is reached, and the scenario itself expects no more: a loop that lost a part of itself would not hold.
+fn assert_reached(summary: &Value, rms_m: f64, max_m: f64) {
+    assert!(number(summary, "error_rms_m") <= 1.5 * rms_m, "{summary}");
+    assert!(number(summary, "error_max_m") <= 1.5 * max_m, "{summary}");
+    assert!(number(summary, "tolerance_m") <= 1.5 * max_m, "{summary}");
+}
+
 #[test]
-fn milling_holds_60_nm_while_a_drifts() {
+fn milling_holds_20_nm_while_a_drifts() {
     let summary = run("scenarios/milling.ron");
-    assert!(number(&summary, "error_max_m") <= 60e-9, "{summary}");
-    assert!(number(&summary, "a_final_error_A_per_m").abs() < 5.0, "{summary}");
+    assert_reached(&summary, 3.26e-9, 13.6e-9);
+    assert!(number(&summary, "a_final_error_A_per_m").abs() < 2.6, "{summary}");
     // Lag while a rises by 200 A/m per second.
-    assert!(number(&summary, "a_error_rms_a_per_m") < 5.0, "{summary}");
+    assert!(number(&summary, "a_error_rms_a_per_m") < 2.6, "{summary}");
     assert_eq!(summary["held"], true);
     assert_eq!(summary["ticks"], 90_000);
     assert_eq!(summary["lost_tokens"], 0);
 }
 
 #[test]
-fn heavy_milling_holds_2_um() {
+fn heavy_milling_holds_355_nm() {
     let summary = run("scenarios/milling_heavy.ron");
-    assert!(number(&summary, "error_max_m") <= 2e-6, "{summary}");
+    assert_reached(&summary, 44.7e-9, 238.3e-9);
     // The rod must really get warm and the field really be asked for, or the scenario shows nothing.
     assert!(number(&summary, "temperature_peak_k") > 293.5, "{summary}");
 }
@@ -52,6 +59,7 @@ fn heavy_milling_holds_2_um() {
 #[test]
 fn a_faulty_sensor_does_not_spoil_the_cut() {
     let summary = run("scenarios/faulty-sensor.ron");
+    assert_reached(&summary, 3.22e-9, 12.4e-9);
     assert_eq!(summary["first_event"], 5, "{summary}");
     assert!(
         number(&summary, "field_peak_a_per_m") <= number(&summary, "field_limit_a_per_m"),
@@ -63,7 +71,7 @@ fn a_faulty_sensor_does_not_spoil_the_cut() {
 #[test]
 fn a_measured_material_is_cut() {
     let summary = run("scenarios/milling_measured_material.ron");
-    assert!(number(&summary, "error_max_m") <= 60e-9, "{summary}");
+    assert_reached(&summary, 3.22e-9, 14.9e-9);
 }
 
 #[test]

@@ -23,6 +23,8 @@ const NEVER_S: f64 = 1e9;
 const OFFSET_PASSES: usize = 8;
 /// A residual beyond the noise by this factor is not noise.
 const UNEXPLAINED: f64 = 1.5;
+/// A residual that an estimate raises by more than this factor is no matter of noise.
+const WORSE: f64 = 1.05;
 
 /// The bank's outputs along the run, member by member.
 struct Predicted {
@@ -272,6 +274,10 @@ fn finish(
     observed.simulate(&amended, &mut outputs)?;
     let predicted = observed.output.of(&outputs).to_vec();
     let after = residual_rms(observed, &predicted);
+    // An estimate that wanders is judged along its course, not with where it ends.
+    if choices.drift_variance_per_s == 0.0 {
+        refuse_worse(observed, before, after)?;
+    }
     let report = EstimateReport {
         parameters: BTreeMap::from([(
             "a".to_owned(),
@@ -339,6 +345,20 @@ fn warnings(observed: &Observed, choices: &Choices, course: &Course, after: f64)
     warnings
 }
 
+/// # Errors
+/// An estimate that predicts worse than the model as given is none.
+pub fn refuse_worse(observed: &Observed, before: f64, after: f64) -> Result<(), RunError> {
+    // What noise makes of an estimate that was right from the start is far below.
+    if after <= WORSE * before {
+        return Ok(());
+    }
+    Err(RunError::Setup(format!(
+        "the estimate leaves {after:.3e} {unit} rms and the model as given {before:.3e}: the law went astray, and its values are none. \
+         Estimate fewer parameters, or begin with what `anhyst fit` makes of the same data",
+        unit = observed.output.unit(),
+    )))
+}
+
 /// Says so when the residual is no noise.
 pub fn unexplained(observed: &Observed, after: f64, warnings: &mut Vec<String>) {
     if observed.noise > 0.0 && after > UNEXPLAINED * observed.noise {
@@ -374,5 +394,30 @@ pub fn abscissa(observed: &Observed) -> Vec<f64> {
     match &observed.time_s {
         Some(time_s) => time_s.clone(),
         None => (0..observed.len()).map(|sample| sample as f64).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use anhyst_model::Drive;
+
+    /// Guards against values that nobody should use: of a soft magnet's sweep five parameters raised the residual from 620 to 5040 A/m.
+    #[test]
+    fn an_estimate_that_predicts_worse_is_refused() {
+        let observed = Observed {
+            time_s: None,
+            tick_s: 1e-3,
+            drive_a_per_m: vec![0.0],
+            drive: Drive::CoilField,
+            temperature_k: None,
+            output: Output::Magnetization,
+            measured: vec![0.0],
+            noise: 0.0,
+            notes: Vec::new(),
+        };
+        let refused = refuse_worse(&observed, 620.0, 5040.0).expect_err("it is worse");
+        assert!(refused.to_string().contains("5.040e3 A/m"), "{refused}");
+        assert!(refuse_worse(&observed, 620.0, 621.0).is_ok());
     }
 }

@@ -1,7 +1,7 @@
 //! Several parameters at once, by recursive Gauss-Newton with exact sensitivities; two passes over the data.
 
 use super::data::Output;
-use super::one::{abscissa, residual_rms, unexplained};
+use super::one::{abscissa, refuse_worse, residual_rms, unexplained};
 use super::report::{EstimateReport, EstimatedParameter};
 use super::{Choices, Estimated, Observed};
 use anhyst_estimator::{
@@ -85,13 +85,7 @@ pub fn several_parameters(
         }
     }
     let seconds = began.elapsed().as_secs_f64();
-    Ok(finish(
-        run,
-        model,
-        (&observed, offset),
-        (found, courses, predicted),
-        seconds,
-    ))
+    finish(run, model, (&observed, offset), (found, courses, predicted), seconds)
 }
 
 fn check(model: &ActuatorModel, choices: &Choices) -> Result<(), RunError> {
@@ -191,13 +185,12 @@ fn finish(
     (observed, offset): (&Observed, f64),
     (found, courses, predicted): (MultiParameterReport, Vec<Vec<[f64; 2]>>, Vec<f64>),
     seconds: f64,
-) -> Estimated {
+) -> Result<Estimated, RunError> {
     let mut before = ActuatorOutputs::default();
-    let residual_rms_before = match observed.simulate(model, &mut before) {
-        Ok(()) => residual_rms(observed, observed.output.of(&before)),
-        Err(_) => f64::NAN,
-    };
+    observed.simulate(model, &mut before)?;
+    let residual_rms_before = residual_rms(observed, observed.output.of(&before));
     let after = residual_rms(observed, &predicted);
+    refuse_worse(observed, residual_rms_before, after)?;
     let (mut parameters, mut warnings) = (std::collections::BTreeMap::new(), Vec::new());
     if let Some(last) = found.passes.last() {
         let uncertainty = &last.uncertainty;
@@ -225,7 +218,7 @@ fn finish(
             "the zero of the measured {name} is off by {offset:.4e} {unit}; it was estimated too and taken off"
         ));
     }
-    Estimated {
+    Ok(Estimated {
         report: EstimateReport {
             parameters,
             informed,
@@ -245,5 +238,5 @@ fn finish(
         abscissa: abscissa(observed),
         courses: parameters_named.into_iter().zip(courses).collect(),
         predicted,
-    }
+    })
 }

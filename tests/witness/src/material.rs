@@ -1,0 +1,92 @@
+//! Domain wall hysteresis in its algebraic form, the paper's (3) and (5):
+//!
+//! M = (1 − c) M_irr + c M_an(H + αM),   dM_irr/dH = δ̂ (M_an − M_irr) / (δk − α (M_an − M_irr)),
+//!
+//! H field, M magnetization, M_irr its irreversible part, M_an the anhysteretic curve (all A/m), a its shape and k the pinning
+//! (A/m), α coupling, c reversible share (no unit), δ the sign of dH, δ̂ = 0 where (M_an − M_irr) dH < 0 and else 1.
+//! M is solved for by Newton's method; nothing here knows the derivative dM/dH, which `model/` integrates.
+
+/// M_an(H_e) / M_s over x = H_e/a.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Curve {
+    /// coth x − 1/x.
+    Langevin,
+    /// tanh x.
+    Ising,
+}
+
+impl Curve {
+    /// The curve and its derivative at x.
+    fn at(self, x: f64) -> (f64, f64) {
+        match self {
+            Curve::Ising => (x.tanh(), 1.0 - x.tanh().powi(2)),
+            // Near zero the difference of two large numbers: the series, its next terms below 1e-15.
+            Curve::Langevin if x.abs() < 0.05 => {
+                let s = x * x;
+                let value = x * (1.0 / 3.0 - s * (1.0 / 45.0 - s * (2.0 / 945.0 - s / 4725.0)));
+                let slope = 1.0 / 3.0 - s * (1.0 / 15.0 - s * (2.0 / 189.0 - s / 675.0));
+                (value, slope)
+            }
+            Curve::Langevin => {
+                let coth = 1.0 / x.tanh();
+                (coth - 1.0 / x, 1.0 - coth * coth + 1.0 / (x * x))
+            }
+        }
+    }
+}
+
+/// The constants of a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    pub curve: Curve,
+    /// M_s, A/m.
+    pub saturation_a_per_m: f64,
+    /// a, A/m.
+    pub shape_a_per_m: f64,
+    /// k, A/m.
+    pub pinning_a_per_m: f64,
+    /// α.
+    pub coupling: f64,
+    /// c.
+    pub reversible_share: f64,
+}
+
+impl Material {
+    /// Nealis and Smith, section 5.
+    pub const TERFENOL_D: Material = Material {
+        curve: Curve::Langevin,
+        saturation_a_per_m: 7.65e5,
+        shape_a_per_m: 7012.0,
+        pinning_a_per_m: 4000.0,
+        coupling: -0.01,
+        reversible_share: 0.18,
+    };
+
+    /// M and M_an where the field and M_irr are these.
+    pub fn magnetization(&self, field: f64, irreversible: f64) -> (f64, f64) {
+        let (c, alpha) = (self.reversible_share, self.coupling);
+        let mut m = irreversible;
+        loop {
+            let (value, slope) = self.curve.at((field + alpha * m) / self.shape_a_per_m);
+            let anhysteretic = self.saturation_a_per_m * value;
+            let miss = m - (1.0 - c) * irreversible - c * anhysteretic;
+            let step = miss / (1.0 - c * alpha * self.saturation_a_per_m * slope / self.shape_a_per_m);
+            m -= step;
+            // Not so for a number that is none, which would never arrive.
+            if step.abs() > 1e-9 * self.saturation_a_per_m {
+                continue;
+            }
+            return (m, anhysteretic);
+        }
+    }
+
+    /// dM_irr/dt where the field changes at this rate.
+    pub fn irreversible_rate(&self, anhysteretic: f64, irreversible: f64, field_rate: f64) -> f64 {
+        let distance = anhysteretic - irreversible;
+        if distance * field_rate <= 0.0 {
+            return 0.0;
+        }
+        let pinning = self.pinning_a_per_m * field_rate.signum();
+        field_rate * distance / (pinning - self.coupling * distance)
+    }
+}
