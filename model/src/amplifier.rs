@@ -13,7 +13,7 @@ use core::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
 use crate::ModelError;
-use crate::effects::lag::ramp_weights;
+use crate::effects::lag::Lag;
 use crate::error::require_positive;
 
 /// Longest extra delay in ticks.
@@ -83,14 +83,11 @@ pub struct AmplifierOutput {
 pub struct Amplifier {
     constants: AmplifierConstants,
     tick_s: f64,
-    /// E and 1 − g of the propagation; both 0 without a lag, where the field is the target.
-    decay: f64,
-    weight_to: f64,
+    /// From the target to the field.
+    lag: Lag,
     /// The last 64 commands, newest at `newest`; eight by eight because serde knows arrays up to 32.
     commands_a_per_m: [[f64; 8]; 8],
     newest: u32,
-    target_a_per_m: f64,
-    field_a_per_m: f64,
 }
 
 impl Amplifier {
@@ -101,17 +98,12 @@ impl Amplifier {
     pub fn new(constants: AmplifierConstants, tick_s: f64) -> Result<Self, ModelError> {
         constants.validate()?;
         require_positive(tick_s, "the tick", "s")?;
-        let lag_s = constants.lag_s();
-        let (decay, weight_to) = ramp_weights(lag_s, tick_s);
         Ok(Amplifier {
             constants,
             tick_s,
-            decay,
-            weight_to,
+            lag: Lag::new(constants.lag_s(), tick_s),
             commands_a_per_m: [[0.0; 8]; 8],
             newest: 0,
-            target_a_per_m: 0.0,
-            field_a_per_m: 0.0,
         })
     }
 
@@ -127,7 +119,7 @@ impl Amplifier {
 
     /// The field after the last step, A/m.
     pub fn field_a_per_m(&self) -> f64 {
-        self.field_a_per_m
+        self.lag.output()
     }
 
     /// The field that the next step will return whatever its command, A/m.
@@ -139,8 +131,7 @@ impl Amplifier {
     /// is taken as the one before it: no field that a coil could not have ever comes out.
     pub fn step(&mut self, command_a_per_m: f64) -> AmplifierOutput {
         let (output, target_a_per_m) = self.preview();
-        self.field_a_per_m = output.field_a_per_m;
-        self.target_a_per_m = target_a_per_m;
+        self.lag.step(target_a_per_m);
         let accepted = if command_a_per_m.is_finite() {
             command_a_per_m
         } else {
@@ -165,15 +156,14 @@ impl Amplifier {
             Some(limit) => command.clamp(-limit, limit),
             None => command,
         };
-        let from = self.target_a_per_m;
+        let from = self.lag.input();
         let target = match self.constants.slew_limit_a_per_m_s {
             Some(limit) => clipped.clamp(from - limit * self.tick_s, from + limit * self.tick_s),
             None => clipped,
         };
-        let weight_from = 1.0 - self.decay - self.weight_to;
-        let field = self.decay * self.field_a_per_m + weight_from * from + self.weight_to * target;
+        let (rest, weight) = self.lag.response();
         let output = AmplifierOutput {
-            field_a_per_m: field,
+            field_a_per_m: rest + weight * target,
             amplitude_limited: clipped != command,
             slew_limited: target != clipped,
         };

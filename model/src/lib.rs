@@ -33,6 +33,7 @@ pub use actuator::{
 pub use amplifier::{Amplifier, AmplifierConstants, AmplifierOutput};
 pub use anhysteretic::Anhysteretic;
 pub use bank::Bank;
+pub use effects::lag::Lag;
 pub use effects::{Effect, EffectKind, EffectParameter, ParameterRole, Stage};
 pub use error::ModelError;
 pub use excitation::DriveSignal;
@@ -41,5 +42,5 @@ pub use hysteresis::{Hysteresis, HysteresisParameter, Inversion, MagneticState, 
 pub use magnetostriction::Magnetostriction;
 pub use material::Material;
 pub use play::Play;
-pub use rod::{RodConstants, RodElements, RodElementsPropagator, RodState, TwoPole, TwoPolePropagator};
+pub use rod::{RodConstants, RodElements, RodElementsPropagator, RodMotion, RodState, TwoPole, TwoPolePropagator};
 pub use sensor::{Noise, Sensor};

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::nonlinear_rod::NonlinearRod;
 use crate::effects::load_change::loaded;
 use crate::effects::quadratic_magnetostriction::reference_slope;
-use crate::{ActuatorModel, EffectKind, ModelError, RodState, TwoPole, TwoPolePropagator};
+use crate::{ActuatorModel, EffectKind, ModelError, RodMotion, RodState, TwoPole, TwoPolePropagator};
 
 /// What a stretch of the run brings to the rod.
 pub(super) struct Load<'a> {
@@ -60,8 +60,7 @@ impl DrivenRod {
 pub(super) struct LinearRod {
     driven: DrivenRod,
     propagator: TwoPolePropagator,
-    state: RodState,
-    acceleration: f64,
+    motion: RodMotion,
 }
 
 impl RodStage {
@@ -91,8 +90,7 @@ impl RodStage {
         Ok(RodStage::Linear(LinearRod {
             driven,
             propagator: TwoPolePropagator::new(two_pole, tick_s)?,
-            state: RodState::default(),
-            acceleration: 0.0,
+            motion: RodMotion::default(),
         }))
     }
 
@@ -100,7 +98,7 @@ impl RodStage {
     pub fn state(&self) -> RodState {
         match self {
             RodStage::Free => RodState::default(),
-            RodStage::Linear(rod) => rod.state,
+            RodStage::Linear(rod) => rod.motion.state,
             RodStage::Resting(rod) | RodStage::Nonlinear(rod) => rod.state,
         }
     }
@@ -132,18 +130,20 @@ impl LinearRod {
     fn pass(&mut self, load: &Load, displacement: &mut [f64]) {
         for (index, displacement) in displacement.iter_mut().enumerate() {
             let acceleration = self.driven.by_strain(load.strain[index]) + self.driven.by_force(load, index);
-            self.state = if load.first && index == 0 {
-                RodState {
-                    displacement_m: acceleration / self.driven.two_pole.stiffness_per_s2,
-                    velocity_m_per_s: 0.0,
-                }
-            } else {
-                let bulge = self.driven.by_strain(load.bulge[index]);
-                self.propagator
-                    .advance_curved(self.state, self.acceleration, acceleration, bulge)
-            };
-            self.acceleration = acceleration;
-            *displacement = self.state.displacement_m;
+            if load.first && index == 0 {
+                let displacement_m = acceleration / self.driven.two_pole.stiffness_per_s2;
+                self.motion = RodMotion {
+                    state: RodState {
+                        displacement_m,
+                        velocity_m_per_s: 0.0,
+                    },
+                    acceleration,
+                };
+                *displacement = displacement_m;
+                continue;
+            }
+            let bulge = self.driven.by_strain(load.bulge[index]);
+            *displacement = self.motion.advance_curved(&self.propagator, acceleration, bulge);
         }
     }
 }

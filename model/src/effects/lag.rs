@@ -16,9 +16,10 @@ pub(crate) fn ramp_weights(time_constant_s: f64, tick_s: f64) -> (f64, f64) {
     }
 }
 
-/// A first-order lag with its state.
+/// A first-order lag with its state, from rest at 0.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Lag {
+#[serde(deny_unknown_fields)]
+pub struct Lag {
     weight_output: f64,
     weight_from: f64,
     weight_to: f64,
@@ -27,6 +28,7 @@ pub(crate) struct Lag {
 }
 
 impl Lag {
+    /// τ of 0 passes the input on.
     pub fn new(time_constant_s: f64, tick_s: f64) -> Self {
         let (decay, weight_to) = ramp_weights(time_constant_s, tick_s);
         Lag {
@@ -44,11 +46,23 @@ impl Lag {
         (rest, self.weight_to)
     }
 
+    /// Takes an input that has stood for ever.
     pub fn settle(&mut self, input: f64) -> f64 {
         (self.input, self.output) = (input, input);
         input
     }
 
+    /// The input of the last step.
+    pub fn input(&self) -> f64 {
+        self.input
+    }
+
+    /// The output of the last step.
+    pub fn output(&self) -> f64 {
+        self.output
+    }
+
+    /// The output one tick later, when the input has gone linearly to `input`.
     #[inline]
     pub fn step(&mut self, input: f64) -> f64 {
         self.output = self.weight_output * self.output + self.weight_from * self.input + self.weight_to * input;

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::description::{Description, EffectParameter, Stage};
 use super::signal::Signal;
-use crate::{ModelError, RodState, TwoPole, TwoPolePropagator};
+use crate::{ModelError, RodMotion, RodState, TwoPole, TwoPolePropagator};
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Sensor,
@@ -32,8 +32,7 @@ pub(crate) struct SecondMode {
     gain: f64,
     stiffness_per_s2: f64,
     propagator: TwoPolePropagator,
-    state: RodState,
-    input_m: f64,
+    motion: RodMotion,
 }
 
 impl Signal for SecondMode {
@@ -50,26 +49,25 @@ impl Signal for SecondMode {
             gain,
             stiffness_per_s2: resonance.stiffness_per_s2,
             propagator: TwoPolePropagator::new(resonance, tick_s)?,
-            state: RodState::default(),
-            input_m: 0.0,
+            motion: RodMotion::default(),
         })
     }
 
     fn settle(&mut self, input: f64) -> f64 {
-        self.state = RodState {
-            displacement_m: input,
-            velocity_m_per_s: 0.0,
+        self.motion = RodMotion {
+            state: RodState {
+                displacement_m: input,
+                velocity_m_per_s: 0.0,
+            },
+            acceleration: self.stiffness_per_s2 * input,
         };
-        self.input_m = input;
         input
     }
 
     #[inline]
     fn step(&mut self, input: f64) -> f64 {
-        let (from, to) = (self.stiffness_per_s2 * self.input_m, self.stiffness_per_s2 * input);
-        self.state = self.propagator.advance(self.state, from, to);
-        self.input_m = input;
-        input + self.gain * (self.state.displacement_m - input)
+        let displacement_m = self.motion.advance(&self.propagator, self.stiffness_per_s2 * input);
+        input + self.gain * (displacement_m - input)
     }
 }
 

@@ -14,5 +14,5 @@ mod two_pole;
 
 pub use constants::RodConstants;
 pub use elements::RodElements;
-pub use propagation::{RodElementsPropagator, RodState, TwoPolePropagator};
+pub use propagation::{RodElementsPropagator, RodMotion, RodState, TwoPolePropagator};
 pub use two_pole::TwoPole;

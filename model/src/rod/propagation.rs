@@ -90,6 +90,35 @@ impl TwoPolePropagator {
     }
 }
 
+/// A two-pole rod in motion, from rest at 0: its state, and the acceleration that acts on it now.
+///
+/// One [`TwoPolePropagator`] moves any number of them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RodMotion {
+    pub state: RodState,
+    /// w·M + f·F, m/s².
+    pub acceleration: f64,
+}
+
+impl RodMotion {
+    /// Displacement (m) one tick later, at whose end `acceleration` acts; it goes there linearly.
+    #[inline]
+    pub fn advance(&mut self, propagator: &TwoPolePropagator, acceleration: f64) -> f64 {
+        self.state = propagator.advance(self.state, self.acceleration, acceleration);
+        self.acceleration = acceleration;
+        self.state.displacement_m
+    }
+
+    /// The same for an acceleration on a parabola, as [`TwoPolePropagator::advance_curved`].
+    #[inline]
+    pub fn advance_curved(&mut self, propagator: &TwoPolePropagator, acceleration: f64, mean_excess: f64) -> f64 {
+        self.state = propagator.advance_curved(self.state, self.acceleration, acceleration, mean_excess);
+        self.acceleration = acceleration;
+        self.state.displacement_m
+    }
+}
+
 /// Exact propagation of the finite-element rod over one tick, with its state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RodElementsPropagator {
