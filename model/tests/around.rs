@@ -52,6 +52,33 @@ fn strain_slope_and_inverse_agree() {
     }
 }
 
+/// On the rising branch the strain goes from its least to its most, also where M⁴ bends it down again before saturation.
+#[test]
+fn the_rising_branch_ends_where_the_law_turns_round() {
+    let bent = Magnetostriction::Polynomial {
+        gamma1_m2_per_a2: 3.62e-15,
+        gamma2_m4_per_a4: -1e-26,
+    };
+    let softening = Magnetostriction::Polynomial {
+        gamma1_m2_per_a2: -3.62e-15,
+        gamma2_m4_per_a4: 1e-26,
+    };
+    for law in laws().into_iter().chain([bent, softening]) {
+        let (low, high) = law.branch_a_per_m(SATURATION);
+        assert!(-SATURATION <= low && low < high && high <= SATURATION, "{law:?}");
+        for part in 1..100 {
+            let inside = low + (high - low) * 0.01 * f64::from(part);
+            let slope = law.slope(inside, SATURATION) / law.slope(0.5 * (low + high), SATURATION);
+            assert!(
+                slope > 0.0,
+                "{law:?} turns round at {inside} A/m of [{low}, {high}] A/m"
+            );
+        }
+        let beyond = law.slope(1.001 * high, SATURATION) * law.slope(0.5 * (low + high), SATURATION);
+        assert!(high == SATURATION || beyond < 0.0, "{law:?} rises on beyond {high} A/m");
+    }
+}
+
 #[test]
 fn paper_equations_eight_and_nine() {
     let [linearised, quadratic, biased, ..] = laws();
