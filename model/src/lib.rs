@@ -27,8 +27,9 @@ pub mod rod;
 pub mod sensor;
 
 pub use actuator::{
-    Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutput, ActuatorOutputs, CoilGain, Creep, Drive,
-    Expansion, FieldPath, SignalPath, Spring, rod_per_strain, simulate, validate_effects, with_known_effects,
+    Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutput, ActuatorOutputs, ActuatorRod, CoilGain,
+    Creep, Drive, Expansion, FieldPath, SignalPath, Spring, rod_per_strain, simulate, validate_effects,
+    with_known_effects,
 };
 pub use amplifier::{Amplifier, AmplifierConstants, AmplifierOutput};
 pub use anhysteretic::Anhysteretic;

@@ -44,7 +44,8 @@ impl PlantRod {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Rod {
     TwoPole(TwoPoleRod),
-    Elements(RodElementsPropagator),
+    /// And its tip force per strain, N.
+    Elements(RodElementsPropagator, f64),
 }
 
 impl Rod {
@@ -55,10 +56,10 @@ impl Rod {
                 let two_pole = RodElements::assemble(constants, TWO_POLE_ELEMENTS)?.two_pole(1.0);
                 Rod::TwoPole(TwoPoleRod::at_rest(two_pole, tick_s)?)
             }
-            PlantRod::Elements(count) => Rod::Elements(RodElementsPropagator::new(
-                &RodElements::assemble(constants, count)?,
-                tick_s,
-            )?),
+            PlantRod::Elements(count) => Rod::Elements(
+                RodElementsPropagator::new(&RodElements::assemble(constants, count)?, tick_s)?,
+                constants.force_per_strain_n(),
+            ),
         })
     }
 
@@ -70,7 +71,9 @@ impl Rod {
                     .map(|(strain, force_n)| rod.two_pole.acceleration(strain, force_n));
                 rod.state = rod.propagator.advance(rod.state, from, to);
             }
-            Rod::Elements(rod) => rod.advance(strain, force_n),
+            Rod::Elements(rod, per_strain_n) => {
+                rod.advance(*per_strain_n * strain.1 + force_n.1, 0.0);
+            }
         }
     }
 
@@ -78,10 +81,7 @@ impl Rod {
     pub(crate) fn tip(&self) -> RodState {
         match self {
             Rod::TwoPole(rod) => rod.state,
-            Rod::Elements(rod) => RodState {
-                displacement_m: rod.tip_displacement_m(),
-                velocity_m_per_s: rod.tip_velocity_m_per_s(),
-            },
+            Rod::Elements(rod, _) => rod.tip(),
         }
     }
 }

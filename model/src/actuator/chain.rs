@@ -8,7 +8,7 @@ use super::rod_stage::{Load, RodStage};
 use super::samples::Columns;
 use super::signals::Signals;
 use super::strain::{FreeStrain, Magnetized};
-use super::{ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutput, ActuatorOutputs, Drive};
+use super::{ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutput, ActuatorOutputs, ActuatorRod, Drive};
 use crate::effects::course::Course;
 use crate::error::require_positive;
 use crate::{MagneticState, ModelError, RodState, Stage};
@@ -42,7 +42,16 @@ impl Actuator {
     /// As [`ActuatorModel::validate`]; a tick that is not finite and positive; a delay of more than 100000 ticks.
     pub fn new(model: &ActuatorModel, tick_s: f64) -> Result<Self, ModelError> {
         require_positive(tick_s, "the tick", "s")?;
-        Self::with_tick(model, tick_s)
+        Self::with_tick(model, model.actuator_rod(), tick_s)
+    }
+
+    /// As [`Actuator::new`], but on this rod in place of the model's.
+    ///
+    /// # Errors
+    /// As [`Actuator::new`], and an effect that the rod cannot have.
+    pub fn on_rod(model: &ActuatorModel, rod: ActuatorRod, tick_s: f64) -> Result<Self, ModelError> {
+        require_positive(tick_s, "the tick", "s")?;
+        Self::with_tick(model, Some(rod), tick_s)
     }
 
     /// For a sweep without time, slow beyond every lag: the rod is always in equilibrium and the amplifier only clips.
@@ -57,11 +66,11 @@ impl Actuator {
                 });
             }
         }
-        Self::with_tick(model, f64::INFINITY)
+        Self::with_tick(model, model.actuator_rod(), f64::INFINITY)
     }
 
-    fn with_tick(model: &ActuatorModel, tick_s: f64) -> Result<Self, ModelError> {
-        model.validate()?;
+    fn with_tick(model: &ActuatorModel, rod: Option<ActuatorRod>, tick_s: f64) -> Result<Self, ModelError> {
+        model.validate_with(rod.as_ref())?;
         let effects = &model.effects;
         Ok(Actuator {
             amplifier: Fields::of_amplifier(&model.amplifier, effects, tick_s)?,
@@ -69,7 +78,7 @@ impl Actuator {
             magnetizer: Magnetizer::new(model, tick_s),
             magnetization: Signals::of(effects, Stage::Magnetization, tick_s)?,
             strain: FreeStrain::new(model, tick_s),
-            rod: RodStage::new(model, tick_s)?,
+            rod: RodStage::new(model, rod, tick_s)?,
             sensor: Signals::of(effects, Stage::Sensor, tick_s)?,
             ambient_temperature_k: model.ambient_temperature_k,
             drive: 0.0,
@@ -81,6 +90,13 @@ impl Actuator {
     /// The same, but the first sample finds the material in this state instead of demagnetised.
     pub fn starting_at(mut self, state: MagneticState) -> Self {
         self.magnetizer.state = state;
+        self
+    }
+
+    /// The same, but between samples M and the free strain are straight lines, as estimator and controller take them, and the
+    /// hysteresis is computed to 1e-9 Ms.
+    pub fn straight_between_samples(mut self) -> Self {
+        self.magnetizer.straight = true;
         self
     }
 
@@ -165,6 +181,9 @@ impl Actuator {
             measured_temperature: inputs.temperature_k,
         };
         self.strain.pass(&magnetized, strain, bulge);
+        if self.magnetizer.straight {
+            bulge.fill(0.0);
+        }
         let silent = inputs.temperature_k.is_none() && self.magnetizer.rise_k().is_none();
         self.strain.expand(&magnetized, strain, silent.then_some(temperature));
         let load = Load {

@@ -23,6 +23,8 @@ pub(super) struct Magnetizer {
     accommodation: Option<Accommodation>,
     /// None of the four.
     plain: bool,
+    /// M goes straight between samples, and is computed to 1e-9 Ms.
+    pub straight: bool,
     pub state: MagneticState,
 }
 
@@ -43,6 +45,7 @@ impl Magnetizer {
             prestress,
             accommodation,
             plain,
+            straight: false,
             state: MagneticState::default(),
         }
     }
@@ -82,9 +85,8 @@ impl Magnetizer {
     #[inline]
     pub fn step_plain(&mut self, field: f64) -> (f64, f64) {
         let from = self.state.magnetization_a_per_m;
-        let (state, mean) = self.hysteresis.advance_with_mean(self.state, field);
-        self.state = state;
-        let to = state.magnetization_a_per_m;
+        let mean = self.moved(&{ self.hysteresis }, field);
+        let to = self.state.magnetization_a_per_m;
         (to, mean - 0.5 * (from + to))
     }
 
@@ -141,6 +143,13 @@ impl Magnetizer {
     fn moved(&mut self, hysteresis: &Hysteresis, field: f64) -> f64 {
         let (state, mean) = match &self.prestress {
             Some(prestress) => prestress.advance(hysteresis, self.state, field),
+            None if self.straight => {
+                let state = hysteresis.advance(self.state, field);
+                (
+                    state,
+                    0.5 * (self.state.magnetization_a_per_m + state.magnetization_a_per_m),
+                )
+            }
             None => hysteresis.advance_with_mean(self.state, field),
         };
         self.state = state;
