@@ -18,6 +18,8 @@ pub(super) struct Magnetizer {
     hysteresis: Hysteresis,
     ambient_temperature_k: f64,
     thermal_drift: Option<ThermalDrift>,
+    /// Over ambient, for `thermal_drift`, K.
+    rise_k: f64,
     excess_loss: Option<ExcessLoss>,
     prestress: Option<Prestress>,
     accommodation: Option<Accommodation>,
@@ -41,6 +43,7 @@ impl Magnetizer {
             hysteresis: model.material.hysteresis,
             ambient_temperature_k: model.ambient_temperature_k,
             thermal_drift,
+            rise_k: 0.0,
             excess_loss,
             prestress,
             accommodation,
@@ -60,24 +63,27 @@ impl Magnetizer {
         self.hysteresis.shape_a_per_m = shape_a_per_m;
     }
 
-    /// `a` with what warming, as reckoned here, makes of it, A/m.
-    pub fn shape_a_per_m(&self, measured_k: Option<f64>) -> f64 {
-        let factor = self.thermal_drift.as_ref().map_or(1.0, |drift| {
-            let measured = measured_k.map(|measured_k| measured_k - self.ambient_temperature_k);
-            drift.shape_factor(measured.unwrap_or_else(|| drift.warming.rise_k()))
-        });
-        self.hysteresis.shape_a_per_m * factor
+    /// `a` at the last sample's temperature, A/m.
+    pub fn shape_a_per_m(&self) -> f64 {
+        self.hysteresis_now().shape_a_per_m
+    }
+
+    /// The hysteresis with what the last sample's temperature makes of `a`.
+    fn hysteresis_now(&self) -> Hysteresis {
+        let mut hysteresis = self.hysteresis;
+        if let Some(drift) = &self.thermal_drift {
+            hysteresis.shape_a_per_m *= drift.shape_factor(self.rise_k);
+        }
+        hysteresis
     }
 
     /// The run's first sample, to which the field goes at once: M (A/m).
     pub fn settle(&mut self, coil_field: f64, field: f64, temperature_k: Option<f64>) -> f64 {
-        let mut rise_k = 0.0;
         if let Some(drift) = &mut self.thermal_drift {
             drift.warming.settle(coil_field);
-            rise_k = temperature_k.map_or(0.0, |measured| measured - self.ambient_temperature_k);
+            self.rise_k = temperature_k.map_or(0.0, |known| known - self.ambient_temperature_k);
         }
-        let jump = Piece::straight(0.0, self.state.field_a_per_m, field);
-        self.piece(jump, rise_k);
+        self.piece(Piece::straight(0.0, self.state.field_a_per_m, field));
         self.state.magnetization_a_per_m
     }
 
@@ -92,35 +98,31 @@ impl Magnetizer {
 
     /// A tick along a course of turning points: M and its bulge (A/m).
     pub fn step(&mut self, coil_field: f64, course: &Course, temperature_k: Option<f64>) -> (f64, f64) {
-        let mut rise_k = 0.0;
         if let Some(drift) = &mut self.thermal_drift {
-            rise_k = match temperature_k {
-                Some(measured) => measured - self.ambient_temperature_k,
+            self.rise_k = match temperature_k {
+                Some(known) => known - self.ambient_temperature_k,
                 None => drift.warming.step(coil_field),
             };
         }
         let from = self.state.magnetization_a_per_m;
         let mut mean = 0.0;
         for piece in course.pieces() {
-            mean += piece.span * self.piece(*piece, rise_k);
+            mean += piece.span * self.piece(*piece);
         }
         let to = self.state.magnetization_a_per_m;
         (to, mean - 0.5 * (from + to))
     }
 
-    /// Rise of the temperature where it is reckoned here, K.
+    /// Rise of the temperature where it counts here, K.
     pub fn rise_k(&self) -> Option<f64> {
-        self.thermal_drift.as_ref().map(|drift| drift.warming.rise_k())
+        self.thermal_drift.as_ref().map(|_| self.rise_k)
     }
 
     /// One monotone piece; returns the mean of M over it.
-    fn piece(&mut self, piece: Piece, rise_k: f64) -> f64 {
+    fn piece(&mut self, piece: Piece) -> f64 {
         let from = self.state;
         let change = piece.to - from.field_a_per_m;
-        let mut hysteresis = self.hysteresis;
-        if let Some(drift) = &self.thermal_drift {
-            hysteresis.shape_a_per_m *= drift.shape_factor(rise_k);
-        }
+        let mut hysteresis = self.hysteresis_now();
         // A jump to the first sample has no rate.
         if let Some(loss) = self.excess_loss.as_ref().filter(|_| piece.span > 0.0) {
             hysteresis.pinning_a_per_m *= loss.pinning_factor(change / piece.span);

@@ -60,5 +60,8 @@ mod tests {
         assert_eq!(drift.shape_factor(0.0), 1.0);
         assert!((drift.shape_factor(12.0) - 305.0 / 293.0).abs() < 1e-15);
         assert_eq!(drift.shape_factor(-1e6), 0.1);
+        // The paper's Θ = [6300, 7300] A/m is about 263 K to 305 K.
+        assert!((7012.0 * drift.shape_factor(263.2 - 293.0) - 6300.0).abs() < 2.0);
+        assert!((7012.0 * drift.shape_factor(305.0 - 293.0) - 7300.0).abs() < 2.0);
     }
 }
