@@ -7,13 +7,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{CoilNeed, Description, EffectParameter, Stage};
 use super::warming::{Warming, heating};
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Hysteresis,
-    needs_time: true,
-    differentiable: true,
+    coil: CoilNeed::UnlessTemperatureIsMeasured,
     summary: "the shape `a` grows with the rod's temperature",
     signature: "refitted in windows only `a` moves, and with the integral of the field's square; the loop shears, no offset",
     source: "Langevin's a = kT/(μ0 m): +0.34 % a kelvin at 293 K",
@@ -23,6 +22,7 @@ pub(super) const DESCRIPTION: Description = Description {
         EffectParameter::held("loss_time_s", "s", [0.1, 1e4], 20.0).by_ratio(),
         EffectParameter::held("relative_slope", "", [-5.0, 5.0], 1.0),
     ],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
