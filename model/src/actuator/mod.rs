@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 
 pub use chain::{Actuator, simulate};
 pub use parts::{CoilGain, Creep, Expansion, FieldPath, SignalPath, Spring};
-pub use restated::{rod_per_strain, with_known_effects};
+pub use restated::{rod_per_magnetization, rod_per_strain, with_known_effects};
 pub use rod_stage::ActuatorRod;
 pub use samples::{ActuatorInput, ActuatorInputs, ActuatorOutput, ActuatorOutputs, Drive};
 
