@@ -112,12 +112,9 @@ fn main() {
 
     let elements = RodElements::assemble(&RodConstants::paper(), 8).expect("valid rod");
     let mut rod = RodElementsPropagator::new(&elements, 5e-5).expect("valid tick");
-    let per_magnetization = Material::terfenol_d().strain_per_magnetization();
-    let mut last = 0.0;
+    let force_n = elements.constants().force_per_strain_n() * Material::terfenol_d().strain_per_magnetization();
     let step = time_per_step(&fields, |field| {
-        let strain = per_magnetization * field;
-        rod.advance((last, strain), (0.0, 0.0));
-        last = strain;
+        rod.advance(force_n * field, 0.0);
     });
     println!("rod of 8 elements, one step {step:8.1} ns");
 }

@@ -71,6 +71,9 @@ pub enum ModelError {
     /// The model has no rod for the effect to act on.
     #[error("{effect} acts on the moving rod, but the model has no rod")]
     EffectNeedsRod { effect: &'static str },
+    /// The rod has more than the two poles that the effect is written for.
+    #[error("{effect} is written for a rod of two poles, but this one has finite elements")]
+    EffectNeedsTwoPoles { effect: &'static str },
     /// A sweep without time cannot have the effect.
     #[error("{effect} needs time, but a quasi-static sweep has none")]
     EffectNeedsTime { effect: &'static str },

@@ -17,7 +17,6 @@ mod dual;
 pub mod effects;
 mod error;
 pub mod excitation;
-pub mod heat;
 pub mod hysteresis;
 mod lanes;
 pub mod magnetostriction;
@@ -27,17 +26,18 @@ pub mod rod;
 pub mod sensor;
 
 pub use actuator::{
-    Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutput, ActuatorOutputs, CoilGain, Creep, Drive,
-    Expansion, FieldPath, SignalPath, Spring, rod_per_strain, simulate, validate_effects, with_known_effects,
+    Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutput, ActuatorOutputs, ActuatorRod, CoilGain,
+    Creep, Drive, Expansion, FieldPath, SignalPath, Spring, rod_per_magnetization, rod_per_strain, simulate,
+    validate_effects, with_known_effects,
 };
 pub use amplifier::{Amplifier, AmplifierConstants, AmplifierOutput};
 pub use anhysteretic::Anhysteretic;
 pub use bank::Bank;
 pub use effects::lag::Lag;
+pub use effects::warming::Warming;
 pub use effects::{Effect, EffectKind, EffectParameter, ParameterRole, Stage};
 pub use error::ModelError;
 pub use excitation::DriveSignal;
-pub use heat::{CoilLoss, ThermalCircuit, ThermalExpansion, shape_at};
 pub use hysteresis::{Hysteresis, HysteresisParameter, Inversion, MagneticState, SensitiveState};
 pub use magnetostriction::Magnetostriction;
 pub use material::Material;

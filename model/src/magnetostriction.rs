@@ -99,7 +99,15 @@ impl Magnetostriction {
         match *self {
             Magnetostriction::Linearised { .. } => (-saturation, saturation),
             Magnetostriction::Biased { bias_fraction, .. } => (-bias_fraction * saturation, saturation),
-            Magnetostriction::Quadratic { .. } | Magnetostriction::Polynomial { .. } => (0.0, saturation),
+            Magnetostriction::Quadratic { .. } => (0.0, saturation),
+            Magnetostriction::Polynomial {
+                gamma1_m2_per_a2,
+                gamma2_m4_per_a4,
+            } => {
+                // λ′ = 2M(γ₁ + 2γ₂M²); no number where it has no other zero.
+                let turn = libm::sqrt(-0.5 * gamma1_m2_per_a2 / gamma2_m4_per_a4);
+                (0.0, saturation.min(turn))
+            }
             Magnetostriction::Parabolic {
                 slope_m_per_a,
                 square_m2_per_a2,

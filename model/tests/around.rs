@@ -1,8 +1,6 @@
-//! Guards the smaller parts: magnetostriction, material, heat, sensor, play.
+//! Guards the smaller parts: magnetostriction, material, sensor, play.
 
-use anhyst_model::{
-    CoilLoss, Magnetostriction, Material, Noise, Play, Sensor, ThermalCircuit, ThermalExpansion, shape_at,
-};
+use anhyst_model::{Magnetostriction, Material, Noise, Play, Sensor};
 
 const SATURATION: f64 = 7.65e5;
 const LAMBDA: f64 = 1.005e-3;
@@ -49,6 +47,33 @@ fn strain_slope_and_inverse_agree() {
                 / (2.0 * step);
             assert!((law.slope(magnetization, SATURATION) - difference).abs() < 1e-13);
         }
+    }
+}
+
+/// On the rising branch the strain goes from its least to its most, also where M⁴ bends it down again before saturation.
+#[test]
+fn the_rising_branch_ends_where_the_law_turns_round() {
+    let bent = Magnetostriction::Polynomial {
+        gamma1_m2_per_a2: 3.62e-15,
+        gamma2_m4_per_a4: -1e-26,
+    };
+    let softening = Magnetostriction::Polynomial {
+        gamma1_m2_per_a2: -3.62e-15,
+        gamma2_m4_per_a4: 1e-26,
+    };
+    for law in laws().into_iter().chain([bent, softening]) {
+        let (low, high) = law.branch_a_per_m(SATURATION);
+        assert!(-SATURATION <= low && low < high && high <= SATURATION, "{law:?}");
+        for part in 1..100 {
+            let inside = low + (high - low) * 0.01 * f64::from(part);
+            let slope = law.slope(inside, SATURATION) / law.slope(0.5 * (low + high), SATURATION);
+            assert!(
+                slope > 0.0,
+                "{law:?} turns round at {inside} A/m of [{low}, {high}] A/m"
+            );
+        }
+        let beyond = law.slope(1.001 * high, SATURATION) * law.slope(0.5 * (low + high), SATURATION);
+        assert!(high == SATURATION || beyond < 0.0, "{law:?} rises on beyond {high} A/m");
     }
 }
 
@@ -101,48 +126,6 @@ fn material_reads_only_what_it_knows() {
         .validate()
         .is_err()
     );
-}
-
-/// Newton's law of cooling in closed form; two half ticks are one tick.
-#[test]
-fn heating_is_exact_for_any_tick() {
-    let circuit = ThermalCircuit {
-        ambient_k: 293.0,
-        heat_capacity_j_per_k: 150.0,
-        resistance_k_per_w: 2.0,
-    };
-    circuit.validate().expect("valid");
-    let whole = circuit.advance(293.0, 10.0, 600.0);
-    let expected = 293.0 + 20.0 * (1.0 - (-600.0_f64 / 300.0).exp());
-    assert!((whole - expected).abs() < 1e-11);
-    let halves = circuit.advance(circuit.advance(293.0, 10.0, 300.0), 10.0, 300.0);
-    assert!((halves - whole).abs() < 1e-11);
-    assert!((circuit.advance(500.0, 0.0, 1e9) - 293.0).abs() < 1e-9);
-}
-
-/// The paper's Θ = [6300, 7300] A/m is about 263 K to 305 K.
-#[test]
-fn shape_follows_absolute_temperature() {
-    assert!((shape_at(7012.0, 293.0, 263.2) - 6300.0).abs() < 2.0);
-    assert!((shape_at(7012.0, 293.0, 305.0) - 7300.0).abs() < 2.0);
-    let expansion = ThermalExpansion {
-        coefficient_per_k: 12e-6,
-        reference_temperature_k: 293.0,
-    };
-    assert!((expansion.strain(294.0) * 0.115 - 1.38e-6).abs() < 1e-12);
-}
-
-#[test]
-fn coil_loss_is_square_in_field_and_rises_with_temperature() {
-    let coil = CoilLoss {
-        resistance_ohm: 2.0,
-        field_per_ampere: 1e4,
-        copper_temperature_coefficient_per_k: 0.0039,
-        reference_temperature_k: 293.0,
-    };
-    coil.validate().expect("valid");
-    assert!((coil.power_w(-2e4, 293.0) - 8.0).abs() < 1e-12);
-    assert!((coil.power_w(2e4, 393.0) - 8.0 * 1.39).abs() < 1e-12);
 }
 
 #[test]

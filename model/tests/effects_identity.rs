@@ -74,7 +74,7 @@ fn size_and_bend(once: &[f64], twice: &[f64]) -> (f64, f64) {
 fn beside_its_identity_the_gap_is_proportional_to_the_size() {
     let commands = drive::loops(4000);
     for kind in EffectKind::ALL {
-        if !kind.differentiable() || kind == EffectKind::Backlash {
+        if !kind.description().differentiable || kind == EffectKind::Backlash {
             continue;
         }
         for (index, parameter) in kind.parameters().iter().enumerate() {
@@ -119,7 +119,10 @@ fn backlash_is_proportional_while_the_tip_moves_and_bounded_at_rest() {
 fn typical_sizes_make_gaps_like_the_noise() {
     let commands = drive::loops(8000);
     let nominal = displacement(&ActuatorModel::terfenol_d(), &commands);
-    for kind in EffectKind::ALL.into_iter().filter(|kind| kind.differentiable()) {
+    for kind in EffectKind::ALL
+        .into_iter()
+        .filter(|kind| kind.description().differentiable)
+    {
         let own = displacement(&with(Effect::typical(kind)), &commands);
         let gap = rms(own.iter().zip(&nominal).map(|(own, nominal)| own - nominal));
         assert!((3e-10..3e-7).contains(&gap), "{}: {gap:e} m", kind.name());

@@ -90,10 +90,11 @@ fn parameters_are_usable_as_they_stand() {
             "{} begins with its size",
             kind.name()
         );
-        for words in [kind.summary(), kind.signature(), kind.source()] {
+        let row = kind.description();
+        for words in [row.summary, row.signature, row.source] {
             assert!(!words.is_empty() && !words.contains("  "), "{}: {words}", kind.name());
         }
-        for other in kind.confused_with() {
+        for other in row.confused_with {
             let known = EffectKind::from_name(other).is_some() || other.starts_with("parameter_");
             assert!(known && *other != kind.name(), "{}: {other}", kind.name());
         }
@@ -267,14 +268,14 @@ fn table() -> String {
                 format!("`{name}` {lower} to {upper}{unit}, {role}")
             })
             .collect();
-        let confused = kind.confused_with().join(", ");
+        let confused = kind.description().confused_with.join(", ");
         rows.push(format!(
             "| **{}**: {} | {} | {} | {} | {} |",
             kind.name(),
-            kind.summary(),
+            kind.description().summary,
             kind.stage().name(),
             parameters.join("; "),
-            kind.signature(),
+            kind.description().signature,
             if confused.is_empty() { "-" } else { &confused },
         ));
     }

@@ -1,20 +1,24 @@
-//! One tick of the rig: P → T → a, λ_T;  H → M at a;  λ(M) + λ_T and −F → u;  F from u and the face before.
+//! One tick of the rig: an [`Actuator`] that warms, at a(t), under the force of a cut, and what sensors say of it.
 //!
-//! H coil field (A/m), linear within a tick; T rod temperature (K) from power P (W): coil loss, exactly averaged over the
-//! tick, and the cut's heat; a(t) shape (A/m), taken at the tick's end; M magnetization (A/m); λ(M), λ_T free strains;
-//! u displacement of the tip (m); F cutting force (N). F at the tick's end is computed from the displacement
-//! extrapolated with the tip's velocity: so nothing is solved for, and what is neglected is ½·ü·tick²·K, below 0.1 N for
-//! the heaviest preset at 20 kHz.
-//! Assumptions: uniform field, strain and temperature. Source: the paper's section 5, with the physics around it.
+//! H coil field (A/m), linear within a tick; T rod temperature (K) from coil loss and the cut's heat; a(t) shape (A/m), taken
+//! at the tick's end; u displacement of the tip (m); F cutting force (N). F at the tick's end is computed from the
+//! displacement extrapolated with the tip's velocity: so nothing is solved for, and what is neglected is ½·ü·tick²·K, below
+//! 0.1 N for the heaviest preset at 20 kHz.
+//! The amplifier's token is the actuator's command: effects of the amplifier act between it and the coil. Without effects and
+//! without a two_pole of its own the plant is straight between ticks, as estimator and controller take it; with them M is
+//! taken by its mean over a tick: 1 A/m of it is 0.2 nm. Source: the paper's section 5, with the physics around it.
 
+use anhyst_ipc::Invalid;
 use anhyst_model::{
-    Hysteresis, MagneticState, Magnetostriction, Material, Noise, RodConstants, Sensor, ThermalExpansion,
+    Actuator, ActuatorInput, ActuatorModel, ActuatorOutput, ActuatorRod, AmplifierConstants, Effect, EffectKind,
+    MagneticState, Material, ModelError, Noise, RodConstants, RodElements, Sensor, Warming, rod_per_strain,
 };
 use serde::{Deserialize, Serialize};
 
-use crate::chain::{Chain, Reached};
-use crate::rod::Rod;
-use crate::{CuttingProcess, Heating, PlantError, PlantSettings, ShapeCourse};
+use crate::{CuttingProcess, PlantError, PlantRod, PlantSettings, ShapeCourse};
+
+/// Elements from which [`PlantRod::TwoPole`] is reduced: with these the paper's w comes out to all printed digits.
+pub const TWO_POLE_ELEMENTS: usize = 8;
 
 /// What is really so at a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -67,21 +71,15 @@ impl Channel {
 pub struct Plant {
     tick_s: f64,
     tick: u64,
-    hysteresis: Hysteresis,
-    magnetostriction: Magnetostriction,
+    actuator: Actuator,
     shape: ShapeCourse,
-    heating: Option<Heating>,
-    expansion: Option<ThermalExpansion>,
+    ambient_temperature_k: f64,
+    /// What a joule does to the rod's temperature, K/J; 0 without heating.
+    rise_per_heat: f64,
     cutting: Option<CuttingProcess>,
-    rod: Rod,
-    /// With physical effects: in place of hysteresis, strain law and rod above.
-    chain: Option<Box<Chain>>,
-    /// What the displacement sensor sees where that is not the tip, m.
-    sensed_m: Option<f64>,
-    /// The rod starts in equilibrium with its strain at t_0: it moves by the strain since then, from this displacement.
-    rest_strain: f64,
-    rest_displacement_m: f64,
-    strain: f64,
+    command_a_per_m: f64,
+    /// What the displacement sensor sees, before its noise, m.
+    sensed_m: f64,
     state: PlantState,
     displacement: Channel,
     field: Channel,
@@ -103,11 +101,9 @@ impl Plant {
         settings.validate()?;
         let material = settings.material.as_ref().unwrap_or(material);
         material.validate()?;
-        let temperature_k = settings.start_temperature_k;
-        for shape_a_per_m in settings.shape.known_shapes_a_per_m(temperature_k) {
+        for shape_a_per_m in settings.shape.known_shapes_a_per_m(settings.start_temperature_k) {
             material.hysteresis.with_shape(shape_a_per_m).validate()?;
         }
-        let rod_in_motion = Rod::new(settings.rod, rod, tick_s)?;
         let cutting = match settings.cut.milling() {
             Some(milling) => {
                 let cutting = CuttingProcess::new(milling, settings.contact, tick_s);
@@ -115,39 +111,26 @@ impl Plant {
             }
             None => None,
         };
+        let (actuator, ambient_temperature_k) = actuator(settings, material, rod, tick_s)?;
         let sensors = &settings.sensors;
         let mut plant = Plant {
             tick_s,
             tick: 0,
-            hysteresis: material.hysteresis,
-            magnetostriction: material.magnetostriction,
+            actuator,
             shape: settings.shape,
-            heating: settings.heating,
-            expansion: settings.expansion,
+            ambient_temperature_k,
+            rise_per_heat: settings
+                .heating
+                .map_or(0.0, |heating| 1.0 / heating.circuit.heat_capacity_j_per_k),
             cutting,
-            rod: rod_in_motion,
-            chain: None,
-            sensed_m: None,
-            rest_strain: 0.0,
-            rest_displacement_m: 0.0,
-            strain: 0.0,
-            state: PlantState {
-                temperature_k,
-                shape_a_per_m: settings.shape.shape_a_per_m(0.0, temperature_k),
-                ..PlantState::default()
-            },
+            command_a_per_m: 0.0,
+            sensed_m: 0.0,
+            state: PlantState::default(),
             displacement: Channel::new(sensors.displacement(), seed, 0),
             field: Channel::new(sensors.field(), seed, 1),
             temperature: sensors.temperature().map(|sensor| Channel::new(sensor, seed, 2)),
         };
-        plant.rest_strain = plant.free_strain();
-        plant.strain = plant.rest_strain;
-        plant.rest_displacement_m = plant.rest_strain * rod.force_per_strain_n() * rod.static_compliance_m_per_n();
-        plant.state.displacement_m = plant.rest_displacement_m;
-        if let Some((chain, reached)) = Chain::new(settings, material, rod, tick_s)? {
-            plant.chain = Some(Box::new(chain));
-            plant.take(reached);
-        }
+        plant.step(0.0, 0.0);
         Ok(plant)
     }
 
@@ -159,74 +142,55 @@ impl Plant {
     /// Goes on by one tick while the field goes linearly from its last value to `field_to_a_per_m`. A field that is no
     /// number cannot be in a coil: the last one stays.
     pub fn advance(&mut self, field_to_a_per_m: f64) {
-        let field_from = self.state.magnetic.field_a_per_m;
-        let field_to = if field_to_a_per_m.is_finite() {
-            field_to_a_per_m
-        } else {
-            field_from
-        };
+        if field_to_a_per_m.is_finite() {
+            self.command_a_per_m = field_to_a_per_m;
+        }
         let time_from_s = self.time_s();
         self.tick += 1;
         let time_to_s = self.time_s();
-
-        self.warm(field_from, field_to, time_from_s);
-        self.state.shape_a_per_m = self.shape.shape_a_per_m(time_to_s, self.state.temperature_k);
-        let velocity_m_per_s = match &self.chain {
-            Some(chain) => chain.tip().velocity_m_per_s,
-            None => self.rod.tip().velocity_m_per_s,
-        };
-        let force_to_n = self.cutting.as_ref().map_or(0.0, |cutting| {
-            let coming_m = self.state.displacement_m + velocity_m_per_s * self.tick_s;
-            cutting.force_n(time_to_s, coming_m)
+        let coming_m = self.state.displacement_m + self.actuator.tip().velocity_m_per_s * self.tick_s;
+        let (force_n, heat_w) = self.cutting.as_ref().map_or((0.0, 0.0), |cutting| {
+            (cutting.force_n(time_to_s, coming_m), cutting.heat_w(time_from_s))
         });
-        match &mut self.chain {
-            Some(chain) => {
-                let (shape, temperature_k) = (self.state.shape_a_per_m, self.state.temperature_k);
-                let reached = chain.advance(field_to, shape, temperature_k, -force_to_n);
-                self.take(reached);
-            }
-            None => self.advance_plain(field_to, force_to_n),
-        }
-        self.state.cutting_force_n = force_to_n;
+        self.step(force_n, heat_w * self.rise_per_heat);
         if let Some(cutting) = &mut self.cutting {
             cutting.leave_face(time_to_s, self.state.displacement_m);
         }
     }
 
-    /// Hysteresis, strain law and rod without effects.
-    fn advance_plain(&mut self, field_to: f64, force_to_n: f64) {
-        let hysteresis = self.hysteresis.with_shape(self.state.shape_a_per_m);
-        self.state.magnetic = hysteresis.advance(self.state.magnetic, field_to);
-        let strain_from = self.strain - self.rest_strain;
-        self.strain = self.free_strain();
-        let force_from_n = self.state.cutting_force_n;
-        self.rod.advance(
-            (strain_from, self.strain - self.rest_strain),
-            (-force_from_n, -force_to_n),
-        );
-        self.state.displacement_m = self.rest_displacement_m + self.rod.tip().displacement_m;
-    }
-
-    /// The chain's tick as the plant's state.
-    fn take(&mut self, reached: Reached) {
-        let tip = self.chain.as_ref().map(|chain| chain.tip()).unwrap_or_default();
-        self.sensed_m = Some(reached.sensed_m);
-        self.state.displacement_m = tip.displacement_m;
-        self.state.magnetic = MagneticState {
-            field_a_per_m: reached.coil_field_a_per_m,
-            magnetization_a_per_m: reached.magnetization_a_per_m,
+    /// The actuator's next sample, with what the cut does to it.
+    fn step(&mut self, cutting_force_n: f64, heating_k_per_s: f64) {
+        let shape_a_per_m = self.shape.shape_a_per_m(self.time_s(), self.ambient_temperature_k);
+        self.actuator.set_shape_a_per_m(shape_a_per_m);
+        self.actuator.heat(heating_k_per_s);
+        let ActuatorOutput {
+            field_a_per_m,
+            magnetization_a_per_m,
+            displacement_m,
+            temperature_k,
+            ..
+        } = self.actuator.step(ActuatorInput {
+            force_n: -cutting_force_n,
+            ..ActuatorInput::command(self.command_a_per_m)
+        });
+        self.sensed_m = displacement_m;
+        self.state = PlantState {
+            displacement_m: self.actuator.tip().displacement_m,
+            magnetic: MagneticState {
+                field_a_per_m,
+                magnetization_a_per_m,
+            },
+            shape_a_per_m: self.actuator.shape_a_per_m(),
+            temperature_k,
+            cutting_force_n,
         };
-        self.state.shape_a_per_m = reached.shape_a_per_m;
-        self.state.temperature_k = reached.temperature_k;
     }
 
     /// Reads every sensor once; call it once a tick, because each reading draws noise.
     pub fn measure(&mut self) -> Readings {
         let temperature_k = self.state.temperature_k;
         Readings {
-            displacement_m: self
-                .displacement
-                .measure(self.sensed_m.unwrap_or(self.state.displacement_m)),
+            displacement_m: self.displacement.measure(self.sensed_m),
             field_a_per_m: self.field.measure(self.state.magnetic.field_a_per_m),
             temperature_k: self
                 .temperature
@@ -239,29 +203,63 @@ impl Plant {
     fn time_s(&self) -> f64 {
         self.tick as f64 * self.tick_s
     }
+}
 
-    fn warm(&mut self, field_from: f64, field_to: f64, time_s: f64) {
-        let Some(heating) = &self.heating else { return };
-        let temperature_k = self.state.temperature_k;
-        let coil_w = heating.coil.map_or(0.0, |coil| {
-            // Simpson's rule is exact for the square of a field that is linear in time.
-            let [from, middle, to] = [field_from, 0.5 * (field_from + field_to), field_to]
-                .map(|field_a_per_m| coil.power_w(field_a_per_m, temperature_k));
-            (from + 4.0 * middle + to) / 6.0
-        });
-        let cut_w = self.cutting.as_ref().map_or(0.0, |cutting| cutting.heat_w(time_s));
-        self.state.temperature_k = heating.circuit.advance(temperature_k, coil_w + cut_w, self.tick_s);
+/// The actuator of the settings, before its first sample, and its ambient temperature (K).
+fn actuator(
+    settings: &PlantSettings,
+    material: &Material,
+    rod: &RodConstants,
+    tick_s: f64,
+) -> Result<(Actuator, f64), PlantError> {
+    let start_temperature_k = settings.start_temperature_k;
+    let mut effects = settings.effects.clone().unwrap_or_default();
+    let straight = effects.is_empty() && settings.two_pole.is_none();
+    if let ShapeCourse::Thermal { .. } = settings.shape {
+        effects.push(proportional_to_temperature(&effects)?);
     }
+    let mut ambient_temperature_k = start_temperature_k;
+    if let Some(expansion) = &settings.expansion {
+        effects.push(expansion.effect()?);
+        ambient_temperature_k = expansion.reference_temperature_k;
+    }
+    let model = ActuatorModel {
+        name: material.name.clone(),
+        source: material.source.clone(),
+        amplifier: AmplifierConstants::default(),
+        material: material.clone(),
+        rod: None,
+        coil: true,
+        effects,
+        ambient_temperature_k,
+    };
+    let rod = match (settings.rod, settings.two_pole) {
+        (PlantRod::Elements(count), _) => ActuatorRod::Elements(RodElements::assemble(rod, count)?),
+        (PlantRod::TwoPole, Some(own)) => ActuatorRod::TwoPole(rod_per_strain(own, material)),
+        (PlantRod::TwoPole, None) => ActuatorRod::TwoPole(RodElements::assemble(rod, TWO_POLE_ELEMENTS)?.two_pole(1.0)),
+    };
+    let mut actuator = Actuator::on_rod(&model, rod, tick_s).map_err(|error| match error {
+        ModelError::EffectNeedsTwoPoles { .. } => PlantError::Invalid(Invalid::new("rod", error.to_string())),
+        other => PlantError::Model(other),
+    })?;
+    if straight {
+        actuator = actuator.straight_between_samples();
+    }
+    if let Some(heating) = &settings.heating {
+        let warming = heating.warming(start_temperature_k, tick_s);
+        actuator = actuator.warming(warming, heating.circuit.ambient_k);
+    } else if settings.expansion.is_some() {
+        // It stays as warm as it is.
+        actuator = actuator.warming(Warming::new(0.0, 1.0, tick_s), start_temperature_k);
+    }
+    Ok((actuator, ambient_temperature_k))
+}
 
-    /// λ(M) + λ_T.
-    fn free_strain(&self) -> f64 {
-        let saturation = self.hysteresis.saturation_magnetization_a_per_m;
-        let magnetic = self
-            .magnetostriction
-            .strain(self.state.magnetic.magnetization_a_per_m, saturation);
-        magnetic
-            + self
-                .expansion
-                .map_or(0.0, |expansion| expansion.strain(self.state.temperature_k))
-    }
+/// a = a₀·T/T₀ as an effect; it warms as an expansion does, because it is the same rod.
+fn proportional_to_temperature(effects: &[Effect]) -> Result<Effect, ModelError> {
+    let expansion = effects
+        .iter()
+        .find(|effect| effect.kind() == EffectKind::ThermalExpansion);
+    let warming = expansion.map_or([0.0, 1.0], |effect| [effect.values()[0], effect.values()[1]]);
+    Effect::new(EffectKind::ThermalDrift, &[warming[0], warming[1], 1.0])
 }

@@ -1,12 +1,10 @@
 //! What a scenario says about the simulated rig.
 
 use anhyst_ipc::Invalid;
-use anhyst_model::{
-    AmplifierConstants, CoilLoss, Effect, Material, ModelError, Sensor, ThermalCircuit, ThermalExpansion, TwoPole,
-};
+use anhyst_model::{AmplifierConstants, Effect, EffectKind, Material, ModelError, Sensor, TwoPole};
 use serde::{Deserialize, Serialize};
 
-use crate::{Contact, Cut, PlantRod, ShapeCourse};
+use crate::{Contact, Cut, ExpansionSettings, Heating, ShapeCourse};
 
 /// Below, Terfenol-D's easy axis reorients and the model no longer holds.
 const COLDEST_K: f64 = 250.0;
@@ -32,7 +30,7 @@ pub struct PlantSettings {
     pub heating: Option<Heating>,
     /// How the rod lengthens when warm; at its reference temperature it adds nothing.
     #[serde(default)]
-    pub expansion: Option<ThermalExpansion>,
+    pub expansion: Option<ExpansionSettings>,
     /// What the tip cuts.
     #[serde(default)]
     pub cut: Cut,
@@ -84,15 +82,18 @@ pub struct TemperatureSensor {
     pub resolution_k: f64,
 }
 
-/// Heat into the rod: coil loss, and the cut's while the tool is in contact.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// More elements than this only cost time: the 64th mode is far above any sampling frequency.
+const MAX_ELEMENTS: usize = 64;
+
+/// Which rod is simulated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Heating {
-    /// Loss of the coil; none: a coil with a cooling of its own.
-    #[serde(default)]
-    pub coil: Option<CoilLoss>,
-    /// The rod between its heaters and the surroundings.
-    pub circuit: ThermalCircuit,
+pub enum PlantRod {
+    /// The paper's (13): what estimator and controller assume, too.
+    #[default]
+    TwoPole,
+    /// This many elements: has the higher modes that the others do not know.
+    Elements(usize),
 }
 
 impl Sensors {
@@ -142,7 +143,12 @@ impl PlantSettings {
     /// The first setting that cannot be used, with its path.
     pub fn validate(&self) -> Result<(), Invalid> {
         self.shape.validate().map_err(|refusal| refusal.within("shape"))?;
-        self.rod.validate().map_err(|refusal| refusal.within("rod"))?;
+        if let PlantRod::Elements(count) = self.rod
+            && !(1..=MAX_ELEMENTS).contains(&count)
+        {
+            let sentence = format!("{count} elements are outside [1, {MAX_ELEMENTS}]");
+            return Err(Invalid::new("rod", sentence));
+        }
         self.sensors.validate().map_err(|refusal| refusal.within("sensors"))?;
         Invalid::unless_between(
             "start_temperature_k",
@@ -151,18 +157,36 @@ impl PlantSettings {
             HOTTEST_K,
             "K",
         )?;
-        if let Some(heating) = &self.heating {
-            at("heating.circuit", heating.circuit.validate())?;
-            at("heating.coil", heating.coil.map_or(Ok(()), |coil| coil.validate()))?;
-        }
-        at(
-            "expansion",
-            self.expansion.map_or(Ok(()), |expansion| expansion.validate()),
-        )?;
+        self.heating
+            .map_or(Ok(()), |heating| heating.validate())
+            .map_err(|refusal| refusal.within("heating"))?;
+        self.expansion
+            .map_or(Ok(()), |expansion| expansion.validate())
+            .map_err(|refusal| refusal.within("expansion"))?;
+        self.validate_together()?;
         if let Cut::Custom(milling) = &self.cut {
             milling.validate().map_err(|refusal| refusal.within("cut"))?;
         }
         self.contact.validate().map_err(|refusal| refusal.within("contact"))
+    }
+
+    /// What does not go together.
+    fn validate_together(&self) -> Result<(), Invalid> {
+        if self.two_pole.is_some() && self.rod != PlantRod::TwoPole {
+            let sentence = "a plant with a two_pole of its own has a rod of two poles: leave Elements out";
+            return Err(Invalid::new("rod", sentence));
+        }
+        let effects = self.effects.as_deref().unwrap_or_default();
+        let drifts = effects.iter().any(|effect| effect.kind() == EffectKind::ThermalDrift);
+        if drifts && matches!(self.shape, ShapeCourse::Thermal { .. }) {
+            let sentence = "Thermal and the effect ThermalDrift both make `a` follow the temperature: keep one of them";
+            return Err(Invalid::new("shape", sentence));
+        }
+        if self.expansion.is_some() && !effects.is_empty() {
+            let sentence = "a plant with effects expands by the effect ThermalExpansion: give that in its place";
+            return Err(Invalid::new("expansion", sentence));
+        }
+        Ok(())
     }
 }
 

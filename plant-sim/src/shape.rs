@@ -5,7 +5,6 @@
 //! Source: the paper's section 5 lets `a` drift; the thermal course is the physics behind such a drift.
 
 use anhyst_ipc::Invalid;
-use anhyst_model::shape_at;
 use serde::{Deserialize, Serialize};
 
 /// Course of `a`.
@@ -36,7 +35,7 @@ pub enum ShapeCourse {
 }
 
 impl ShapeCourse {
-    /// a in A/m at a time (s) and a rod temperature (K).
+    /// a in A/m at a time (s) and a rod temperature (K). The actuator's `thermal_drift` leads a thermal one on from there.
     pub fn shape_a_per_m(&self, time_s: f64, temperature_k: f64) -> f64 {
         match *self {
             ShapeCourse::Constant { a_per_m } => a_per_m,
@@ -55,7 +54,7 @@ impl ShapeCourse {
             ShapeCourse::Thermal {
                 reference_a_per_m,
                 reference_temperature_k,
-            } => shape_at(reference_a_per_m, reference_temperature_k, temperature_k),
+            } => reference_a_per_m * temperature_k / reference_temperature_k,
         }
     }
 

@@ -2,12 +2,10 @@
 //! Guards: u_k in the coil at t_k+2, and that `Heavy` can be held within ±2 µm by an ordinary PID.
 
 use anhyst_ipc::{Block, CoilField, Now, Previous, SafeField};
-use anhyst_model::{
-    AmplifierConstants, CoilLoss, Hysteresis, MagneticState, Material, RodConstants, RodElements, ThermalCircuit,
-    ThermalExpansion, TwoPole,
-};
+use anhyst_model::{AmplifierConstants, Hysteresis, MagneticState, Material, RodConstants, RodElements, TwoPole};
 use anhyst_plant_sim::{
-    AmplifierNode, Contact, Cut, Heating, PlantNode, PlantSettings, Sensors, ShapeCourse, TWO_POLE_ELEMENTS,
+    AmplifierNode, CoilLoss, Contact, Cut, ExpansionSettings, Heating, PlantNode, PlantSettings, Sensors, ShapeCourse,
+    TWO_POLE_ELEMENTS, ThermalCircuit,
 };
 
 const TICK_S: f64 = 5e-5;
@@ -34,7 +32,7 @@ fn settings(cut: Cut) -> PlantSettings {
                 resistance_k_per_w: 2.0,
             },
         }),
-        expansion: Some(ThermalExpansion {
+        expansion: Some(ExpansionSettings {
             coefficient_per_k: 12e-6,
             reference_temperature_k: 293.0,
         }),

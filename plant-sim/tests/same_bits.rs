@@ -1,8 +1,9 @@
 //! Determinism and snapshots. Guards: replay, and that a copied or restored plant is the plant.
 
-use anhyst_model::{CoilLoss, Material, RodConstants, ThermalCircuit, ThermalExpansion};
+use anhyst_model::{Material, RodConstants};
 use anhyst_plant_sim::{
-    Contact, Cut, Heating, Plant, PlantError, PlantRod, PlantSettings, Sensors, ShapeCourse, TemperatureSensor,
+    CoilLoss, Contact, Cut, ExpansionSettings, Heating, Plant, PlantError, PlantRod, PlantSettings, Sensors,
+    ShapeCourse, TemperatureSensor, ThermalCircuit,
 };
 use proptest::prelude::*;
 
@@ -38,7 +39,7 @@ fn busy(rod: PlantRod, cut: Cut) -> PlantSettings {
                 resistance_k_per_w: 2.0,
             },
         }),
-        expansion: Some(ThermalExpansion {
+        expansion: Some(ExpansionSettings {
             coefficient_per_k: 12e-6,
             reference_temperature_k: 293.0,
         }),

@@ -8,7 +8,7 @@ use super::Ending;
 use anhyst_ipc::{Measurement, SafeField};
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
-use anhyst_model::{ActuatorModel, TwoPole};
+use anhyst_model::{ActuatorModel, rod_per_magnetization};
 use anhyst_recorder::Recording;
 use anhyst_scenario::{Scenario, load, to_ron};
 use clap::Args;
@@ -91,10 +91,7 @@ fn model(scenario: &Scenario) -> miette::Result<String> {
         name: format!("{} of scenario {}", material.name, scenario.name),
         source: material.source.clone(),
         amplifier: scenario.amplifier,
-        rod: Some(TwoPole {
-            gain: by_strain.gain * material.strain_per_magnetization(),
-            ..by_strain
-        }),
+        rod: Some(rod_per_magnetization(by_strain, &material)),
         material,
         effects: scenario.effects.clone(),
         coil: true,

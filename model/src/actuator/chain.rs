@@ -8,10 +8,10 @@ use super::rod_stage::{Load, RodStage};
 use super::samples::Columns;
 use super::signals::Signals;
 use super::strain::{FreeStrain, Magnetized};
-use super::{ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutput, ActuatorOutputs, Drive};
+use super::{ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutput, ActuatorOutputs, ActuatorRod, Drive};
 use crate::effects::course::Course;
 use crate::error::require_positive;
-use crate::{MagneticState, ModelError, RodState, Stage};
+use crate::{MagneticState, ModelError, RodState, Stage, Warming};
 
 /// Samples that go through the chain together: few enough to stay in the nearest cache.
 const STRETCH: usize = 256;
@@ -29,6 +29,8 @@ pub struct Actuator {
     rod: RodStage,
     sensor: Signals,
     ambient_temperature_k: f64,
+    /// The rod's temperature where it is reckoned for the whole chain, and that of its surroundings (K).
+    warming: Option<(Warming, f64)>,
     /// Drive and field in the material at the last sample, A/m.
     drive: f64,
     within: f64,
@@ -42,7 +44,16 @@ impl Actuator {
     /// As [`ActuatorModel::validate`]; a tick that is not finite and positive; a delay of more than 100000 ticks.
     pub fn new(model: &ActuatorModel, tick_s: f64) -> Result<Self, ModelError> {
         require_positive(tick_s, "the tick", "s")?;
-        Self::with_tick(model, tick_s)
+        Self::with_tick(model, model.actuator_rod(), tick_s)
+    }
+
+    /// As [`Actuator::new`], but on this rod in place of the model's.
+    ///
+    /// # Errors
+    /// As [`Actuator::new`], and an effect that the rod cannot have.
+    pub fn on_rod(model: &ActuatorModel, rod: ActuatorRod, tick_s: f64) -> Result<Self, ModelError> {
+        require_positive(tick_s, "the tick", "s")?;
+        Self::with_tick(model, Some(rod), tick_s)
     }
 
     /// For a sweep without time, slow beyond every lag: the rod is always in equilibrium and the amplifier only clips.
@@ -57,11 +68,11 @@ impl Actuator {
                 });
             }
         }
-        Self::with_tick(model, f64::INFINITY)
+        Self::with_tick(model, model.actuator_rod(), f64::INFINITY)
     }
 
-    fn with_tick(model: &ActuatorModel, tick_s: f64) -> Result<Self, ModelError> {
-        model.validate()?;
+    fn with_tick(model: &ActuatorModel, rod: Option<ActuatorRod>, tick_s: f64) -> Result<Self, ModelError> {
+        model.validate_with(rod.as_ref())?;
         let effects = &model.effects;
         Ok(Actuator {
             amplifier: Fields::of_amplifier(&model.amplifier, effects, tick_s)?,
@@ -69,9 +80,10 @@ impl Actuator {
             magnetizer: Magnetizer::new(model, tick_s),
             magnetization: Signals::of(effects, Stage::Magnetization, tick_s)?,
             strain: FreeStrain::new(model, tick_s),
-            rod: RodStage::new(model, tick_s)?,
+            rod: RodStage::new(model, rod, tick_s)?,
             sensor: Signals::of(effects, Stage::Sensor, tick_s)?,
             ambient_temperature_k: model.ambient_temperature_k,
+            warming: None,
             drive: 0.0,
             within: 0.0,
             begun: false,
@@ -84,14 +96,35 @@ impl Actuator {
         self
     }
 
+    /// The same with a rod whose temperature follows the coil's field and heat from outside: thermal effects take it as they
+    /// take a measured one.
+    pub fn warming(mut self, warming: Warming, surroundings_k: f64) -> Self {
+        self.warming = Some((warming, surroundings_k));
+        self
+    }
+
+    /// The same, but between samples M and the free strain are straight lines, as estimator and controller take them, and the
+    /// hysteresis is computed to 1e-9 Ms.
+    pub fn straight_between_samples(mut self) -> Self {
+        self.magnetizer.straight = true;
+        self
+    }
+
     /// Another shape parameter of the anhysteretic curve at ambient temperature from the next sample on, A/m: finite and positive.
     pub fn set_shape_a_per_m(&mut self, shape_a_per_m: f64) {
         self.magnetizer.set_shape(shape_a_per_m);
     }
 
-    /// The shape parameter (A/m) at the last sample's temperature; `measured_k` where that was measured.
-    pub fn shape_a_per_m(&self, measured_k: Option<f64>) -> f64 {
-        self.magnetizer.shape_a_per_m(measured_k)
+    /// Heating of a rod that is [`Actuator::warming`] from outside from now on, K/s.
+    pub fn heat(&mut self, heating_k_per_s: f64) {
+        if let Some((warming, _)) = &mut self.warming {
+            warming.heat(heating_k_per_s);
+        }
+    }
+
+    /// The shape parameter (A/m) at the last sample's temperature.
+    pub fn shape_a_per_m(&self) -> f64 {
+        self.magnetizer.shape_a_per_m()
     }
 
     /// Field in the material and its magnetization without creep, after the last sample.
@@ -158,15 +191,24 @@ impl Actuator {
         } = columns;
         self.magnetize(first, &inputs, [field, magnetization, temperature, bulge]);
         self.magnetization.pass(first, magnetization);
+        let known = inputs.temperature_k.is_some() || self.warming.is_some();
+        let silent = !known && self.magnetizer.rise_k().is_none();
+        let (temperature, unknown) = if known {
+            (Some(&*temperature), None)
+        } else {
+            (None, silent.then_some(temperature))
+        };
         let magnetized = Magnetized {
             first,
             coil_field: field,
             magnetization,
-            measured_temperature: inputs.temperature_k,
+            temperature,
         };
         self.strain.pass(&magnetized, strain, bulge);
-        let silent = inputs.temperature_k.is_none() && self.magnetizer.rise_k().is_none();
-        self.strain.expand(&magnetized, strain, silent.then_some(temperature));
+        if self.magnetizer.straight {
+            bulge.fill(0.0);
+        }
+        self.strain.expand(&magnetized, strain, unknown);
         let load = Load {
             first,
             strain,
@@ -187,12 +229,13 @@ impl Actuator {
             self.drive = drive;
             field[0] = if driven { self.amplifier.settle(drive) } else { drive };
             self.within = self.field.settle(field[0]);
-            let measured = inputs.temperature_k.map(|column| column[0]);
-            magnetization[0] = self.magnetizer.settle(field[0], self.within, measured);
+            let known_k = self.known_temperature_k(true, inputs, 0, field[0]);
+            magnetization[0] = self.magnetizer.settle(field[0], self.within, known_k);
+            temperature[0] = known_k.unwrap_or(temperature[0]);
             bulge[0] = 0.0;
             from = 1;
         }
-        if !driven && self.field.is_empty() && self.magnetizer.is_plain() {
+        if !driven && self.field.is_empty() && self.magnetizer.is_plain() && self.warming.is_none() {
             for index in from..inputs.drive_a_per_m.len() {
                 field[index] = inputs.drive_a_per_m[index];
                 (magnetization[index], bulge[index]) = self.magnetizer.step_plain(field[index]);
@@ -211,12 +254,32 @@ impl Actuator {
             self.field.follow(&mut course, &mut spare);
             course.keep_turns(self.within);
             self.within = course.end();
-            let measured = inputs.temperature_k.map(|column| column[index]);
-            (magnetization[index], bulge[index]) = self.magnetizer.step(field[index], &course, measured);
-            if let Some(rise_k) = self.magnetizer.rise_k().filter(|_| measured.is_none()) {
-                temperature[index] = self.ambient_temperature_k + rise_k;
+            let known_k = self.known_temperature_k(false, inputs, index, field[index]);
+            (magnetization[index], bulge[index]) = self.magnetizer.step(field[index], &course, known_k);
+            let reckoned = || Some(self.ambient_temperature_k + self.magnetizer.rise_k()?);
+            if let Some(temperature_k) = known_k.or_else(reckoned) {
+                temperature[index] = temperature_k;
             }
         }
+    }
+
+    /// The rod's temperature where no effect has to reckon it: that of the whole chain, or a measured one, K.
+    fn known_temperature_k(
+        &mut self,
+        first: bool,
+        inputs: &ActuatorInputs,
+        index: usize,
+        coil_field: f64,
+    ) -> Option<f64> {
+        let Some((warming, surroundings_k)) = &mut self.warming else {
+            return inputs.temperature_k.map(|column| column[index]);
+        };
+        if first {
+            warming.stand_at(coil_field);
+        } else {
+            warming.step(coil_field);
+        }
+        Some(*surroundings_k + warming.rise_k())
     }
 }
 

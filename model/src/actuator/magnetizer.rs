@@ -18,11 +18,15 @@ pub(super) struct Magnetizer {
     hysteresis: Hysteresis,
     ambient_temperature_k: f64,
     thermal_drift: Option<ThermalDrift>,
+    /// Over ambient, for `thermal_drift`, K.
+    rise_k: f64,
     excess_loss: Option<ExcessLoss>,
     prestress: Option<Prestress>,
     accommodation: Option<Accommodation>,
     /// None of the four.
     plain: bool,
+    /// M goes straight between samples, and is computed to 1e-9 Ms.
+    pub straight: bool,
     pub state: MagneticState,
 }
 
@@ -39,10 +43,12 @@ impl Magnetizer {
             hysteresis: model.material.hysteresis,
             ambient_temperature_k: model.ambient_temperature_k,
             thermal_drift,
+            rise_k: 0.0,
             excess_loss,
             prestress,
             accommodation,
             plain,
+            straight: false,
             state: MagneticState::default(),
         }
     }
@@ -57,24 +63,27 @@ impl Magnetizer {
         self.hysteresis.shape_a_per_m = shape_a_per_m;
     }
 
-    /// `a` with what warming, as reckoned here, makes of it, A/m.
-    pub fn shape_a_per_m(&self, measured_k: Option<f64>) -> f64 {
-        let factor = self.thermal_drift.as_ref().map_or(1.0, |drift| {
-            let measured = measured_k.map(|measured_k| measured_k - self.ambient_temperature_k);
-            drift.shape_factor(measured.unwrap_or_else(|| drift.warming.rise_k()))
-        });
-        self.hysteresis.shape_a_per_m * factor
+    /// `a` at the last sample's temperature, A/m.
+    pub fn shape_a_per_m(&self) -> f64 {
+        self.hysteresis_now().shape_a_per_m
+    }
+
+    /// The hysteresis with what the last sample's temperature makes of `a`.
+    fn hysteresis_now(&self) -> Hysteresis {
+        let mut hysteresis = self.hysteresis;
+        if let Some(drift) = &self.thermal_drift {
+            hysteresis.shape_a_per_m *= drift.shape_factor(self.rise_k);
+        }
+        hysteresis
     }
 
     /// The run's first sample, to which the field goes at once: M (A/m).
     pub fn settle(&mut self, coil_field: f64, field: f64, temperature_k: Option<f64>) -> f64 {
-        let mut rise_k = 0.0;
         if let Some(drift) = &mut self.thermal_drift {
             drift.warming.settle(coil_field);
-            rise_k = temperature_k.map_or(0.0, |measured| measured - self.ambient_temperature_k);
+            self.rise_k = temperature_k.map_or(0.0, |known| known - self.ambient_temperature_k);
         }
-        let jump = Piece::straight(0.0, self.state.field_a_per_m, field);
-        self.piece(jump, rise_k);
+        self.piece(Piece::straight(0.0, self.state.field_a_per_m, field));
         self.state.magnetization_a_per_m
     }
 
@@ -82,43 +91,38 @@ impl Magnetizer {
     #[inline]
     pub fn step_plain(&mut self, field: f64) -> (f64, f64) {
         let from = self.state.magnetization_a_per_m;
-        let (state, mean) = self.hysteresis.advance_with_mean(self.state, field);
-        self.state = state;
-        let to = state.magnetization_a_per_m;
+        let mean = self.moved(&{ self.hysteresis }, field);
+        let to = self.state.magnetization_a_per_m;
         (to, mean - 0.5 * (from + to))
     }
 
     /// A tick along a course of turning points: M and its bulge (A/m).
     pub fn step(&mut self, coil_field: f64, course: &Course, temperature_k: Option<f64>) -> (f64, f64) {
-        let mut rise_k = 0.0;
         if let Some(drift) = &mut self.thermal_drift {
-            rise_k = match temperature_k {
-                Some(measured) => measured - self.ambient_temperature_k,
+            self.rise_k = match temperature_k {
+                Some(known) => known - self.ambient_temperature_k,
                 None => drift.warming.step(coil_field),
             };
         }
         let from = self.state.magnetization_a_per_m;
         let mut mean = 0.0;
         for piece in course.pieces() {
-            mean += piece.span * self.piece(*piece, rise_k);
+            mean += piece.span * self.piece(*piece);
         }
         let to = self.state.magnetization_a_per_m;
         (to, mean - 0.5 * (from + to))
     }
 
-    /// Rise of the temperature where it is reckoned here, K.
+    /// Rise of the temperature where it counts here, K.
     pub fn rise_k(&self) -> Option<f64> {
-        self.thermal_drift.as_ref().map(|drift| drift.warming.rise_k())
+        self.thermal_drift.as_ref().map(|_| self.rise_k)
     }
 
     /// One monotone piece; returns the mean of M over it.
-    fn piece(&mut self, piece: Piece, rise_k: f64) -> f64 {
+    fn piece(&mut self, piece: Piece) -> f64 {
         let from = self.state;
         let change = piece.to - from.field_a_per_m;
-        let mut hysteresis = self.hysteresis;
-        if let Some(drift) = &self.thermal_drift {
-            hysteresis.shape_a_per_m *= drift.shape_factor(rise_k);
-        }
+        let mut hysteresis = self.hysteresis_now();
         // A jump to the first sample has no rate.
         if let Some(loss) = self.excess_loss.as_ref().filter(|_| piece.span > 0.0) {
             hysteresis.pinning_a_per_m *= loss.pinning_factor(change / piece.span);
@@ -141,6 +145,13 @@ impl Magnetizer {
     fn moved(&mut self, hysteresis: &Hysteresis, field: f64) -> f64 {
         let (state, mean) = match &self.prestress {
             Some(prestress) => prestress.advance(hysteresis, self.state, field),
+            None if self.straight => {
+                let state = hysteresis.advance(self.state, field);
+                (
+                    state,
+                    0.5 * (self.state.magnetization_a_per_m + state.magnetization_a_per_m),
+                )
+            }
             None => hysteresis.advance_with_mean(self.state, field),
         };
         self.state = state;

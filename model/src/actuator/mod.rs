@@ -21,7 +21,8 @@ use serde::{Deserialize, Serialize};
 
 pub use chain::{Actuator, simulate};
 pub use parts::{CoilGain, Creep, Expansion, FieldPath, SignalPath, Spring};
-pub use restated::{rod_per_strain, with_known_effects};
+pub use restated::{rod_per_magnetization, rod_per_strain, with_known_effects};
+pub use rod_stage::ActuatorRod;
 pub use samples::{ActuatorInput, ActuatorInputs, ActuatorOutput, ActuatorOutputs, Drive};
 
 use crate::effects::prestress::Prestress;
@@ -103,13 +104,23 @@ impl ActuatorModel {
     /// # Errors
     /// The first quantity out of its range; an effect that stands twice or lacks its rod.
     pub fn validate(&self) -> Result<(), ModelError> {
+        self.validate_with(self.actuator_rod().as_ref())
+    }
+
+    fn validate_with(&self, rod: Option<&ActuatorRod>) -> Result<(), ModelError> {
         self.amplifier.validate()?;
         self.material.validate()?;
         require_positive(self.ambient_temperature_k, "ambient temperature", "K")?;
-        if let Some(rod) = &self.rod {
-            rod.validate()?;
+        if let Some(ActuatorRod::TwoPole(two_pole)) = rod {
+            two_pole.validate()?;
         }
-        validate_effects(&self.effects, &self.material, self.rod.is_some())
+        validate_effects(&self.effects, &self.material, rod.is_some())
+    }
+
+    /// Its rod as the free strain of its material drives it.
+    pub(crate) fn actuator_rod(&self) -> Option<ActuatorRod> {
+        self.rod
+            .map(|rod| ActuatorRod::TwoPole(rod_per_strain(rod, &self.material)))
     }
 }
 

@@ -8,11 +8,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::rod_stage::{DrivenRod, Load};
+use super::rod_stage::Load;
 use crate::effects::delta_e::DeltaE;
 use crate::effects::friction::Friction;
 use crate::effects::stiffening::Stiffening;
-use crate::{ActuatorModel, EffectKind, ModelError, RodState, TwoPolePropagator};
+use crate::{ActuatorModel, EffectKind, ModelError, RodState, TwoPole, TwoPolePropagator};
 
 /// Turn of the resonance in one substep, rad.
 const LONGEST_TURN: f64 = 0.5;
@@ -23,7 +23,8 @@ const MOST_SUBSTEPS: f64 = 64.0;
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct NonlinearRod {
-    driven: DrivenRod,
+    /// Its gain is per strain.
+    two_pole: TwoPole,
     delta_e: Option<DeltaE>,
     stiffening: Option<Stiffening>,
     friction: Option<Friction>,
@@ -67,15 +68,14 @@ impl Moment {
 
 impl NonlinearRod {
     /// A rod that is always in equilibrium.
-    pub fn resting(model: &ActuatorModel, driven: DrivenRod) -> Self {
+    pub fn resting(model: &ActuatorModel, two_pole: TwoPole) -> Self {
         let values = |kind| model.effect(kind).map(|effect| effect.values());
         let saturation = model.material.hysteresis.saturation_magnetization_a_per_m;
         NonlinearRod {
-            driven,
+            two_pole,
             delta_e: values(EffectKind::DeltaE).map(|values| DeltaE::new(values, saturation)),
             stiffening: values(EffectKind::Stiffening).map(Stiffening::new),
-            friction: values(EffectKind::Friction)
-                .map(|values| Friction::new(values, driven.two_pole.stiffness_per_s2)),
+            friction: values(EffectKind::Friction).map(|values| Friction::new(values, two_pole.stiffness_per_s2)),
             propagator: None,
             substeps: 0,
             response: RodState::default(),
@@ -90,12 +90,12 @@ impl NonlinearRod {
         }
     }
 
-    pub fn new(model: &ActuatorModel, driven: DrivenRod, tick_s: f64) -> Result<Self, ModelError> {
-        let turn = libm::sqrt(driven.two_pole.stiffness_per_s2) * tick_s;
+    pub fn new(model: &ActuatorModel, two_pole: TwoPole, tick_s: f64) -> Result<Self, ModelError> {
+        let turn = libm::sqrt(two_pole.stiffness_per_s2) * tick_s;
         let substeps = libm::ceil(turn / LONGEST_TURN).clamp(1.0, MOST_SUBSTEPS);
-        let propagator = TwoPolePropagator::new(driven.two_pole, tick_s / substeps)?;
+        let propagator = TwoPolePropagator::new(two_pole, tick_s / substeps)?;
         let response = propagator.advance(RodState::default(), 0.0, 1.0);
-        let resting = Self::resting(model, driven);
+        let resting = Self::resting(model, two_pole);
         // Newton's error is the square of the move over the width of the bend: 1 μm of a spring, v₀ of friction.
         let by_displacement = 1e-9 / response.displacement_m;
         let by_velocity = resting.friction.map_or(f64::INFINITY, |friction| {
@@ -113,8 +113,8 @@ impl NonlinearRod {
     }
 
     fn moment(&self, load: &Load, index: usize) -> Moment {
-        let by_strain = self.driven.by_strain(load.strain[index]);
-        let by_force = self.driven.by_force(load, index);
+        let by_strain = self.two_pole.gain * load.strain[index];
+        let by_force = self.two_pole.force_gain_per_kg * load.force_n(index);
         let growth = self
             .delta_e
             .map_or(0.0, |delta_e| delta_e.growth(load.magnetization[index]));
@@ -128,7 +128,7 @@ impl NonlinearRod {
     /// N and its slopes in displacement and velocity.
     #[inline]
     fn own(&self, state: RodState, moment: Moment) -> (f64, f64, f64) {
-        let stiffness = self.driven.two_pole.stiffness_per_s2;
+        let stiffness = self.two_pole.stiffness_per_s2;
         let mut own = -moment.growth * (stiffness * state.displacement_m - moment.by_strain);
         let mut by_displacement = -moment.growth * stiffness;
         let mut by_velocity = 0.0;
@@ -148,7 +148,7 @@ impl NonlinearRod {
     /// Comes to rest under what acts now; displacement in m.
     pub fn settle(&mut self, load: &Load, index: usize) -> f64 {
         let moment = self.moment(load, index);
-        let stiffness = self.driven.two_pole.stiffness_per_s2;
+        let stiffness = self.two_pole.stiffness_per_s2;
         let given = moment.by_strain + moment.by_force;
         let mut state = RodState {
             displacement_m: given / stiffness,
@@ -178,7 +178,7 @@ impl NonlinearRod {
             return self.settle(load, index);
         };
         let to = self.moment(load, index);
-        let bulge = self.driven.by_strain(load.bulge[index]);
+        let bulge = self.two_pole.gain * load.bulge[index];
         let part = 1.0 / f64::from(self.substeps);
         let mut before = self.from;
         for substep in 1..=self.substeps {
@@ -253,7 +253,7 @@ mod tests {
         let (friction_m, speed_m_per_s) = (1e-5, 1e-4);
         let effect = Effect::new(EffectKind::Friction, &[friction_m, speed_m_per_s]).unwrap();
         let model = ActuatorModel::terfenol_d().with_effect(effect);
-        let RodStage::Nonlinear(mut rod) = RodStage::new(&model, 1e-4).unwrap() else {
+        let RodStage::Nonlinear(mut rod) = RodStage::new(&model, model.actuator_rod(), 1e-4).unwrap() else {
             panic!("friction is a force of the rod's own");
         };
         let angle = |tick: usize| 0.0565 * tick as f64;

@@ -1,13 +1,25 @@
-//! Free strain → displacement of the tip: no rod, a rod at rest, the linear rod, or one with forces of its own.
+//! Free strain → displacement of the tip: no rod, a rod at rest, a linear rod, or one with forces of its own.
 //!
-//! Everything is reckoned as acceleration (m/s²): w λ/λ′ drives the rod, f F is the force at its tip.
+//! A rod of two poles is driven by acceleration (m/s²), w/λ′ · λ + f F, one of elements by tip force (N), EA λ + F.
+//! A linear rod counts from its equilibrium at the first sample, so that what rests there stays to the last bit.
 
 use serde::{Deserialize, Serialize};
 
 use super::nonlinear_rod::NonlinearRod;
 use crate::effects::load_change::loaded;
-use crate::effects::quadratic_magnetostriction::reference_slope;
-use crate::{ActuatorModel, EffectKind, ModelError, RodMotion, RodState, TwoPole, TwoPolePropagator};
+use crate::{
+    ActuatorModel, EffectKind, ModelError, RodElements, RodElementsPropagator, RodMotion, RodState, Stage, TwoPole,
+    TwoPolePropagator,
+};
+
+/// The rod that the free strain drives.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ActuatorRod {
+    /// Its gain is per unit of free strain: [`RodElements::two_pole`] of 1, or [`super::rod_per_strain`].
+    TwoPole(TwoPole),
+    /// With its higher modes; effects on the rod are written for two poles.
+    Elements(RodElements),
+}
 
 /// What a stretch of the run brings to the rod.
 pub(super) struct Load<'a> {
@@ -21,7 +33,17 @@ pub(super) struct Load<'a> {
     pub force: Option<&'a [f64]>,
 }
 
+impl Load<'_> {
+    /// N.
+    #[inline]
+    pub fn force_n(&self, index: usize) -> f64 {
+        self.force.map_or(0.0, |force| force[index])
+    }
+}
+
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+// One to an actuator, and stepped for every sample: a box would cost more than its bytes.
+#[allow(clippy::large_enum_variant)]
 pub(super) enum RodStage {
     /// No rod: the strain of a free bar one metre long.
     Free,
@@ -31,74 +53,69 @@ pub(super) enum RodStage {
     Nonlinear(NonlinearRod),
 }
 
-/// The rod and how strain and force accelerate it.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct DrivenRod {
-    pub two_pole: TwoPole,
-    /// w/λ′, m/s² per strain.
-    gain_per_strain: f64,
-}
-
-impl DrivenRod {
-    /// Acceleration by strain, m/s².
-    #[inline]
-    pub fn by_strain(&self, strain: f64) -> f64 {
-        self.gain_per_strain * strain
-    }
-
-    /// Acceleration by force, m/s².
-    #[inline]
-    pub fn by_force(&self, load: &Load, index: usize) -> f64 {
-        match load.force {
-            Some(force) => self.two_pole.force_gain_per_kg * force[index],
-            None => 0.0,
-        }
-    }
+/// A linear rod in motion about its equilibrium at the first sample.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct LinearRod {
+    /// Its input is the first times the strain plus the second times the force; the third times a constant input is
+    /// where the tip then rests, m.
+    per_strain: f64,
+    per_force: f64,
+    compliance: f64,
+    rest_input: f64,
+    rest_m: f64,
+    motion: LinearMotion,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct LinearRod {
-    driven: DrivenRod,
-    propagator: TwoPolePropagator,
-    motion: RodMotion,
+#[allow(clippy::large_enum_variant)]
+enum LinearMotion {
+    TwoPole(TwoPolePropagator, RodMotion),
+    Elements(RodElementsPropagator),
 }
 
 impl RodStage {
     /// `tick_s` is infinite for a sweep without time.
-    pub fn new(model: &ActuatorModel, tick_s: f64) -> Result<Self, ModelError> {
-        let Some(mut two_pole) = model.rod else {
-            return Ok(RodStage::Free);
+    pub fn new(model: &ActuatorModel, rod: Option<ActuatorRod>, tick_s: f64) -> Result<Self, ModelError> {
+        let mut two_pole = match rod {
+            None => return Ok(RodStage::Free),
+            Some(ActuatorRod::Elements(elements)) => {
+                if let Some(effect) = model.effects.iter().find(|effect| effect.kind().stage() == Stage::Rod) {
+                    return Err(ModelError::EffectNeedsTwoPoles {
+                        effect: effect.kind().name(),
+                    });
+                }
+                let motion = LinearMotion::Elements(RodElementsPropagator::new(&elements, tick_s)?);
+                let constants = elements.constants();
+                let compliance = constants.static_compliance_m_per_n();
+                return Ok(LinearRod::new(constants.force_per_strain_n(), 1.0, compliance, motion));
+            }
+            Some(ActuatorRod::TwoPole(two_pole)) => two_pole,
         };
-        let gain = two_pole.gain / reference_slope(&model.material);
-        let mut gain_per_strain = gain;
         if let Some(effect) = model.effect(EffectKind::LoadChange) {
-            let nominal = two_pole.gain;
             two_pole = loaded(two_pole, effect.values());
-            gain_per_strain = gain * (two_pole.gain / nominal);
         }
-        let driven = DrivenRod {
-            two_pole,
-            gain_per_strain,
-        };
         if tick_s.is_infinite() {
-            return Ok(RodStage::Resting(NonlinearRod::resting(model, driven)));
+            return Ok(RodStage::Resting(NonlinearRod::resting(model, two_pole)));
         }
         let own_forces = [EffectKind::DeltaE, EffectKind::Stiffening, EffectKind::Friction];
         if own_forces.into_iter().any(|kind| model.effect(kind).is_some()) {
-            return Ok(RodStage::Nonlinear(NonlinearRod::new(model, driven, tick_s)?));
+            return Ok(RodStage::Nonlinear(NonlinearRod::new(model, two_pole, tick_s)?));
         }
-        Ok(RodStage::Linear(LinearRod {
-            driven,
-            propagator: TwoPolePropagator::new(two_pole, tick_s)?,
-            motion: RodMotion::default(),
-        }))
+        let motion = LinearMotion::TwoPole(TwoPolePropagator::new(two_pole, tick_s)?, RodMotion::default());
+        let compliance = 1.0 / two_pole.stiffness_per_s2;
+        Ok(LinearRod::new(
+            two_pole.gain,
+            two_pole.force_gain_per_kg,
+            compliance,
+            motion,
+        ))
     }
 
     /// Displacement and velocity after the last sample; without a rod it has none.
     pub fn state(&self) -> RodState {
         match self {
             RodStage::Free => RodState::default(),
-            RodStage::Linear(rod) => rod.motion.state,
+            RodStage::Linear(rod) => rod.state(),
             RodStage::Resting(rod) | RodStage::Nonlinear(rod) => rod.state,
         }
     }
@@ -127,23 +144,44 @@ impl RodStage {
 }
 
 impl LinearRod {
+    fn new(per_strain: f64, per_force: f64, compliance: f64, motion: LinearMotion) -> RodStage {
+        RodStage::Linear(LinearRod {
+            per_strain,
+            per_force,
+            compliance,
+            rest_input: 0.0,
+            rest_m: 0.0,
+            motion,
+        })
+    }
+
+    fn state(&self) -> RodState {
+        let motion = match &self.motion {
+            LinearMotion::TwoPole(_, motion) => motion.state,
+            LinearMotion::Elements(rod) => rod.tip(),
+        };
+        RodState {
+            displacement_m: self.rest_m + motion.displacement_m,
+            ..motion
+        }
+    }
+
     fn pass(&mut self, load: &Load, displacement: &mut [f64]) {
-        for (index, displacement) in displacement.iter_mut().enumerate() {
-            let acceleration = self.driven.by_strain(load.strain[index]) + self.driven.by_force(load, index);
-            if load.first && index == 0 {
-                let displacement_m = acceleration / self.driven.two_pole.stiffness_per_s2;
-                self.motion = RodMotion {
-                    state: RodState {
-                        displacement_m,
-                        velocity_m_per_s: 0.0,
-                    },
-                    acceleration,
-                };
-                *displacement = displacement_m;
-                continue;
-            }
-            let bulge = self.driven.by_strain(load.bulge[index]);
-            *displacement = self.motion.advance_curved(&self.propagator, acceleration, bulge);
+        let mut from = 0;
+        if load.first && !displacement.is_empty() {
+            self.rest_input = self.per_strain * load.strain[0] + self.per_force * load.force_n(0);
+            self.rest_m = self.rest_input * self.compliance;
+            displacement[0] = self.rest_m;
+            from = 1;
+        }
+        for (index, displacement) in displacement.iter_mut().enumerate().skip(from) {
+            let input = self.per_strain * load.strain[index] + self.per_force * load.force_n(index) - self.rest_input;
+            let mean_excess = self.per_strain * load.bulge[index];
+            let moved_m = match &mut self.motion {
+                LinearMotion::TwoPole(propagator, motion) => motion.advance_curved(propagator, input, mean_excess),
+                LinearMotion::Elements(rod) => rod.advance(input, mean_excess),
+            };
+            *displacement = self.rest_m + moved_m;
         }
     }
 }

@@ -26,8 +26,8 @@ pub(super) struct Magnetized<'a> {
     /// In the coil, where it heats, A/m.
     pub coil_field: &'a [f64],
     pub magnetization: &'a [f64],
-    /// Measured, K.
-    pub measured_temperature: Option<&'a [f64]>,
+    /// Where it need not be reckoned here, K.
+    pub temperature: Option<&'a [f64]>,
 }
 
 impl FreeStrain {
@@ -68,8 +68,8 @@ impl FreeStrain {
             return;
         };
         for (index, strain) in strain.iter_mut().enumerate() {
-            let rise_k = match magnetized.measured_temperature {
-                Some(measured) => measured[index] - self.ambient_temperature_k,
+            let rise_k = match magnetized.temperature {
+                Some(known) => known[index] - self.ambient_temperature_k,
                 None if magnetized.first && index == 0 => {
                     expansion.warming.settle(magnetized.coil_field[0]);
                     0.0

@@ -14,12 +14,12 @@ use super::description::{Description, EffectParameter, Stage};
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Hysteresis,
     needs_time: false,
-    differentiable: true,
     summary: "minor loops drift towards the anhysteretic curve, cycle by cycle",
     signature: "gap counted by reversals and fading with cycles, zero on the major loop, rate-free",
     source: "accommodation of minor loops (Della Torre)",
     confused_with: &["after_effect", "parameter_c", "parameter_k"],
     parameters: &[EffectParameter::size("relaxing_share", "", [0.0, 1.0], 0.002).by_ratio()],
+    ..Description::USUAL
 };
 
 /// √ρ |ΔH|/k of a part: the splitting's error grows with ρ (ΔH/k)².

@@ -15,8 +15,6 @@ use crate::ModelError;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Magnetization,
-    needs_time: true,
-    differentiable: true,
     summary: "magnetization creeps on after the field has stopped",
     signature: "tails like log t after steps, signed like the last step; loops wider at low frequency",
     source: "magnetic after-effect (Richter); creep of piezo stages",
@@ -26,6 +24,7 @@ pub(super) const DESCRIPTION: Description = Description {
         EffectParameter::held("shortest_s", "s", [1e-4, 100.0], 0.03).by_ratio(),
         EffectParameter::held("longest_s", "s", [1e-3, 1e5], 3.0).by_ratio(),
     ],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

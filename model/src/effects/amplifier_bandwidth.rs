@@ -13,13 +13,12 @@ use crate::ModelError;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Amplifier,
-    needs_time: true,
-    differentiable: true,
     summary: "the coil field follows the command with a first-order lag",
     signature: "seen in the measured field: −20 dB a decade and phase −atan ωτ; gap proportional to rate, not to temperature",
     source: "current amplifiers of magnetostrictive actuators, 1-5 kHz",
     confused_with: &["eddy_current", "loop_delay", "sensor_delay"],
     parameters: &[EffectParameter::size("time_constant_s", "s", [0.0, 0.02], 1e-6).by_ratio()],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -18,6 +18,7 @@ pub(super) const DESCRIPTION: Description = Description {
     source: "supply current of power amplifiers, 10-30 A",
     confused_with: &["sensor_saturation", "parameter_Ms"],
     parameters: &[EffectParameter::limit("field_limit_a_per_m", "A/m", [1.0, 1e6], 1e4)],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -12,7 +12,6 @@ use crate::ModelError;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Amplifier,
-    needs_time: true,
     differentiable: false,
     summary: "the coil field changes no faster than a limit",
     signature: "no gap below a threshold of the command's rate, triangular field; the gap depends on amplitude times frequency",
@@ -24,6 +23,7 @@ pub(super) const DESCRIPTION: Description = Description {
         [10.0, 1e12],
         1e6,
     )],
+    ..Description::USUAL
 };
 
 /// In how many parts of a tick the limit acts.

@@ -14,12 +14,12 @@ use crate::{ModelError, Play};
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Sensor,
     needs_time: false,
-    differentiable: true,
     summary: "play between rod and sensor",
     signature: "after each reversal the displacement stands still over a fixed width; size independent of amplitude and rate",
     source: "play operator",
     confused_with: &["friction", "parameter_k"],
     parameters: &[EffectParameter::size("gap_m", "m", [0.0, 1e-3], 1e-8).by_ratio()],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

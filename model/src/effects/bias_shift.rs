@@ -12,12 +12,12 @@ use crate::ModelError;
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Field,
     needs_time: false,
-    differentiable: true,
     summary: "a constant field is added to the coil's",
     signature: "even harmonics, another gain, and an offset at zero input; loops shift sideways",
     source: "bias magnets and their temperature",
     confused_with: &["sensor_drift", "quadratic_magnetostriction"],
     parameters: &[EffectParameter::size("bias_field_a_per_m", "A/m", [-5e4, 5e4], 10.0)],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

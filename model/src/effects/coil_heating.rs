@@ -7,7 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::course::{Course, FieldEffect, Piece};
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{CoilNeed, Description, EffectParameter, Stage};
 use super::warming::{Warming, heating};
 use crate::ModelError;
 
@@ -16,8 +16,7 @@ pub(crate) const COPPER_PER_K: f64 = 0.0039;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Amplifier,
-    needs_time: true,
-    differentiable: true,
+    coil: CoilNeed::Always,
     summary: "under voltage drive the coil's resistance grows as it warms, and the field falls",
     signature: "measured field over command falls with the integral of the square, over seconds to minutes, and recovers \
                 at rest; absent under current drive",
@@ -27,6 +26,7 @@ pub(super) const DESCRIPTION: Description = Description {
         heating(0.3),
         EffectParameter::held("loss_time_s", "s", [0.1, 1e4], 100.0).by_ratio(),
     ],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

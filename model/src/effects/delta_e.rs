@@ -11,13 +11,12 @@ use super::description::{Description, EffectParameter, Stage};
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Rod,
-    needs_time: true,
-    differentiable: true,
     summary: "stiffness depends on the magnetization",
     signature: "resonance moves with bias and amplitude while the gain at low frequency stays",
     source: "ΔE effect of Terfenol-D, ±20-40 % in a working loop",
     confused_with: &["load_change", "second_mode", "stiffening"],
     parameters: &[EffectParameter::size("relative_growth", "", [-0.9, 5.0], 0.2)],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,4 +1,4 @@
-//! The words and numbers that every effect gives of itself.
+//! What every effect says of itself, as data: whoever fits, screens, writes or reports effects reads it here and need not know a kind.
 
 /// Where in the chain an effect acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -131,6 +131,11 @@ impl EffectParameter {
         }
     }
 
+    /// It does nothing until it bites: its identity is its upper bound.
+    pub fn is_limit(&self) -> bool {
+        self.identity() == Some(self.upper)
+    }
+
     /// The value at which it contributes nothing; none unless it is a size.
     pub fn identity(&self) -> Option<f64> {
         match self.role {
@@ -140,14 +145,52 @@ impl EffectParameter {
     }
 }
 
+/// Whether an effect is caused by a coil.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CoilNeed {
+    /// It has nothing to do with one.
+    Never,
+    /// By the heat of its current; a measured temperature stands for any heat.
+    UnlessTemperatureIsMeasured,
+    /// By its current itself.
+    Always,
+}
+
 /// An effect's row in the library.
-pub(crate) struct Description {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Description {
+    /// Where in the chain it acts.
     pub stage: Stage,
+    /// A sweep without time can neither show nor have it: [`crate::Actuator::quasi_static`] refuses it.
     pub needs_time: bool,
+    /// The output has a derivative, and in general not a vanishing one, in each size at its identity (one-sided where
+    /// the identity is a bound). Not so for limits, which do nothing until they bite, and for quantisation.
     pub differentiable: bool,
+    /// Whether its cause is a coil.
+    pub coil: CoilNeed,
+    /// What it is, in a sentence.
     pub summary: &'static str,
+    /// How it shows in data.
     pub signature: &'static str,
+    /// Where equation and range come from.
     pub source: &'static str,
+    /// Names of effects (or `parameter_…`) that data may not be able to tell it from.
     pub confused_with: &'static [&'static str],
+    /// Values of an [`super::Effect`] stand in this order; the first is a size.
     pub parameters: &'static [EffectParameter],
+}
+
+impl Description {
+    /// What an effect says that only differs where it must.
+    pub(super) const USUAL: Description = Description {
+        stage: Stage::Sensor,
+        needs_time: true,
+        differentiable: true,
+        coil: CoilNeed::Never,
+        summary: "",
+        signature: "",
+        source: "",
+        confused_with: &[],
+        parameters: &[],
+    };
 }

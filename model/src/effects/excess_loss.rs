@@ -14,8 +14,6 @@ const REFERENCE_RATE: f64 = 1e6;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Hysteresis,
-    needs_time: true,
-    differentiable: true,
     summary: "coercivity grows with the rate of the field",
     signature: "loops widen like √f; coercive field grows with frequency; gap grows with amplitude by a power between 1 and 2",
     source: "Bertotti's statistical theory of excess loss",
@@ -24,6 +22,7 @@ pub(super) const DESCRIPTION: Description = Description {
         EffectParameter::size("pinning_growth", "", [0.0, 5.0], 0.001).by_ratio(),
         EffectParameter::held("exponent", "", [0.02, 1.0], 0.5),
     ],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

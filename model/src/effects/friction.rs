@@ -12,8 +12,6 @@ use crate::Anhysteretic;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Rod,
-    needs_time: true,
-    differentiable: true,
     summary: "dry friction works against the motion of the tip",
     signature: "a step at reversals with the sign of the rate; size independent of amplitude, so the relative gap falls with it",
     source: "regularised Coulomb friction",
@@ -22,6 +20,7 @@ pub(super) const DESCRIPTION: Description = Description {
         EffectParameter::size("friction_m", "m", [0.0, 1e-4], 5e-9).by_ratio(),
         EffectParameter::held("speed_m_per_s", "m/s", [1e-5, 1.0], 1e-3).by_ratio(),
     ],
+    ..Description::USUAL
 };
 
 /// Beyond this argument tanh is 1 to the last bit.

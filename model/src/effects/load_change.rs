@@ -10,7 +10,6 @@ use crate::TwoPole;
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Rod,
     needs_time: false,
-    differentiable: true,
     summary: "mass or stiffness of the load differ from nominal",
     signature: "resonance and static gain move together, at every bias and amplitude alike: a shift of parameters",
     source: "the paper's (12) and (13)",
@@ -19,6 +18,7 @@ pub(super) const DESCRIPTION: Description = Description {
         EffectParameter::size("relative_stiffness", "", [-0.9, 10.0], 3e-4),
         EffectParameter::size("relative_mass", "", [-0.9, 10.0], 0.01),
     ],
+    ..Description::USUAL
 };
 
 /// The rod with the other load.

@@ -14,13 +14,12 @@ use crate::ModelError;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Amplifier,
-    needs_time: true,
-    differentiable: true,
     summary: "the command reaches the coil after a pure delay",
     signature: "phase −ωd at unit gain, the same in the measured field and in the displacement; gap proportional to rate",
     source: "transport and computing delay of sampled loops",
     confused_with: &["amplifier_bandwidth", "eddy_current", "sensor_delay"],
     parameters: &[EffectParameter::size("delay_s", "s", [0.0, 0.05], 1e-6).by_ratio()],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

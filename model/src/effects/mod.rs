@@ -46,10 +46,8 @@ pub(crate) mod thermal_expansion;
 
 use serde::{Deserialize, Serialize};
 
-pub use description::{EffectParameter, ParameterRole, Stage};
+pub use description::{CoilNeed, Description, EffectParameter, ParameterRole, Stage};
 pub use effect::Effect;
-
-use description::Description;
 
 /// Declares the kinds from one list: name and file are the same word.
 macro_rules! library {
@@ -118,41 +116,22 @@ impl EffectKind {
         VARIANTS[self as usize]
     }
 
-    fn description(self) -> &'static Description {
+    /// All that is said of it, as data.
+    pub fn description(self) -> &'static Description {
         DESCRIPTIONS[self as usize]
     }
 
-    /// Where in the chain it acts.
+    /// As in its [`Description`].
     pub fn stage(self) -> Stage {
         self.description().stage
     }
 
-    /// Its parameters; values of an [`Effect`] stand in this order.
+    /// As in its [`Description`].
     pub fn parameters(self) -> &'static [EffectParameter] {
         self.description().parameters
     }
 
-    /// What it is, in a sentence.
-    pub fn summary(self) -> &'static str {
-        self.description().summary
-    }
-
-    /// How it shows in data.
-    pub fn signature(self) -> &'static str {
-        self.description().signature
-    }
-
-    /// Where equation and range come from.
-    pub fn source(self) -> &'static str {
-        self.description().source
-    }
-
-    /// Names of effects (or `parameter_…`) that data may not be able to tell it from.
-    pub fn confused_with(self) -> &'static [&'static str] {
-        self.description().confused_with
-    }
-
-    /// A sweep without time can neither show nor have it: [`crate::Actuator::quasi_static`] refuses it.
+    /// As in its [`Description`].
     pub fn needs_time(self) -> bool {
         self.description().needs_time
     }
@@ -162,19 +141,12 @@ impl EffectKind {
         self.stage() == Stage::Rod
     }
 
-    /// Its cause is a coil: the current's heat (unless a temperature was measured, which then stands for any heat) or
-    /// its induction.
+    /// Without a coil it is not there.
     pub fn needs_coil(self, temperature_is_measured: bool) -> bool {
-        match self {
-            EffectKind::CoilHeating | EffectKind::EddyCurrent => true,
-            EffectKind::ThermalDrift | EffectKind::ThermalExpansion => !temperature_is_measured,
-            _ => false,
+        match self.description().coil {
+            CoilNeed::Never => false,
+            CoilNeed::UnlessTemperatureIsMeasured => !temperature_is_measured,
+            CoilNeed::Always => true,
         }
-    }
-
-    /// The output has a derivative, and in general not a vanishing one, in each size at its identity (one-sided where
-    /// the identity is a bound). Not so for limits, which do nothing until they bite, and for quantisation.
-    pub fn differentiable(self) -> bool {
-        self.description().differentiable
     }
 }

@@ -13,8 +13,6 @@ use crate::ModelError;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Sensor,
-    needs_time: true,
-    differentiable: true,
     summary: "a vibration at one frequency is added to the displacement",
     signature: "one line in the residual's spectrum, there at zero input too, and independent of the drive",
     source: "spindles, pumps, mains hum",
@@ -24,6 +22,7 @@ pub(super) const DESCRIPTION: Description = Description {
         EffectParameter::size("cosine_m", "m", [-1e-3, 1e-3], 5e-9),
         EffectParameter::shape("frequency_hz", "Hz", [0.01, 5e4], 50.0).by_ratio(),
     ],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

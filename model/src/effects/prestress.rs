@@ -17,7 +17,6 @@ use crate::{Anhysteretic, Hysteresis, MagneticState, ModelError};
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Hysteresis,
     needs_time: false,
-    differentiable: true,
     summary: "the effective field has a part in M³",
     signature: "the knee of the loop bends otherwise while slope at zero and saturation stay; rate-free, odd harmonics",
     source: "magnetoelastic energy of fourth order in M",
@@ -28,6 +27,7 @@ pub(super) const DESCRIPTION: Description = Description {
         [-2e-12, 2e-12],
         1e-15,
     )],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -10,12 +10,12 @@ use crate::Material;
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Strain,
     needs_time: false,
-    differentiable: true,
     summary: "the strain has a part in M²",
     signature: "even harmonics and a mean that grows with the square of the amplitude; rate-free, magnetization clean",
     source: "the paper's (8) and (9)",
     confused_with: &["bias_shift", "stiffening", "sensor_drift"],
     parameters: &[EffectParameter::size("quadratic_fraction", "", [-2.0, 2.0], 5e-4)],
+    ..Description::USUAL
 };
 
 /// λ′ in m/A: the law's slope at M = 0, or at Ms/2 for an even law. The rod's gain w belongs to it.

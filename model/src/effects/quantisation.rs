@@ -18,6 +18,7 @@ pub(super) const DESCRIPTION: Description = Description {
     source: "analogue-to-digital converters",
     confused_with: &[],
     parameters: &[EffectParameter::size("step_m", "m", [0.0, 1e-4], 1e-8).by_ratio()],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

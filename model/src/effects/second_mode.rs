@@ -14,8 +14,6 @@ use crate::{ModelError, RodMotion, RodState, TwoPole, TwoPolePropagator};
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Sensor,
-    needs_time: true,
-    differentiable: true,
     summary: "a second, lightly damped resonance between rod and sensor",
     signature: "a narrow pole pair in the displacement only; linear in amplitude, growing with f² below its frequency",
     source: "modes of sensor brackets; the rod's own higher modes",
@@ -25,6 +23,7 @@ pub(super) const DESCRIPTION: Description = Description {
         EffectParameter::shape("frequency_hz", "Hz", [10.0, 2e4], 400.0).by_ratio(),
         EffectParameter::held("damping_ratio", "", [1e-3, 0.7], 0.03).by_ratio(),
     ],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -15,8 +15,6 @@ use crate::ModelError;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Sensor,
-    needs_time: true,
-    differentiable: true,
     summary: "the sensor's answer comes after a pure delay",
     signature: "phase −ωd at unit gain in the displacement and not in the measured field; gap proportional to rate",
     source: "filters, converters and buses of sensors",
@@ -25,6 +23,7 @@ pub(super) const DESCRIPTION: Description = Description {
         EffectParameter::size("delay_s", "s", [0.0, 0.05], 1e-6).by_ratio(),
         EffectParameter::held("smoothness", "", [0.0, 1.0], 0.0),
     ],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -11,8 +11,6 @@ use crate::ModelError;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Sensor,
-    needs_time: true,
-    differentiable: true,
     summary: "the sensor's zero is off and moves at a constant rate",
     signature: "there at zero input, unrelated to the field and to its square",
     source: "displacement probes; hundreds of nm in minutes",
@@ -21,6 +19,7 @@ pub(super) const DESCRIPTION: Description = Description {
         EffectParameter::size("drift_m_per_s", "m/s", [-1e-4, 1e-4], 2e-9),
         EffectParameter::size("offset_m", "m", [-1e-2, 1e-2], 5e-9),
     ],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

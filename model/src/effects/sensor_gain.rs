@@ -12,12 +12,12 @@ use crate::ModelError;
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Sensor,
     needs_time: false,
-    differentiable: true,
     summary: "the sensor's scale is off by a factor",
     signature: "residual proportional to the displacement, everywhere; the same as another gain of rod or magnetostriction",
     source: "calibration of displacement sensors",
     confused_with: &["parameter_w", "load_change"],
     parameters: &[EffectParameter::size("relative_gain", "", [-0.9, 1.0], 3e-4)],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -18,6 +18,7 @@ pub(super) const DESCRIPTION: Description = Description {
     source: "ranges of capacitive probes, 10-500 μm",
     confused_with: &["amplifier_saturation", "parameter_Ms"],
     parameters: &[EffectParameter::limit("limit_m", "m", [1e-8, 1.0], 1e-4)],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

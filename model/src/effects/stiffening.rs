@@ -11,7 +11,6 @@ use super::description::{Description, EffectParameter, Stage};
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Rod,
     needs_time: false,
-    differentiable: true,
     summary: "the load's spring force has a part in u³",
     signature: "odd harmonics growing with the cube of the displacement; static, without a loop of its own",
     source: "disc springs and flexures (Duffing)",
@@ -22,6 +21,7 @@ pub(super) const DESCRIPTION: Description = Description {
         [-1e7, 1e11],
         1e5,
     )],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

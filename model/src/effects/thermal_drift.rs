@@ -7,13 +7,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{CoilNeed, Description, EffectParameter, Stage};
 use super::warming::{Warming, heating};
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Hysteresis,
-    needs_time: true,
-    differentiable: true,
+    coil: CoilNeed::UnlessTemperatureIsMeasured,
     summary: "the shape `a` grows with the rod's temperature",
     signature: "refitted in windows only `a` moves, and with the integral of the field's square; the loop shears, no offset",
     source: "Langevin's a = kT/(μ0 m): +0.34 % a kelvin at 293 K",
@@ -23,6 +22,7 @@ pub(super) const DESCRIPTION: Description = Description {
         EffectParameter::held("loss_time_s", "s", [0.1, 1e4], 20.0).by_ratio(),
         EffectParameter::held("relative_slope", "", [-5.0, 5.0], 1.0),
     ],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,5 +60,8 @@ mod tests {
         assert_eq!(drift.shape_factor(0.0), 1.0);
         assert!((drift.shape_factor(12.0) - 305.0 / 293.0).abs() < 1e-15);
         assert_eq!(drift.shape_factor(-1e6), 0.1);
+        // The paper's Θ = [6300, 7300] A/m is about 263 K to 305 K.
+        assert!((7012.0 * drift.shape_factor(263.2 - 293.0) - 6300.0).abs() < 2.0);
+        assert!((7012.0 * drift.shape_factor(305.0 - 293.0) - 7300.0).abs() < 2.0);
     }
 }

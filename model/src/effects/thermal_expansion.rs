@@ -7,13 +7,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{CoilNeed, Description, EffectParameter, Stage};
 use super::warming::{Warming, heating};
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Strain,
-    needs_time: true,
-    differentiable: true,
+    coil: CoilNeed::UnlessTemperatureIsMeasured,
     summary: "the rod lengthens with its temperature",
     signature: "one sign, follows the integral of the field's square and not the field; relaxes at rest",
     source: "12 ppm a kelvin of Terfenol-D",
@@ -23,6 +22,7 @@ pub(super) const DESCRIPTION: Description = Description {
         EffectParameter::held("loss_time_s", "s", [0.1, 1e4], 20.0).by_ratio(),
         EffectParameter::held("expansion_per_k", "1/K", [-1e-4, 1e-4], 12e-6),
     ],
+    ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -25,6 +25,19 @@ impl Tridiagonal {
         diagonal[elements - 1] = own + tip;
         Tridiagonal { diagonal, beside }
     }
+
+    pub fn column(&self, index: usize) -> Vec<f64> {
+        let count = self.diagonal.len();
+        let mut column = vec![0.0; count];
+        column[index] = self.diagonal[index];
+        if index > 0 {
+            column[index - 1] = self.beside;
+        }
+        if index + 1 < count {
+            column[index + 1] = self.beside;
+        }
+        column
+    }
 }
 
 /// The rod as assembled elements.
@@ -71,18 +84,9 @@ impl RodElements {
 
     /// Element matrices as dense rows (mass kg, damping N·s/m, stiffness N/m), n×n each, for inspection.
     pub fn matrices(&self) -> [Vec<Vec<f64>>; 3] {
-        [&self.mass, &self.damping, &self.stiffness].map(|matrix| {
-            let count = self.count();
-            let mut rows = vec![vec![0.0; count]; count];
-            for index in 0..count {
-                rows[index][index] = matrix.diagonal[index];
-                if index + 1 < count {
-                    rows[index][index + 1] = matrix.beside;
-                    rows[index + 1][index] = matrix.beside;
-                }
-            }
-            rows
-        })
+        // They are symmetric: columns are rows.
+        [&self.mass, &self.damping, &self.stiffness]
+            .map(|matrix| (0..self.count()).map(|index| matrix.column(index)).collect())
     }
 
     /// Dynamic stiffness at the tip, tip force over tip displacement (N/m), and its derivative, at s (1/s).

@@ -1,9 +1,10 @@
-//! x(t + T) = Φ·x(t) + Γ₀·f(t) + Γ₁·(f(t + T) − f(t)): the linear rod over one tick, exact for an input that varies
-//! linearly within the tick (first-order hold).
+//! x(t + T) = Φ·x(t) + Γ₀·f(t) + Γ₁·(f(t + T) − f(t)) + Γ₂·e: the linear rod over one tick, exact for an input that varies
+//! linearly within the tick (first-order hold), or along a parabola.
 //!
-//! x displacements (m) and velocities (m/s), f acceleration (m/s²) or tip force (N), T tick (s).
-//! Φ, Γ₀, Γ₁ are blocks of one matrix exponential, e^{[A b 0; 0 0 1; 0 0 0]·T}. Any tick is stable: the step-size limit that
-//! the paper's explicit integration of (11) has does not exist here.
+//! x displacements (m) and velocities (m/s), f acceleration (m/s²) or tip force (N), e by how much its mean lies above that
+//! of the straight line, T tick (s).
+//! Φ, Γ₀, Γ₁, Γ₂ are blocks of one matrix exponential, e^{[A b 0 0; 0 0 1 0; 0 0 0 1; 0 0 0 0]·T}. Any tick is stable: the step-size
+//! limit that the paper's explicit integration of (11) has does not exist here.
 
 use super::elements::RodElements;
 use super::exponential::exponential;
@@ -33,25 +34,13 @@ impl TwoPolePropagator {
         require_positive(tick_s, "tick", "s")?;
         two_pole.validate()?;
         // Velocity is counted per tick, so that the entries have comparable size.
-        let (stiffness, damping) = (
-            two_pole.stiffness_per_s2 * tick_s * tick_s,
-            two_pole.damping_per_s * tick_s,
-        );
-        #[rustfmt::skip]
-        let matrix = [
-            0.0, 1.0, 0.0, 0.0, 0.0,
-            -stiffness, -damping, tick_s * tick_s, 0.0, 0.0,
-            0.0, 0.0, 0.0, 1.0, 0.0,
-            0.0, 0.0, 0.0, 0.0, 1.0,
-            0.0, 0.0, 0.0, 0.0, 0.0,
-        ];
-        let e = exponential(&matrix, 5);
-        // A bulge 6 s(1 − s) over the tick has mean 1, starts with slope 6 and has the second derivative −12.
-        let bulge = |row: usize| 6.0 * e[row + 3] - 12.0 * e[row + 4];
+        let stiffness = two_pole.stiffness_per_s2 * tick_s * tick_s;
+        let system = [0.0, 1.0, -stiffness, -(two_pole.damping_per_s * tick_s)];
+        let e = over_one_tick(&system, &[0.0, tick_s * tick_s]);
         Ok(TwoPolePropagator {
             rows: [
-                [e[0], e[1] * tick_s, e[2], e[3], bulge(0)],
-                [e[5] / tick_s, e[6], e[7] / tick_s, e[8] / tick_s, bulge(5) / tick_s],
+                [e[0], e[1] * tick_s, e[2], e[3], e[4]],
+                [e[5] / tick_s, e[6], e[7] / tick_s, e[8] / tick_s, e[9] / tick_s],
             ],
         })
     }
@@ -119,20 +108,17 @@ impl RodMotion {
     }
 }
 
-/// Exact propagation of the finite-element rod over one tick, with its state.
+/// Exact propagation of the finite-element rod over one tick, with its state and the force on its tip.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RodElementsPropagator {
     nodes: usize,
     tick_s: f64,
-    force_per_strain_n: f64,
-    /// Φ by rows, (2n)².
-    transition: Vec<f64>,
-    /// Γ₀ and Γ₁, 2n each.
-    held: Vec<f64>,
-    changing: Vec<f64>,
+    /// As [`over_one_tick`] gives them.
+    rows: Vec<f64>,
     /// Displacements of nodes 1…n (m), then their velocities times the tick (m).
     state: Vec<f64>,
     next: Vec<f64>,
+    force_n: f64,
 }
 
 impl RodElementsPropagator {
@@ -140,82 +126,84 @@ impl RodElementsPropagator {
     pub fn new(elements: &RodElements, tick_s: f64) -> Result<Self, ModelError> {
         require_positive(tick_s, "tick", "s")?;
         let nodes = elements.count();
-        let size = 2 * nodes + 2;
-        let mut matrix = vec![0.0; size * size];
+        let states = 2 * nodes;
+        let mut system = vec![0.0; states * states];
         for node in 0..nodes {
-            matrix[node * size + nodes + node] = 1.0;
+            system[node * states + nodes + node] = 1.0;
         }
-        let mut place = |column: usize, load: Vec<f64>, factor: f64| {
-            for (node, entry) in solve_mass(elements, load).into_iter().enumerate() {
-                matrix[(nodes + node) * size + column] = factor * entry;
-            }
-        };
         for column in 0..nodes {
-            let column_of = |own: &[f64], beside: f64| {
-                let mut load = vec![0.0; nodes];
-                load[column] = own[column];
-                if column > 0 {
-                    load[column - 1] = beside;
+            for (matrix, place, factor) in [
+                (&elements.stiffness, column, -tick_s * tick_s),
+                (&elements.damping, nodes + column, -tick_s),
+            ] {
+                for (node, entry) in solve_mass(elements, matrix.column(column)).into_iter().enumerate() {
+                    system[(nodes + node) * states + place] = factor * entry;
                 }
-                if column + 1 < nodes {
-                    load[column + 1] = beside;
-                }
-                load
-            };
-            let (stiffness, damping) = (&elements.stiffness, &elements.damping);
-            place(
-                column,
-                column_of(&stiffness.diagonal, stiffness.beside),
-                -tick_s * tick_s,
-            );
-            place(nodes + column, column_of(&damping.diagonal, damping.beside), -tick_s);
+            }
         }
         let mut tip = vec![0.0; nodes];
         tip[nodes - 1] = 1.0;
-        place(2 * nodes, tip, tick_s * tick_s);
-        matrix[(size - 2) * size + size - 1] = 1.0;
-        let e = exponential(&matrix, size);
-        let states = 2 * nodes;
-        let column = |index: usize| (0..states).map(|row| e[row * size + index]).collect();
+        let mut input = vec![0.0; nodes];
+        input.extend(
+            solve_mass(elements, tip)
+                .into_iter()
+                .map(|entry| tick_s * tick_s * entry),
+        );
         Ok(RodElementsPropagator {
             nodes,
             tick_s,
-            force_per_strain_n: elements.constants().force_per_strain_n(),
-            transition: (0..states)
-                .flat_map(|row| e[row * size..row * size + states].to_vec())
-                .collect(),
-            held: column(states),
-            changing: column(states + 1),
+            rows: over_one_tick(&system, &input),
             state: vec![0.0; states],
             next: vec![0.0; states],
+            force_n: 0.0,
         })
     }
 
-    /// One tick: free strain (no unit) and tip force (N) each go linearly from the first to the second of their pair.
-    pub fn advance(&mut self, strain: (f64, f64), force_n: (f64, f64)) {
-        let from = self.force_per_strain_n * strain.0 + force_n.0;
-        let change = self.force_per_strain_n * strain.1 + force_n.1 - from;
+    /// Displacement of the tip (m) one tick later. The force on it, EA·λ for a free strain λ and external force together,
+    /// goes to `force_n` on a parabola whose mean lies `mean_excess_n` above that of the straight line.
+    pub fn advance(&mut self, force_n: f64, mean_excess_n: f64) -> f64 {
         let states = self.state.len();
-        for (row, next) in self.next.iter_mut().enumerate() {
-            let mut sum = self.held[row] * from + self.changing[row] * change;
-            let entries = &self.transition[row * states..(row + 1) * states];
-            for (entry, state) in entries.iter().zip(&self.state) {
+        let change = force_n - self.force_n;
+        for (row, next) in self.rows.chunks(states + 3).zip(&mut self.next) {
+            let mut sum = row[states] * self.force_n + row[states + 1] * change + row[states + 2] * mean_excess_n;
+            for (entry, state) in row.iter().zip(&self.state) {
                 sum += entry * state;
             }
             *next = sum;
         }
         std::mem::swap(&mut self.state, &mut self.next);
+        self.force_n = force_n;
+        self.tip().displacement_m
     }
 
-    /// Displacement of the tip, m.
-    pub fn tip_displacement_m(&self) -> f64 {
-        self.state[self.nodes - 1]
+    /// Displacement and velocity of the tip.
+    pub fn tip(&self) -> RodState {
+        RodState {
+            displacement_m: self.state[self.nodes - 1],
+            velocity_m_per_s: self.state[2 * self.nodes - 1] / self.tick_s,
+        }
     }
+}
 
-    /// Velocity of the tip, m/s.
-    pub fn tip_velocity_m_per_s(&self) -> f64 {
-        self.state[2 * self.nodes - 1] / self.tick_s
+/// [Φ Γ₀ Γ₁ Γ₂] by rows for a `system` (by rows) and its input's column, both over one tick.
+fn over_one_tick(system: &[f64], input: &[f64]) -> Vec<f64> {
+    let states = input.len();
+    let size = states + 3;
+    let mut matrix = vec![0.0; size * size];
+    for row in 0..states {
+        matrix[row * size..][..states].copy_from_slice(&system[row * states..][..states]);
+        matrix[row * size + states] = input[row];
     }
+    for row in states..states + 2 {
+        matrix[row * size + row + 1] = 1.0;
+    }
+    let mut rows = exponential(&matrix, size);
+    rows.truncate(states * size);
+    for row in rows.chunks_mut(size) {
+        // A bulge 6 s(1 − s) over the tick has mean 1, starts with slope 6 and has the second derivative −12.
+        row[states + 2] = 6.0 * row[states + 1] - 12.0 * row[states + 2];
+    }
+    rows
 }
 
 /// M⁻¹·load for the tridiagonal mass matrix (Thomas's algorithm; the matrix is diagonally dominant).
