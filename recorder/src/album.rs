@@ -9,10 +9,10 @@ use crate::layout;
 use crate::tokens::TIMELINE;
 use crate::views::{Desk, Span};
 use rerun::blueprint::{ContainerLike, Grid, Tabs, TextDocumentView};
-use rerun::{
-    Color, LineStrips2D, Radius, RecordingStream, RecordingStreamBuilder, Scalars, SeriesLines, TextDocument,
-    TimeColumn,
-};
+use rerun::{RecordingStream, RecordingStreamBuilder};
+use rerun::log::TimeColumn;
+use rerun_types::archetypes::{LineStrips2D, Scalars, SeriesLines, TextDocument};
+use rerun_types::components::{Color, Radius};
 use std::path::Path;
 use std::time::Duration;
 

@@ -4,7 +4,9 @@
 
 use crate::RecorderError;
 use crate::error::Writing as _;
-use rerun::{Color, LineStrips2D, Points2D, Radius, RecordingStream, Transform3D};
+use rerun::{RecordingStream};
+use rerun_types::archetypes::{LineStrips2D, Points2D, Transform3D};
+use rerun_types::components::{Color, Radius};
 
 /// Width and height of the box that every loop is drawn in.
 pub(crate) const BOX: [f64; 2] = [1.15, 1.0];

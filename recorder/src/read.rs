@@ -7,7 +7,7 @@ use crate::tokens::{TICK_ENTITY, TIMELINE, entity, field_names};
 use anhyst_ipc::{Channel, Message};
 use rerun::external::re_log_encoding::rrd::DecoderApp;
 use rerun::log::{Chunk, LogMsg};
-use rerun::{Scalars, SeriesLines, TextLog};
+use rerun_types::archetypes::{Scalars, SeriesLines, TextLog};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::BufReader;

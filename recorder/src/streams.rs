@@ -12,7 +12,10 @@ use crate::run::Level;
 use crate::tokens::{self, TICK_ENTITY, TIMELINE, send_wide};
 use crate::{RecorderError, RecorderSettings, RunInfo};
 use anhyst_ipc::{CoilField, Demand, Estimate, FieldCommand, Measurement, SafeField, Truth};
-use rerun::{Color, RecordingStream, RecordingStreamBuilder, Scalars, SeriesLines, TextLog, TimeColumn};
+use rerun::{RecordingStream, RecordingStreamBuilder};
+use rerun::log::TimeColumn;
+use rerun_types::archetypes::{Scalars, SeriesLines, TextLog};
+use rerun_types::components::{Color};
 
 /// The application's name: recordings and layouts of the same name belong together.
 pub(crate) const APPLICATION: &str = "anhyst";
@@ -105,13 +108,13 @@ impl Stream {
         }
         let notes = format!("# {}\n\n{}", run.name, run.notes);
         stream
-            .log_static("notes", &rerun::TextDocument::from_markdown(notes))
+            .log_static("notes", &rerun_types::archetypes::TextDocument::from_markdown(notes))
             .writing("the notes")?;
         for (channel, idle) in LANES {
             let flags = FLAGS.iter().filter(|flag| flag.channel == channel);
             let states = std::iter::once((idle, None)).chain(flags.map(|flag| (flag.state, Some(flag.level))));
             let (values, colors): (Vec<_>, Vec<_>) = states.map(|(state, level)| (state, state_color(level))).unzip();
-            let looks = rerun::StateConfiguration::new().with_values(values).with_colors(colors);
+            let looks = rerun_types::archetypes::StateConfiguration::new().with_values(values).with_colors(colors);
             stream
                 .log_static(lane_entity(channel), &looks)
                 .writing("the looks of the states")?;
@@ -202,7 +205,7 @@ impl Stream {
             if of_lane().next().is_none() {
                 continue;
             }
-            let columns = rerun::StateChange::new()
+            let columns = rerun_types::archetypes::StateChange::new()
                 .with_state(of_lane().map(|change| change.state))
                 .columns_of_unit_batches()
                 .writing("states")?;

@@ -3,7 +3,9 @@
 use crate::RecorderError;
 use crate::error::Writing as _;
 use anhyst_ipc::{Channel, Message};
-use rerun::{RecordingStream, Scalars, SeriesLines, TimeColumn};
+use rerun::{RecordingStream};
+use rerun::log::TimeColumn;
+use rerun_types::archetypes::{Scalars, SeriesLines};
 
 /// The recording's timeline: simulated time since tick 0.
 pub(crate) const TIMELINE: &str = "sim_time";

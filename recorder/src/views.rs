@@ -12,8 +12,8 @@ use rerun::blueprint::{
     BarChartView, ContainerLike, Horizontal, Spatial2DView, StateTimelineView, Tabs, TextDocumentView, TextLogView,
     TimeSeriesView, Vertical,
 };
-use rerun::datatypes::{Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange};
-use rerun::external::re_sdk_types::blueprint::archetypes::{
+use rerun_types::datatypes::{Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange};
+use rerun_types::blueprint::archetypes::{
     PlotLegend, ScalarAxis, TextLogColumns, TimeAxis, VisibleTimeRanges, VisualBounds2D,
 };
 use rerun::{AsComponents, SerializedComponentBatch};
