@@ -78,7 +78,7 @@ fn record(figures: &[Figure], path: &Path) -> Result<(), RunError> {
             let cells = [&finding.what, &finding.paper, &finding.found, &finding.as_printed];
             notes += &format!("| {} |\n", cells.map(|cell| cell.replace('|', "/")).join(" | "));
         }
-        crate::album::album_page(&format!("Fig. {}", figure.number), &notes, &figure.panels)
+        anhyst_report::album::album_page(&format!("Fig. {}", figure.number), &notes, &figure.panels)
     };
     let album = anhyst_recorder::Album {
         name: "Nealis and Smith".into(),
