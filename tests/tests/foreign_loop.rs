@@ -101,11 +101,11 @@ fn cut(hidden: Hidden, settings: &[&str]) -> Cut {
         of_field: Noise::new(2),
     };
     let mut connections = Connections::new(NodeId::LOOP_ORDER, Vec::new(), None);
-    let mut stages: Vec<Box<dyn Stage>> = vec![Box::new(Node::open(witness, &mut connections, ticks, None).unwrap())];
+    let mut stages: Vec<Box<dyn Stage>> = vec![Box::new(Node::open(witness, &mut connections, ticks).unwrap())];
     for node in [NodeId::Estimator, NodeId::Controller, NodeId::Inverse, NodeId::Guard] {
         stages.push(assemble::stage(node, &scenario, &mut connections).unwrap());
     }
-    let amplifier = Node::open(IdealAmplifier::default(), &mut connections, ticks, None).unwrap();
+    let amplifier = Node::open(IdealAmplifier::default(), &mut connections, ticks).unwrap();
     stages.push(Box::new(amplifier));
     let (mut square, mut max_m, mut of_shape, mut judged) = (0.0, 0.0_f64, 0.0, 0);
     for tick in 0..ticks {
