@@ -7,7 +7,7 @@
 //! leave out 2e-18. No exponential is evaluated and nothing cancels near x = 0.
 //! Source: the paper's (1) and (2); the coefficients come from a Remez fit of L(x)/x and tanh(x)/x.
 
-use crate::lanes::{Number, Single};
+use crate::number::lanes::{Number, Single};
 
 /// One curve at one x: the argument as used, numerator, denominator, and B (see the file's head).
 #[derive(Clone, Copy)]

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use super::description::{Description, EffectParameter, Stage};
 use crate::curve::{Curve, IsingEverywhere, LangevinByRange};
-use crate::hysteresis::advance::{COARSE, MOST_SUBSTEPS, mean_of_cubic, stride};
-use crate::hysteresis::stepping::Coefficients;
+use crate::law::domain_wall::coefficients::Coefficients;
+use crate::law::domain_wall::phases::{COARSE, MOST_SUBSTEPS, mean_of_cubic, stride};
 use crate::{Anhysteretic, Hysteresis, MagneticState, ModelError};
 
 pub(super) const DESCRIPTION: Description = Description {

@@ -5,11 +5,11 @@
 //! So a reversal costs no integration until H*, and no step of the integration straddles the kink;
 //! δ̂ cannot switch again before the next reversal. From (3) and (5) of the paper.
 
-use super::stepping::Coefficients;
+use super::coefficients::Coefficients;
 use super::{Hysteresis, MagneticState};
 use crate::Anhysteretic;
 use crate::curve::{Curve, Fraction, IsingEverywhere, LangevinByRange};
-use crate::lanes::Single;
+use crate::number::lanes::Single;
 
 /// More substeps than this are not taken in one call; the rest of the way, far in saturation, follows Man.
 pub(crate) const MOST_SUBSTEPS: u32 = 100_000;

@@ -5,11 +5,11 @@
 //! After a reversal Mirr and the switch field H* of every member are stored; they stay valid until the next reversal.
 
 use crate::Anhysteretic;
-use crate::bank::Bank;
 use crate::curve::{Curve, IsingEverywhere, LangevinEverywhere, LangevinToEight};
-use crate::hysteresis::advance::{MOST_SUBSTEPS, stride};
-use crate::hysteresis::stepping::Coefficients;
-use crate::lanes::{Lanes, Number};
+use crate::law::domain_wall::bank::Bank;
+use crate::law::domain_wall::coefficients::Coefficients;
+use crate::law::domain_wall::phases::{MOST_SUBSTEPS, stride};
+use crate::number::lanes::{Lanes, Number};
 
 /// Members per vector.
 pub(crate) const WIDTH: usize = 16;

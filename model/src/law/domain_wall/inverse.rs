@@ -5,8 +5,8 @@
 //! `advance(state, field)` returns the demanded magnetization to about 1e-15 Ms and the very same bits as the result here.
 //! The inverse has no memory of its own: an open-loop memory drifts away from the plant.
 
-use super::advance::{MOST_SUBSTEPS, stride};
-use super::stepping::Coefficients;
+use super::coefficients::Coefficients;
+use super::phases::{MOST_SUBSTEPS, stride};
 use super::{Hysteresis, MagneticState};
 use crate::Anhysteretic;
 use crate::curve::{Curve, IsingEverywhere, LangevinByRange};

@@ -10,14 +10,14 @@
 //! nothing. M in A/m; ∂M/∂Ms no unit, ∂M/∂a and ∂M/∂k no unit, ∂M/∂α and ∂M/∂c A/m. The field H(t) does not depend on
 //! θ.
 
-use super::advance::Bending;
+use super::coefficients::Coefficients;
 use super::parameter::HysteresisParameter;
-use super::stepping::Coefficients;
+use super::phases::Bending;
 use super::{Hysteresis, MagneticState};
 use crate::Anhysteretic;
 use crate::curve::{Curve, Fraction, IsingEverywhere, LangevinByRange};
-use crate::dual::{Chained, Dual};
-use crate::lanes::{Number, Single};
+use crate::number::dual::{Chained, Dual};
+use crate::number::lanes::{Number, Single};
 use serde::{Deserialize, Serialize};
 
 const COUNT: usize = HysteresisParameter::COUNT;

@@ -10,7 +10,7 @@ use nalgebra::SVector;
 use num_dual::{Derivative, DualSVec64};
 
 use crate::curve::{Curve, Fraction};
-use crate::lanes::{Number, Single};
+use crate::number::lanes::{Number, Single};
 
 /// A value and its derivatives by `SIZE` quantities.
 #[derive(Clone, Copy, Debug)]

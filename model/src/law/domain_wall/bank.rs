@@ -7,8 +7,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::bank_step::{self, Instructions, WIDTH};
 use crate::error::require_positive;
+use crate::law::domain_wall::bank_step::{self, Instructions, WIDTH};
 use crate::{Hysteresis, ModelError};
 
 /// A bank of hysteresis models; starts demagnetised at zero field.

@@ -7,18 +7,20 @@
 //! Source: the paper's (1)-(7). The denominator's sign is minus: it follows from (5) with He = H + αM;
 //! the printed plus is kept in [`Hysteresis::slope_as_printed`] for comparison only.
 
-pub(crate) mod advance;
-mod inversion;
+pub mod bank;
+pub(crate) mod bank_step;
+pub(crate) mod coefficients;
+mod inverse;
 mod parameter;
+pub(crate) mod phases;
 mod printed;
 mod sensitivity;
-pub(crate) mod stepping;
 mod validity;
 
 use serde::{Deserialize, Serialize};
 
 use crate::Anhysteretic;
-pub use inversion::Inversion;
+pub use inverse::Inversion;
 pub use parameter::HysteresisParameter;
 pub use sensitivity::SensitiveState;
 

@@ -6,8 +6,8 @@
 //! Generic over [`Number`], so a single model and a bank run the same equations.
 
 use crate::curve::{Curve, Fraction};
-use crate::hysteresis::Hysteresis;
-use crate::lanes::Number;
+use crate::law::domain_wall::Hysteresis;
+use crate::number::lanes::Number;
 
 /// The parameters as the slope uses them; `pinning` carries the direction's sign.
 #[derive(Clone, Copy)]

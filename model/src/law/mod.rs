@@ -1,0 +1,3 @@
+//! Hysteresis laws, one a folder.
+
+pub(crate) mod domain_wall;
