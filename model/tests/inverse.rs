@@ -14,13 +14,11 @@ fn materials() -> impl Strategy<Value = Hysteresis> {
     (
         reference,
         prop_oneof![Just(None), Just(Some(0.0)), Just(Some(1e-6)), (0.0..0.9).prop_map(Some)],
+        common::cubic_shares(),
     )
-        .prop_map(|(material, reversibility)| match reversibility {
-            Some(reversibility) => Hysteresis {
-                reversibility,
-                ..material
-            },
-            None => material,
+        .prop_map(|(material, reversibility, cubic)| Hysteresis {
+            reversibility: reversibility.unwrap_or(material.reversibility),
+            ..common::with_cubic(material, cubic)
         })
         .prop_filter("valid", |material| material.validate().is_ok())
 }

@@ -1,64 +1,8 @@
-//! Numbers that the stepping equations are written in: one `f64`, or `WIDTH` of them side by side.
-//!
-//! The equations exist once and are generic over [`Number`]; a single model uses `f64`, a bank uses
-//! [`Lanes`], sensitivities use dual numbers (`dual.rs`). Every operation is an IEEE basic operation in a fixed order,
-//! and no fused multiply-add is used, so scalar, AVX2 and AVX-512 code give the same bits.
+//! `WIDTH` numbers side by side, worked on together; selects stand in place of branches.
 
 use std::ops::{Add, Div, Mul, Sub};
 
-pub(crate) trait Number:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
-{
-    fn splat(value: f64) -> Self;
-    fn abs(self) -> Self;
-    /// The larger of the two where they compare, else `other`.
-    fn max(self, other: Self) -> Self;
-    /// The smaller of the two where they compare, else `other`.
-    fn min(self, other: Self) -> Self;
-    /// `yes` where `self > limit`, else `no`.
-    fn where_greater(self, limit: Self, yes: Self, no: Self) -> Self;
-    /// Inverse hyperbolic tangent.
-    fn atanh(self) -> Self;
-}
-
-/// A [`Number`] that is one number, so that it can steer a computation.
-pub(crate) trait Single: Number {
-    fn value(self) -> f64;
-}
-
-impl Single for f64 {
-    #[inline(always)]
-    fn value(self) -> f64 {
-        self
-    }
-}
-
-impl Number for f64 {
-    #[inline(always)]
-    fn splat(value: f64) -> Self {
-        value
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        f64::abs(self)
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        if self > other { self } else { other }
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        if self < other { self } else { other }
-    }
-    #[inline(always)]
-    fn where_greater(self, limit: Self, yes: Self, no: Self) -> Self {
-        if self > limit { yes } else { no }
-    }
-    #[inline(always)]
-    fn atanh(self) -> Self {
-        libm::atanh(self)
-    }
-}
+use super::Number;
 
 /// `WIDTH` numbers that are always worked on together.
 #[derive(Clone, Copy, Debug)]
@@ -85,23 +29,6 @@ impl<const WIDTH: usize> Lanes<WIDTH> {
             *lane = operation(*lane, with);
         }
         Lanes(lanes)
-    }
-
-    /// Largest lane: halves compared side by side, so that it takes few dependent operations.
-    #[inline(always)]
-    pub fn largest(self) -> f64 {
-        let mut lanes = self.0;
-        let mut half = WIDTH / 2;
-        while half > 0 {
-            let mut lane = 0;
-            while lane < half {
-                let (one, other) = (lanes[lane], lanes[lane + half]);
-                lanes[lane] = if one > other { one } else { other };
-                lane += 1;
-            }
-            half /= 2;
-        }
-        lanes[0]
     }
 }
 
@@ -151,7 +78,32 @@ impl<const WIDTH: usize> Number for Lanes<WIDTH> {
         Lanes(lanes)
     }
     #[inline(always)]
+    fn where_within(self, low: Self, high: Self, other: Self) -> Self {
+        let mut lanes = [0.0; WIDTH];
+        for (index, lane) in lanes.iter_mut().enumerate() {
+            let within = (self.0[index] >= low.0[index]) & (self.0[index] <= high.0[index]);
+            *lane = if within { self.0[index] } else { other.0[index] };
+        }
+        Lanes(lanes)
+    }
+    #[inline(always)]
     fn atanh(self) -> Self {
         Lanes(self.0.map(libm::atanh))
+    }
+    /// Halves compared side by side, so that it takes few dependent operations.
+    #[inline(always)]
+    fn largest(self) -> f64 {
+        let mut lanes = self.0;
+        let mut half = WIDTH / 2;
+        while half > 0 {
+            let mut lane = 0;
+            while lane < half {
+                let (one, other) = (lanes[lane], lanes[lane + half]);
+                lanes[lane] = if one > other { one } else { other };
+                lane += 1;
+            }
+            half /= 2;
+        }
+        lanes[0]
     }
 }

@@ -1,15 +1,19 @@
-//! One field step of a bank, in lanes: `hysteresis/advance.rs` with selects in place of branches.
+//! One field step of a bank: `phases.rs` in lanes, with selects in place of branches.
 //!
 //! One body, compiled for AVX-512, for AVX2 and for the plain target. None of them fuses a multiply with an add,
 //! and every lane does the same operations in the same order, so all three give identical bits.
 //! After a reversal Mirr and the switch field H* of every member are stored; they stay valid until the next reversal.
 
+use std::marker::PhantomData;
+
+use super::Hysteresis;
+use super::bank::Bank;
+use super::coefficients::Coefficients;
+use super::phases::{self, Branch, Goal, Point, Reversible};
 use crate::Anhysteretic;
-use crate::curve::{Curve, IsingEverywhere, LangevinEverywhere, LangevinToEight};
-use crate::law::domain_wall::bank::Bank;
-use crate::law::domain_wall::coefficients::Coefficients;
-use crate::law::domain_wall::phases::{MOST_SUBSTEPS, stride};
-use crate::number::lanes::{Lanes, Number};
+use crate::curve::{Curve, Fraction, IsingEverywhere, LangevinEverywhere, LangevinToEight};
+use crate::number::Number;
+use crate::number::lanes::Lanes;
 
 /// Members per vector.
 pub(crate) const WIDTH: usize = 16;
@@ -76,93 +80,104 @@ pub(crate) fn advance(bank: &mut Bank, field_to: f64, instructions: Instructions
     let farthest =
         from.abs().max(field_to.abs()) + (bank.base.coupling * bank.base.saturation_magnetization_a_per_m).abs();
     let argument = farthest / bank.smallest_shape;
-    match bank.base.anhysteretic {
-        Anhysteretic::Langevin if argument <= 8.0 => dispatch::<LangevinToEight>(bank, step, instructions),
-        Anhysteretic::Langevin => dispatch::<LangevinEverywhere>(bank, step, instructions),
-        Anhysteretic::Ising => dispatch::<IsingEverywhere>(bank, step, instructions),
+    match (bank.base.anhysteretic, bank.base.cubic_coupling_m2_per_a2 != 0.0) {
+        (Anhysteretic::Langevin, false) if argument <= 8.0 => {
+            dispatch::<LangevinToEight, false>(bank, step, instructions);
+        }
+        (Anhysteretic::Langevin, false) => dispatch::<LangevinEverywhere, false>(bank, step, instructions),
+        (Anhysteretic::Langevin, true) => dispatch::<LangevinEverywhere, true>(bank, step, instructions),
+        (Anhysteretic::Ising, false) => dispatch::<IsingEverywhere, false>(bank, step, instructions),
+        (Anhysteretic::Ising, true) => dispatch::<IsingEverywhere, true>(bank, step, instructions),
     }
     bank.field = field_to;
     bank.direction = direction;
 }
 
-fn dispatch<C: Curve<Vector>>(bank: &mut Bank, step: FieldStep, instructions: Instructions) {
+fn dispatch<C: Curve<Vector>, const CUBIC: bool>(bank: &mut Bank, step: FieldStep, instructions: Instructions) {
     match instructions {
-        Instructions::Plain => run::<C>(bank, step),
+        Instructions::Plain => run::<C, CUBIC>(bank, step),
         // SAFETY: `Instructions::available` names a variant only where the processor has it.
         #[cfg(target_arch = "x86_64")]
-        Instructions::Avx2 => unsafe { run_avx2::<C>(bank, step) },
+        Instructions::Avx2 => unsafe { run_avx2::<C, CUBIC>(bank, step) },
         // SAFETY: as above.
         #[cfg(target_arch = "x86_64")]
-        Instructions::Avx512 => unsafe { run_avx512::<C>(bank, step) },
+        Instructions::Avx512 => unsafe { run_avx512::<C, CUBIC>(bank, step) },
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn run_avx2<C: Curve<Vector>>(bank: &mut Bank, step: FieldStep) {
-    run::<C>(bank, step);
+fn run_avx2<C: Curve<Vector>, const CUBIC: bool>(bank: &mut Bank, step: FieldStep) {
+    run::<C, CUBIC>(bank, step);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f")]
-fn run_avx512<C: Curve<Vector>>(bank: &mut Bank, step: FieldStep) {
-    run::<C>(bank, step);
+fn run_avx512<C: Curve<Vector>, const CUBIC: bool>(bank: &mut Bank, step: FieldStep) {
+    run::<C, CUBIC>(bank, step);
 }
 
 #[inline(always)]
-fn run<C: Curve<Vector>>(bank: &mut Bank, step: FieldStep) {
+fn run<C: Curve<Vector>, const CUBIC: bool>(bank: &mut Bank, step: FieldStep) {
     let base = bank.base;
     let lanes = &mut bank.lanes;
-    let gain = Vector::splat(base.reversibility * base.saturation_magnetization_a_per_m);
     let mut index = 0;
     while index < lanes.shape.len() {
+        let shape = Vector::load(&lanes.shape[index..]);
         let inverse_shape = Vector::load(&lanes.inverse_shape[index..]);
-        let coefficients = Coefficients {
-            saturation: Vector::splat(base.saturation_magnetization_a_per_m),
-            inverse_shape,
-            coupling: Vector::splat(base.coupling),
-            coupling_hat: Vector::splat(base.coupling / (1.0 - base.reversibility)),
-            pinning: Vector::splat(base.pinning_a_per_m * step.direction),
-            reversible_gain: gain * inverse_shape,
-        };
+        let coefficients = Coefficients::<Vector, C, CUBIC>::of_members(&base, shape, inverse_shape, step.direction);
         let magnetization = Vector::load(&lanes.magnetization[index..]);
         if step.reversed {
-            let shape = Vector::load(&lanes.shape[index..]);
-            let (irreversible, switch_field) =
-                after_reversal::<C>(&coefficients, base.reversibility, shape, magnetization, step);
+            let (irreversible, switch_field) = after_reversal(&coefficients, magnetization, step);
             irreversible.store(&mut lanes.irreversible[index..]);
             switch_field.store(&mut lanes.switch_field[index..]);
         }
-        let irreversible = Vector::load(&lanes.irreversible[index..]);
-        let switch_field = Vector::load(&lanes.switch_field[index..]);
-        let result = step_vector::<C>(
-            &coefficients,
-            base.reversibility,
-            magnetization,
-            irreversible,
-            switch_field,
+        let members = Members {
+            coefficients: &coefficients,
             step,
-        );
-        result.store(&mut lanes.magnetization[index..]);
+            magnetization,
+            irreversible: Vector::load(&lanes.irreversible[index..]),
+            switch_field: Vector::load(&lanes.switch_field[index..]),
+        };
+        let (end, _) = phases::advance(&coefficients, &members, [step.from, step.to], step.longest);
+        end.store(&mut lanes.magnetization[index..]);
         index += WIDTH;
+    }
+}
+
+impl<C: Curve<Vector>, const CUBIC: bool> Coefficients<Vector, C, CUBIC> {
+    /// Of members that differ in their shape only; what they share is worked out once.
+    #[inline(always)]
+    fn of_members(base: &Hysteresis, shape: Vector, inverse_shape: Vector, direction: f64) -> Self {
+        let c = base.reversibility;
+        Coefficients {
+            saturation: Vector::splat(base.saturation_magnetization_a_per_m),
+            shape,
+            inverse_shape,
+            coupling: Vector::splat(base.coupling),
+            coupling_hat: Vector::splat(base.coupling / (1.0 - c)),
+            triple_cubic: Vector::splat(3.0 * base.cubic_coupling_m2_per_a2),
+            pinning: Vector::splat(base.pinning_a_per_m * direction),
+            reversibility: Vector::splat(c),
+            rest: Vector::splat(1.0 - c),
+            reversible_gain: Vector::splat(c * base.saturation_magnetization_a_per_m) * inverse_shape,
+            curve: PhantomData,
+        }
     }
 }
 
 /// Mirr, and H* where δ̂ is 0 or else the present field.
 #[inline(always)]
-fn after_reversal<C: Curve<Vector>>(
-    coefficients: &Coefficients<Vector>,
-    reversibility: f64,
-    shape: Vector,
+fn after_reversal<C: Curve<Vector>, const CUBIC: bool>(
+    coefficients: &Coefficients<Vector, C, CUBIC>,
     magnetization: Vector,
     step: FieldStep,
 ) -> (Vector, Vector) {
     let field = Vector::splat(step.from);
-    let fraction = coefficients.curve::<C>(field, magnetization);
-    let man = coefficients.saturation * (fraction.x * fraction.numerator) / fraction.denominator;
-    let irreversible = (magnetization - Vector::splat(reversibility) * man) / Vector::splat(1.0 - reversibility);
-    let switch_field =
-        shape * C::inverse(irreversible / coefficients.saturation) - coefficients.coupling * irreversible;
+    let fraction = coefficients.curve(field, magnetization);
+    let irreversible = coefficients.irreversible(&fraction, magnetization);
+    let argument = C::inverse(irreversible / coefficients.saturation);
+    let switch_field = coefficients.switch_field(argument, irreversible);
     let ahead = coefficients.lag(&fraction, magnetization) * Vector::splat(step.direction);
     (
         irreversible,
@@ -170,99 +185,85 @@ fn after_reversal<C: Curve<Vector>>(
     )
 }
 
-#[inline(always)]
-fn step_vector<C: Curve<Vector>>(
-    coefficients: &Coefficients<Vector>,
-    reversibility: f64,
+/// Members on their way, with what is stored of their frozen parts.
+struct Members<'a, C, const CUBIC: bool> {
+    coefficients: &'a Coefficients<Vector, C, CUBIC>,
+    step: FieldStep,
     magnetization: Vector,
     irreversible: Vector,
     switch_field: Vector,
-    step: FieldStep,
-) -> Vector {
-    let zero = Vector::splat(0.0);
-    let (from, to) = (Vector::splat(step.from), Vector::splat(step.to));
-    let direction = Vector::splat(step.direction);
-    // Positive: the lane starts, or ends, before its switch.
-    let starts_before = (switch_field - from) * direction;
-    let ends_before = (switch_field - to) * direction;
-    let mut result = magnetization;
-    if (zero - ends_before).largest() > 0.0 {
-        let field = starts_before.where_greater(zero, switch_field, from);
-        let start = starts_before.where_greater(zero, irreversible, magnetization);
-        result = integrate::<C>(coefficients, field, start, step);
-    }
-    if ends_before.largest() >= 0.0 {
-        let bent = bend::<C>(coefficients, reversibility, magnetization, irreversible, to);
-        result = zero.where_greater(ends_before, result, bent);
-    }
-    result
 }
 
-/// δ̂ = 1 from each lane's start to the common end: all lanes cover equal parts of their own way.
-#[inline(always)]
-fn integrate<C: Curve<Vector>>(
-    coefficients: &Coefficients<Vector>,
-    start: Vector,
-    magnetization: Vector,
-    step: FieldStep,
-) -> Vector {
-    let to = Vector::splat(step.to);
-    let way = to - start;
-    let longest_way = way.abs().largest().min((step.to - step.from).abs());
-    let coupling = coefficients.coupling.0[0];
-    let (mut field, mut magnetization, mut left) = (start, magnetization, longest_way);
-    for _ in 0..MOST_SUBSTEPS {
-        let first = coefficients.slope::<C>(field, magnetization);
-        let steepest = if coupling > 0.0 { first.largest() } else { 0.0 };
-        let stride = stride(step.longest, coupling, steepest);
-        let last = left <= stride;
-        let part = if last {
-            to - field
-        } else {
-            way * Vector::splat(stride / longest_way)
+impl<C: Curve<Vector>, const CUBIC: bool> Members<'_, C, CUBIC> {
+    /// By how much the switch lies ahead of a field.
+    #[inline(always)]
+    fn ahead_of(&self, field: f64) -> Vector {
+        (self.switch_field - Vector::splat(field)) * Vector::splat(self.step.direction)
+    }
+}
+
+impl<C: Curve<Vector>, const CUBIC: bool> Branch<Vector> for Members<'_, C, CUBIC> {
+    #[inline(always)]
+    fn reversible(&self) -> Option<Reversible<Vector>> {
+        let before_switch = self.ahead_of(self.step.to);
+        if before_switch.largest() < 0.0 {
+            return None;
+        }
+        let coefficients = self.coefficients;
+        let to = Vector::splat(self.step.to);
+        let spread = coefficients.reversibility * coefficients.saturation;
+        let bent = |fraction: &Fraction<Vector>| spread * (fraction.x * fraction.numerator) * fraction.denominator;
+        let solution = coefficients.solve_reversible(to, self.irreversible, self.magnetization, bent);
+        Some(Reversible {
+            magnetization: solution.magnetization,
+            // A bank's mean is not asked for.
+            mean: solution.magnetization,
+            before_switch,
+        })
+    }
+
+    #[inline(always)]
+    fn start(&self) -> (Point<Vector>, Vector) {
+        let zero = Vector::splat(0.0);
+        let ahead = self.ahead_of(self.step.from);
+        let field = ahead.where_greater(zero, self.switch_field, Vector::splat(self.step.from));
+        let magnetization = ahead.where_greater(zero, self.irreversible, self.magnetization);
+        let start = Point {
+            field,
+            magnetization,
+            slope: self.coefficients.slope(field, magnetization),
         };
-        // One call in the loop's body: inlined twice, it would double the time that this file takes to compile.
-        magnetization = coefficients.step_from::<C>(field, magnetization, part, first);
-        if last {
-            return magnetization;
-        }
-        field = field + part;
-        left -= stride;
+        (start, zero)
     }
-    let fraction = coefficients.curve::<C>(to, magnetization);
-    coefficients.saturation * (fraction.x * fraction.numerator) / fraction.denominator
+
+    #[inline(always)]
+    fn goal(&self, field: Vector) -> impl Goal<Vector> {
+        let way = Vector::splat(self.step.to) - field;
+        let longest_way = way.abs().largest().min((self.step.to - self.step.from).abs());
+        EqualParts {
+            way,
+            longest_way,
+            left: longest_way,
+        }
+    }
 }
 
-/// M = (1 − c)·Mirr + c·Man(H + αM) by Newton, kept within ±c·Ms of the frozen part.
-#[inline(always)]
-fn bend<C: Curve<Vector>>(
-    coefficients: &Coefficients<Vector>,
-    reversibility: f64,
-    start: Vector,
-    irreversible: Vector,
-    field: Vector,
-) -> Vector {
-    let c = Vector::splat(reversibility);
-    let frozen = Vector::splat(1.0 - reversibility) * irreversible;
-    let spread = c * coefficients.saturation;
-    let mut magnetization = start;
-    for _ in 0..12 {
-        let fraction = coefficients.curve::<C>(field, magnetization);
-        let q = fraction.denominator;
-        let q_squared = q * q;
-        let excess = (magnetization - frozen) * q_squared - spread * (fraction.x * fraction.numerator) * q;
-        let steepness = q_squared - coefficients.coupling * coefficients.reversible_gain * fraction.derivative;
-        let next = (magnetization - excess / steepness)
-            .min(frozen + spread)
-            .max(frozen - spread);
-        let moved = (next - magnetization).abs() - Vector::splat(1e-9) * spread;
-        magnetization = next;
-        // Quadratic convergence: after a move below 1e-9 the next is below rounding.
-        if moved.largest() <= 0.0 {
-            break;
+/// All lanes cover equal parts of their own way, so that they end together.
+struct EqualParts {
+    way: Vector,
+    longest_way: f64,
+    left: f64,
+}
+
+impl Goal<Vector> for EqualParts {
+    #[inline(always)]
+    fn substep(&mut self, rest: Vector, longest: f64) -> (Vector, bool) {
+        if self.left <= longest {
+            return (rest, true);
         }
+        self.left -= longest;
+        (self.way * Vector::splat(longest / self.longest_way), false)
     }
-    magnetization
 }
 
 #[cfg(test)]
