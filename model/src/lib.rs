@@ -34,6 +34,7 @@ pub use effects::warming::Warming;
 pub use effects::{Effect, EffectKind, EffectParameter, ParameterRole, Stage};
 pub use error::ModelError;
 pub use excitation::DriveSignal;
+pub use law::HysteresisLaw;
 pub use law::domain_wall::{Bank, Hysteresis, HysteresisParameter, Inversion, MagneticState, SensitiveState};
 pub use magnetostriction::Magnetostriction;
 pub use material::Material;

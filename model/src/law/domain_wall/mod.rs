@@ -21,8 +21,9 @@ mod validity;
 
 use serde::{Deserialize, Serialize};
 
-use crate::Anhysteretic;
 use crate::curve::{IsingEverywhere, Kernel, LangevinByRange};
+use crate::law::HysteresisLaw;
+use crate::{Anhysteretic, ModelError};
 pub use bank::Bank;
 pub use inverse::Inversion;
 pub use parameter::HysteresisParameter;
@@ -248,5 +249,45 @@ impl Hysteresis {
         } else {
             coefficients.slope_from(&fraction, magnetization)
         }
+    }
+}
+
+impl HysteresisLaw for Hysteresis {
+    type State = MagneticState;
+    type Parameter = HysteresisParameter;
+    const PARAMETERS: &'static [HysteresisParameter] = &HysteresisParameter::ALL;
+
+    fn value(&self, parameter: HysteresisParameter) -> f64 {
+        parameter.of(self)
+    }
+
+    fn with_value(self, parameter: HysteresisParameter, value: f64) -> Self {
+        parameter.with(self, value)
+    }
+
+    fn validate(&self) -> Result<(), ModelError> {
+        self.validate()
+    }
+
+    fn input(state: &MagneticState) -> f64 {
+        state.field_a_per_m
+    }
+
+    fn output(&self, state: &MagneticState) -> f64 {
+        state.magnetization_a_per_m
+    }
+
+    fn advance(&self, state: &mut MagneticState, field_to: f64) {
+        *state = self.advance(*state, field_to);
+    }
+
+    fn slope(&self, state: &MagneticState, rising: bool) -> f64 {
+        self.slope(*state, rising)
+    }
+
+    fn advance_to_output(&self, state: &mut MagneticState, magnetization_to: f64, field_limit: f64) -> bool {
+        let inversion = self.advance_to_magnetization(*state, magnetization_to, field_limit);
+        *state = inversion.state;
+        !inversion.limited
     }
 }
