@@ -61,6 +61,7 @@ fn a_known_effect_leaves_no_gap() {
         effect(EffectKind::AmplifierBandwidth, &[1e-4]),
         effect(EffectKind::LoopDelay, &[2.5e-4]),
         effect(EffectKind::BiasShift, &[500.0]),
+        effect(EffectKind::Prestress, &[5e-14]),
         effect(EffectKind::AfterEffect, &[0.0325, 0.03, 3.0]),
         effect(EffectKind::QuadraticMagnetostriction, &[0.1]),
         effect(EffectKind::ThermalExpansion, &[0.5, 20.0, 12e-6]),

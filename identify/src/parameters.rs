@@ -219,6 +219,7 @@ impl Coordinates {
             pinning_a_per_m: held_or(Parameter::Pinning, Axis::Pinning)?,
             coupling,
             reversibility: held_or(Parameter::Reversibility, Axis::Reversibility)?,
+            cubic_coupling_m2_per_a2: 0.0,
         };
         hysteresis.validate().is_ok().then_some(hysteresis)
     }

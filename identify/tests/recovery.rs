@@ -133,6 +133,7 @@ fn faulty_sweep() -> (Hysteresis, f64, MeasuredLoops) {
         pinning_a_per_m: 4861.0,
         coupling: 0.00925,
         reversibility: 0.203,
+        cubic_coupling_m2_per_a2: 0.0,
     };
     let gamma = 3.617e-15;
     let samples = 1140;

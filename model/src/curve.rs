@@ -7,7 +7,8 @@
 //! leave out 2e-18. No exponential is evaluated and nothing cancels near x = 0.
 //! Source: the paper's (1) and (2); the coefficients come from a Remez fit of L(x)/x and tanh(x)/x.
 
-use crate::lanes::{Number, Single};
+use crate::number::dual::Dual;
+use crate::number::{Number, Single};
 
 /// One curve at one x: the argument as used, numerator, denominator, and B (see the file's head).
 #[derive(Clone, Copy)]
@@ -18,6 +19,19 @@ pub(crate) struct Fraction<N> {
     pub derivative: N,
 }
 
+impl<N: Single> Fraction<N> {
+    /// The same without what it carries.
+    #[inline(always)]
+    pub fn values(&self) -> Fraction<f64> {
+        Fraction {
+            x: self.x.value(),
+            numerator: self.numerator.value(),
+            denominator: self.denominator.value(),
+            derivative: self.derivative.value(),
+        }
+    }
+}
+
 /// A rational kernel of an anhysteretic curve.
 pub(crate) trait Curve<N: Number> {
     fn fraction(x: N) -> Fraction<N>;
@@ -25,8 +39,12 @@ pub(crate) trait Curve<N: Number> {
     fn inverse(y: N) -> N;
 }
 
+/// A kernel for one number, with or without derivatives.
+pub(crate) trait Kernel: Curve<f64> + Curve<Dual<1>> {}
+impl<C: Curve<f64> + Curve<Dual<1>>> Kernel for C {}
+
 /// Beyond this |x| both curves equal ±1 to the last bit; the limit keeps products finite.
-const LARGEST_ARGUMENT: f64 = 1e30;
+const MAX_ARGUMENT: f64 = 1e30;
 /// |x| up to which the wide rationals hold, squared.
 const WIDE_LIMIT_SQUARED: f64 = 400.0;
 
@@ -143,7 +161,7 @@ fn tanh<N: Number>(x: N, s: N, numerator: N, denominator: N) -> Fraction<N> {
 #[inline(always)]
 fn within<N: Number>(x: N) -> N {
     // Selects, not min and max: not-a-number has to come out as it went in.
-    let limit = N::splat(LARGEST_ARGUMENT);
+    let limit = N::splat(MAX_ARGUMENT);
     let below = x.where_greater(limit, limit, x);
     let mirrored = N::splat(0.0) - below;
     mirrored.where_greater(limit, N::splat(0.0) - limit, below)
@@ -243,13 +261,13 @@ impl<N: Number> Curve<N> for IsingEverywhere {
 }
 
 /// The largest f64 below 1: keeps a fully saturated material invertible.
-const LARGEST_VALUE: f64 = 1.0 - f64::EPSILON / 2.0;
+const MAX_VALUE: f64 = 1.0 - f64::EPSILON / 2.0;
 
 /// Kröger's rational start (relative error below 3e-3), then Newton on the kernel itself.
 #[inline(always)]
 fn inverse_langevin<N: Number>(y: N) -> N {
     let one = N::splat(1.0);
-    let magnitude = y.abs().min(N::splat(LARGEST_VALUE));
+    let magnitude = y.abs().min(N::splat(MAX_VALUE));
     // From x = 20 on coth x is 1 to the last bit, and L = 1 − 1/x inverts by itself.
     let last = N::splat(0.95);
     let far = one / (one - magnitude);
@@ -270,5 +288,5 @@ fn inverse_langevin<N: Number>(y: N) -> N {
 
 #[inline(always)]
 fn inverse_tanh<N: Number>(y: N) -> N {
-    y.min(N::splat(LARGEST_VALUE)).max(N::splat(-LARGEST_VALUE)).atanh()
+    y.min(N::splat(MAX_VALUE)).max(N::splat(-MAX_VALUE)).atanh()
 }

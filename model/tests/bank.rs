@@ -47,13 +47,26 @@ fn every_reference_material_and_range() {
     for anhysteretic in [Anhysteretic::Langevin, Anhysteretic::Ising] {
         for name in common::MATERIALS {
             let base = common::material(anhysteretic, name);
-            for amplitude in [0.3, 2.0, 30.0] {
+            for (amplitude, cubic) in [
+                (0.3, 0.0),
+                (2.0, 0.0),
+                (30.0, 0.0),
+                (2.0, 0.3),
+                (2.0, -1.0),
+                (30.0, 0.3),
+            ] {
+                let base = common::with_cubic(base, cubic);
+                // The Ising curve with positive coupling has no room for a positive b₃: it would fold.
+                if base.validate().is_err() {
+                    assert!(cubic > 0.0 && base.coupling > 0.0);
+                    continue;
+                }
                 let shapes = grid(base.shape_a_per_m, 1.1 * base.shape_a_per_m, 5);
                 let fields = drive(amplitude * base.shape_a_per_m).step_by(7);
                 let difference = worst_difference(base, &shapes, fields);
                 assert!(
                     difference < 1e-8,
-                    "{anhysteretic:?} {name} x{amplitude}: {difference:.1e} Ms"
+                    "{anhysteretic:?} {name} x{amplitude}, b3 {cubic}: {difference:.1e} Ms"
                 );
             }
         }

@@ -1,6 +1,6 @@
 //! Guards what every hysteresis of this kind must do, over random materials and random field histories.
 
-use anhyst_model::{Anhysteretic, Bank, Hysteresis, MagneticState};
+use anhyst_model::{Anhysteretic, Bank, Hysteresis, MagneticState, SensitiveState};
 use proptest::prelude::*;
 
 /// Materials around the physical ranges, both curves, both signs of the coupling; invalid draws are dropped.
@@ -23,6 +23,7 @@ fn materials() -> impl Strategy<Value = Hysteresis> {
                     // As a share of the fold.
                     coupling: coupling * shape / (saturation * anhysteretic.initial_slope()),
                     reversibility,
+                    cubic_coupling_m2_per_a2: 0.0,
                 }
             },
         )
@@ -150,4 +151,52 @@ fn absurd_fields_saturate() {
             "{field}: {share}"
         );
     }
+}
+
+/// Guards what b₃ costs a material without it: nothing, not a bit. One that is lost beside α leaves all bits, too, although
+/// other code runs.
+#[test]
+fn a_vanishing_cubic_coupling_changes_no_bit() {
+    for anhysteretic in [Anhysteretic::Langevin, Anhysteretic::Ising] {
+        let without = Hysteresis {
+            anhysteretic,
+            ..Hysteresis::terfenol_d()
+        };
+        let with = Hysteresis {
+            cubic_coupling_m2_per_a2: 1e-40,
+            ..without
+        };
+        let (mut state, mut sensitive) = (MagneticState::default(), SensitiveState::default());
+        for step in 1..3000 {
+            let phase = 0.03 * f64::from(step);
+            let field = 15e3 * libm::sin(phase) * (1.0 + 0.3 * libm::sin(7.3 * phase));
+            sensitive = with.advance_with_sensitivities(sensitive, field);
+            let demanded = without.advance(state, 0.9 * field).magnetization_a_per_m;
+            assert_eq!(
+                with.advance_to_magnetization(state, demanded, 3e4),
+                without.advance_to_magnetization(state, demanded, 3e4)
+            );
+            assert_eq!(
+                with.advance_with_bulge(state, field),
+                without.advance_with_bulge(state, field)
+            );
+            state = without.advance(state, field);
+            assert_eq!(sensitive.magnetic(), state);
+        }
+    }
+}
+
+/// Guards files of materials: one written before b₃ is read, and a material without b₃ is written as it was.
+#[test]
+fn materials_without_a_cubic_coupling_are_written_without_it() {
+    let material = Hysteresis::terfenol_d();
+    let text = serde_json::to_string(&material).expect("serialises");
+    assert!(!text.contains("cubic"), "{text}");
+    assert_eq!(serde_json::from_str::<Hysteresis>(&text).expect("restores"), material);
+    let stressed = Hysteresis {
+        cubic_coupling_m2_per_a2: 1e-14,
+        ..material
+    };
+    let text = serde_json::to_string(&stressed).expect("serialises");
+    assert_eq!(serde_json::from_str::<Hysteresis>(&text).expect("restores"), stressed);
 }

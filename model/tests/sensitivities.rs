@@ -13,10 +13,19 @@ fn materials() -> impl Strategy<Value = Hysteresis> {
         0.05..3.0,
         -1.0..0.7,
         0.01..0.8,
+        common::cubic_shares(),
     )
         .prop_map(
-            |(anhysteretic, saturation, shape, pinning, coupling, reversibility): (_, f64, f64, f64, f64, f64)| {
-                Hysteresis {
+            |(anhysteretic, saturation, shape, pinning, coupling, reversibility, cubic): (
+                _,
+                f64,
+                f64,
+                f64,
+                f64,
+                _,
+                _,
+            )| {
+                let material = Hysteresis {
                     anhysteretic,
                     saturation_magnetization_a_per_m: saturation,
                     shape_a_per_m: shape,
@@ -24,7 +33,9 @@ fn materials() -> impl Strategy<Value = Hysteresis> {
                     // As a share of the fold.
                     coupling: coupling * shape / (saturation * anhysteretic.initial_slope()),
                     reversibility,
-                }
+                    cubic_coupling_m2_per_a2: 0.0,
+                };
+                common::with_cubic(material, cubic)
             },
         )
         .prop_filter("valid", |material| material.validate().is_ok())

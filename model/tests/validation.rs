@@ -12,6 +12,7 @@ fn set(shape: f64, pinning: f64, coupling: f64, reversibility: f64, saturation: 
         pinning_a_per_m: pinning,
         coupling,
         reversibility,
+        cubic_coupling_m2_per_a2: 0.0,
     }
 }
 

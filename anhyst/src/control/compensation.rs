@@ -53,7 +53,7 @@ impl Compensation {
                 Part("the feedforward brings up the force along the reference; the estimator's rods do not know it")
             }
             EffectKind::ExcessLoss => None("the bank and the inverse step a hysteresis without rate"),
-            EffectKind::Prestress => None("the bank and the inverse step a hysteresis without a cubic coupling"),
+            EffectKind::Prestress => Full("estimator and inverse step a hysteresis with its cubic coupling"),
             EffectKind::Accommodation => None("what walls are frozen depends on the whole past of every minor loop"),
             EffectKind::DeltaE => None("the feedforward's rod is linear"),
             EffectKind::Quantisation => None("what is rounded away is lost; it is right in the mean"),

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::effects::accommodation::Accommodation;
 use crate::effects::course::{Course, Piece};
 use crate::effects::excess_loss::ExcessLoss;
-use crate::effects::prestress::Prestress;
+use crate::effects::prestress::under_prestress;
 use crate::effects::thermal_drift::ThermalDrift;
 use crate::{ActuatorModel, EffectKind, Hysteresis, MagneticState};
 
@@ -21,9 +21,8 @@ pub(super) struct Magnetizer {
     /// Over ambient, for `thermal_drift`, K.
     rise_k: f64,
     excess_loss: Option<ExcessLoss>,
-    prestress: Option<Prestress>,
     accommodation: Option<Accommodation>,
-    /// None of the four.
+    /// None of the three.
     plain: bool,
     /// M goes straight between samples, and is computed to 1e-9 Ms.
     pub straight: bool,
@@ -36,16 +35,16 @@ impl Magnetizer {
         let thermal_drift = values(EffectKind::ThermalDrift)
             .map(|values| ThermalDrift::new(values, tick_s, model.ambient_temperature_k));
         let excess_loss = values(EffectKind::ExcessLoss).map(|values| ExcessLoss::new(values, tick_s));
-        let prestress = values(EffectKind::Prestress).map(|values| Prestress::new(values, &model.material.hysteresis));
+        let nominal = model.material.hysteresis;
+        let hysteresis = values(EffectKind::Prestress).map_or(nominal, |values| under_prestress(nominal, values));
         let accommodation = values(EffectKind::Accommodation).map(Accommodation::new);
-        let plain = thermal_drift.is_none() && excess_loss.is_none() && prestress.is_none() && accommodation.is_none();
+        let plain = thermal_drift.is_none() && excess_loss.is_none() && accommodation.is_none();
         Magnetizer {
-            hysteresis: model.material.hysteresis,
+            hysteresis,
             ambient_temperature_k: model.ambient_temperature_k,
             thermal_drift,
             rise_k: 0.0,
             excess_loss,
-            prestress,
             accommodation,
             plain,
             straight: false,
@@ -143,16 +142,14 @@ impl Magnetizer {
     /// The field goes there; returns the mean of M over the field.
     #[inline]
     fn moved(&mut self, hysteresis: &Hysteresis, field: f64) -> f64 {
-        let (state, mean) = match &self.prestress {
-            Some(prestress) => prestress.advance(hysteresis, self.state, field),
-            None if self.straight => {
-                let state = hysteresis.advance(self.state, field);
-                (
-                    state,
-                    0.5 * (self.state.magnetization_a_per_m + state.magnetization_a_per_m),
-                )
-            }
-            None => hysteresis.advance_with_mean(self.state, field),
+        let (state, mean) = if self.straight {
+            let state = hysteresis.advance(self.state, field);
+            (
+                state,
+                0.5 * (self.state.magnetization_a_per_m + state.magnetization_a_per_m),
+            )
+        } else {
+            hysteresis.advance_with_mean(self.state, field)
         };
         self.state = state;
         mean
@@ -165,22 +162,18 @@ impl Magnetizer {
         let parts = accommodation.parts(change, hysteresis.pinning_a_per_m);
         let mut sum = 0.0;
         for part in 1..=parts as u32 {
-            let before = self.lag(hysteresis, self.state);
+            let before = lag(hysteresis, self.state);
             let mean = self.moved(hysteresis, from + change * (f64::from(part) / parts));
-            let after = self.lag(hysteresis, self.state);
+            let after = lag(hysteresis, self.state);
             let relaxation = accommodation.relaxation(change / parts, before, after, hysteresis.pinning_a_per_m);
             self.state.magnetization_a_per_m += relaxation;
             sum += mean + 0.5 * relaxation;
         }
         sum / parts
     }
+}
 
-    /// Man − M, A/m.
-    fn lag(&self, hysteresis: &Hysteresis, state: MagneticState) -> f64 {
-        let anhysteretic = match &self.prestress {
-            Some(prestress) => prestress.anhysteretic_at(hysteresis, state),
-            None => hysteresis.anhysteretic_at(state),
-        };
-        anhysteretic - state.magnetization_a_per_m
-    }
+/// Man − M, A/m.
+fn lag(hysteresis: &Hysteresis, state: MagneticState) -> f64 {
+    hysteresis.anhysteretic_at(state) - state.magnetization_a_per_m
 }

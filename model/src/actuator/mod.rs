@@ -25,7 +25,7 @@ pub use restated::{rod_per_magnetization, rod_per_strain, with_known_effects};
 pub use rod_stage::ActuatorRod;
 pub use samples::{ActuatorInput, ActuatorInputs, ActuatorOutput, ActuatorOutputs, Drive};
 
-use crate::effects::prestress::Prestress;
+use crate::effects::prestress::under_prestress;
 use crate::error::require_positive;
 use crate::{AmplifierConstants, Effect, EffectKind, Material, ModelError, TwoPole};
 
@@ -139,8 +139,7 @@ pub fn validate_effects(effects: &[Effect], material: &Material, with_rod: bool)
             return Err(ModelError::EffectNeedsRod { effect: name });
         }
         if effect.kind() == EffectKind::Prestress {
-            let hysteresis = &material.hysteresis;
-            Prestress::new(effect.values(), hysteresis).validate(hysteresis)?;
+            under_prestress(material.hysteresis, effect.values()).validate()?;
         }
     }
     Ok(())

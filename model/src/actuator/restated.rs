@@ -1,10 +1,11 @@
-//! Effects that are the nominal model with other numbers: a quadratic part of the strain law, another load.
+//! Effects that are the nominal model with other numbers: b₃ of a prestressed rod, a quadratic part of the strain law, another load.
 //!
 //! λ(M) + q λ′ M²/Ms is again a law of [`crate::Magnetostriction`]; a load changes w, k̂ and ĉ. Whoever computes with
 //! material and rod computes with these effects by taking both from here.
 //! w is per magnetization in a model; per strain it is w/λ′, λ′ the law's slope at M = 0, or at Ms/2 for an even law.
 
 use crate::effects::load_change::loaded;
+use crate::effects::prestress::under_prestress;
 use crate::effects::quadratic_magnetostriction::{reference_slope, square_term};
 use crate::{Effect, EffectKind, Material, TwoPole};
 
@@ -29,6 +30,7 @@ pub fn with_known_effects(material: &Material, rod: TwoPole, effects: &[Effect])
     let (mut own, mut own_rod) = (material.clone(), rod);
     for effect in effects {
         match effect.kind() {
+            EffectKind::Prestress => own.hysteresis = under_prestress(own.hysteresis, effect.values()),
             EffectKind::QuadraticMagnetostriction => {
                 let saturation = material.hysteresis.saturation_magnetization_a_per_m;
                 let more = square_term(effect.values(), material);

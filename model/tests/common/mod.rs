@@ -2,6 +2,7 @@
 #![allow(dead_code)] // Each test file uses its own part of this.
 
 use anhyst_model::{Anhysteretic, Hysteresis};
+use proptest::prelude::*;
 
 pub const MATERIALS: [&str; 4] = ["terfenol", "positive_coupling", "soft", "hard"];
 pub const PATHS: [&str; 4] = ["major", "minor", "offset", "small"];
@@ -21,6 +22,21 @@ pub fn material(anhysteretic: Anhysteretic, name: &str) -> Hysteresis {
         pinning_a_per_m: pinning,
         coupling,
         reversibility,
+        cubic_coupling_m2_per_a2: 0.0,
+    }
+}
+
+/// What b₃ adds to αχ₀ at saturation: nothing in half of the draws.
+pub fn cubic_shares() -> impl Strategy<Value = f64> {
+    prop_oneof![Just(0.0), -1.0..0.5]
+}
+
+/// The same material with such a b₃.
+pub fn with_cubic(material: Hysteresis, share: f64) -> Hysteresis {
+    let saturation = material.saturation_magnetization_a_per_m;
+    Hysteresis {
+        cubic_coupling_m2_per_a2: share / (3.0 * saturation * saturation * material.initial_susceptibility()),
+        ..material
     }
 }
 

@@ -9,8 +9,8 @@ use std::ops::{Add, Div, Mul, Sub};
 use nalgebra::SVector;
 use num_dual::{Derivative, DualSVec64};
 
-use crate::curve::{Curve, Fraction};
-use crate::lanes::{Number, Single};
+use super::{Number, Single};
+use crate::curve::{Curve, Fraction, Kernel};
 
 /// A value and its derivatives by `SIZE` quantities.
 #[derive(Clone, Copy, Debug)]
@@ -37,18 +37,23 @@ impl<const SIZE: usize> Dual<SIZE> {
 
     /// The same derivatives with a value computed elsewhere.
     #[inline(always)]
-    pub fn with_value(self, value: f64) -> Self {
+    fn with_value(self, value: f64) -> Self {
         Dual(DualSVec64::new(value, self.0.eps))
     }
 
     /// A function of one number by the chain rule: its value and its derivative at `self`.
     #[inline(always)]
-    pub fn chain(self, value: f64, slope: f64) -> Self {
+    fn chain(self, value: f64, slope: f64) -> Self {
         Dual(DualSVec64::new(value, self.0.eps * slope))
     }
 }
 
 impl<const SIZE: usize> Single for Dual<SIZE> {
+    type Of<C: Kernel> = Chained<C>;
+    #[inline(always)]
+    fn carrying(value: f64, derivation: impl FnOnce() -> Self) -> Self {
+        derivation().with_value(value)
+    }
     #[inline(always)]
     fn value(self) -> f64 {
         self.0.re
@@ -74,7 +79,11 @@ impl<const SIZE: usize> Div for Dual<SIZE> {
     type Output = Self;
     #[inline(always)]
     fn div(self, other: Self) -> Self {
-        (Dual(self.0 / other.0)).with_value(self.0.re / other.0.re)
+        let value = self.0.re / other.0.re;
+        if other.0.eps.0.is_none() {
+            return self.chain(value, 1.0 / other.0.re);
+        }
+        Dual(self.0 / other.0).with_value(value)
     }
 }
 
@@ -104,9 +113,22 @@ impl<const SIZE: usize> Number for Dual<SIZE> {
         if self.value() > limit.value() { yes } else { no }
     }
     #[inline(always)]
+    fn where_within(self, low: Self, high: Self, other: Self) -> Self {
+        let value = self.value();
+        if value >= low.value() && value <= high.value() {
+            self
+        } else {
+            other
+        }
+    }
+    #[inline(always)]
     fn atanh(self) -> Self {
         let value = self.value();
         self.chain(libm::atanh(value), 1.0 / ((1.0 - value) * (1.0 + value)))
+    }
+    #[inline(always)]
+    fn largest(self) -> f64 {
+        self.value()
     }
 }
 

@@ -88,12 +88,12 @@ impl Hysteresis {
     pub fn with_parameters(self, parameters: [f64; HysteresisParameter::COUNT]) -> Self {
         let [saturation, shape, pinning, coupling, reversibility] = parameters;
         Hysteresis {
-            anhysteretic: self.anhysteretic,
             saturation_magnetization_a_per_m: saturation,
             shape_a_per_m: shape,
             pinning_a_per_m: pinning,
             coupling,
             reversibility,
+            ..self
         }
     }
 }

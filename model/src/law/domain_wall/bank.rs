@@ -1,13 +1,13 @@
 //! N copies of one material over a grid of the shape `a`, all driven by one field.
 //!
-//! Each member follows `hysteresis/mod.rs`; only `a` differs. The bank carries what a function of the whole input history,
+//! Each member follows `mod.rs`; only `a` differs. The bank carries what a function of the whole input history,
 //! f(u, a), needs: the paper's (15) is then exact for any input. Fields, magnetizations and shapes in A/m.
 //! Members run side by side in lanes without branches; which instructions run them is chosen when the program runs,
 //! and all choices give the same bits (`bank_step.rs`).
 
 use serde::{Deserialize, Serialize};
 
-use crate::bank_step::{self, Instructions, WIDTH};
+use super::bank_step::{self, Instructions, WIDTH};
 use crate::error::require_positive;
 use crate::{Hysteresis, ModelError};
 

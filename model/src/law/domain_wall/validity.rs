@@ -1,6 +1,6 @@
 //! Is the slope finite and positive in every state that can be reached?
 //!
-//! Two things can break it, both by a large positive α:
+//! Two things can break it, both by a large positive α (and the first one by a positive b₃, which joins it as 3b₃M²):
 //! 1. α·Ms/3a ≥ 1: the anhysteretic curve folds back. That is the fold itself for Langevin; an Ising curve folds at a third
 //!    of it, which strong pinning can still carry (a reference curve does), so between the two the second point decides;
 //! 2. α·(Man − Mirr) ≥ k: the denominator of (3) vanishes. The largest Man − Mirr that can be reached on a rising field
@@ -19,6 +19,13 @@ impl Hysteresis {
         require_positive(self.shape_a_per_m, "shape a", "A/m")?;
         require_positive(self.pinning_a_per_m, "pinning k", "A/m")?;
         require(true, "coupling alpha", self.coupling, "", "finite")?;
+        require(
+            true,
+            "cubic coupling b3",
+            self.cubic_coupling_m2_per_a2,
+            "m^2/A^2",
+            "finite",
+        )?;
         let c = self.reversibility;
         require(
             (0.0..1.0).contains(&c),
@@ -40,7 +47,30 @@ impl Hysteresis {
                 product,
             });
         }
+        let product = self.largest_product();
+        if product >= 1.0 {
+            return Err(ModelError::PrestressFolds {
+                cubic_coupling_m2_per_a2: self.cubic_coupling_m2_per_a2,
+                product,
+            });
+        }
         self.validate_pinning()
+    }
+
+    /// Largest (α + 3b₃M²)·dMan/dHe that b₃ > 0 makes from demagnetised to saturated.
+    fn largest_product(&self) -> f64 {
+        if self.cubic_coupling_m2_per_a2 <= 0.0 {
+            return f64::NEG_INFINITY;
+        }
+        let mut largest = f64::NEG_INFINITY;
+        for index in 0..400 {
+            let (value, derivative) = self.anhysteretic.value_and_derivative(0.05 * f64::from(index));
+            let susceptibility = self.saturation_magnetization_a_per_m * derivative / self.shape_a_per_m;
+            let magnetization = self.saturation_magnetization_a_per_m * value;
+            let coupling = self.coupling + 3.0 * self.cubic_coupling_m2_per_a2 * magnetization * magnetization;
+            largest = largest.max(coupling * susceptibility);
+        }
+        largest
     }
 
     fn validate_pinning(&self) -> Result<(), ModelError> {
@@ -115,6 +145,7 @@ mod tests {
                 pinning_a_per_m: pinning * shape,
                 coupling: coupling * shape / (7.65e5 * anhysteretic.initial_slope()),
                 reversibility: c,
+                cubic_coupling_m2_per_a2: 0.0,
             };
             let share = material.largest_distance_on_major_loop()
                 / (material.pinning_a_per_m * material.initial_susceptibility());

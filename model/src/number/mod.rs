@@ -1,0 +1,88 @@
+//! Numbers that the equations are written in: one `f64`, [`lanes::Lanes`] side by side, or one with its derivatives ([`dual::Dual`]).
+//!
+//! The equations exist once and are generic over [`Number`]: a single model uses `f64`, a bank lanes, sensitivities dual
+//! numbers. Every operation is an IEEE basic operation in a fixed order, and no fused multiply-add is used, so scalar,
+//! AVX2 and AVX-512 code give the same bits.
+
+pub(crate) mod dual;
+pub(crate) mod lanes;
+
+use std::ops::{Add, Div, Mul, Sub};
+
+use crate::curve::{Curve, Kernel};
+
+pub(crate) trait Number:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    fn splat(value: f64) -> Self;
+    fn abs(self) -> Self;
+    /// The larger of the two where they compare, else `other`.
+    fn max(self, other: Self) -> Self;
+    /// The smaller of the two where they compare, else `other`.
+    fn min(self, other: Self) -> Self;
+    /// `yes` where `self > limit`, else `no`.
+    fn where_greater(self, limit: Self, yes: Self, no: Self) -> Self;
+    /// `self` where `low ≤ self ≤ high`, else `other`.
+    fn where_within(self, low: Self, high: Self, other: Self) -> Self;
+    /// Inverse hyperbolic tangent.
+    fn atanh(self) -> Self;
+    /// The largest of its values.
+    fn largest(self) -> f64;
+}
+
+/// A [`Number`] that is one number, so that it can steer a computation.
+pub(crate) trait Single: Number {
+    /// A curve's kernel for this number.
+    type Of<C: Kernel>: Curve<Self>;
+    fn value(self) -> f64;
+    /// A value found by a computation that carries nothing, and where `derivation` has the same value, up to rounding, and
+    /// what this number carries beside it. Not called where nothing is carried.
+    fn carrying(value: f64, derivation: impl FnOnce() -> Self) -> Self;
+}
+
+impl Single for f64 {
+    type Of<C: Kernel> = C;
+    #[inline(always)]
+    fn value(self) -> f64 {
+        self
+    }
+    #[inline(always)]
+    fn carrying(value: f64, _: impl FnOnce() -> Self) -> Self {
+        value
+    }
+}
+
+impl Number for f64 {
+    #[inline(always)]
+    fn splat(value: f64) -> Self {
+        value
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+    #[inline(always)]
+    fn where_greater(self, limit: Self, yes: Self, no: Self) -> Self {
+        if self > limit { yes } else { no }
+    }
+    #[inline(always)]
+    fn where_within(self, low: Self, high: Self, other: Self) -> Self {
+        if self >= low && self <= high { self } else { other }
+    }
+    #[inline(always)]
+    fn atanh(self) -> Self {
+        libm::atanh(self)
+    }
+    #[inline(always)]
+    fn largest(self) -> f64 {
+        self
+    }
+}
