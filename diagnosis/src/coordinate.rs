@@ -2,6 +2,8 @@
 //!
 //! v = u·scale, or v = e^u for a number whose size is unknown by decades; u is what the fit moves, v the number itself.
 
+use anhyst_model::ParameterSpec;
+
 /// One number to be fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Coordinate {
@@ -16,6 +18,17 @@ pub(crate) struct Coordinate {
 }
 
 impl Coordinate {
+    /// Of a row in the table of parameters.
+    pub fn of(spec: &ParameterSpec) -> Self {
+        Coordinate {
+            lower: spec.lower,
+            upper: spec.upper,
+            scale: (spec.typical - spec.identity().unwrap_or(0.0)).abs(),
+            logarithmic: spec.is_fitted_by_ratio(),
+            prior: spec.identity().zip(spec.prior_deviation),
+        }
+    }
+
     pub fn free(&self, value: f64) -> f64 {
         if self.logarithmic {
             value.ln()

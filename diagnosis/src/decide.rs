@@ -221,14 +221,14 @@ fn effects_of(model: &ActuatorModel, fit: &Fitted) -> Vec<FoundEffect> {
         .iter()
         .enumerate()
         .map(|(index, setting)| {
-            let quantities = setting.term.quantities(model);
-            let values = setting.values.iter().zip(fit.deviations(index)).zip(quantities);
+            let specs = setting.term.specs(model).unwrap_or_default();
+            let values = setting.values.iter().zip(fit.deviations(index)).zip(specs);
             FoundEffect {
                 name: setting.term.name().to_owned(),
                 values: values
-                    .map(|((value, deviation), quantity)| FittedValue {
-                        name: quantity.name.to_owned(),
-                        unit: quantity.unit.to_owned(),
+                    .map(|((value, deviation), spec)| FittedValue {
+                        name: spec.name.to_owned(),
+                        unit: spec.unit.to_owned(),
                         value: *value,
                         standard_deviation: deviation.is_finite().then_some(*deviation),
                         nominal: match setting.term {

@@ -47,4 +47,4 @@ pub use score::{ScoreGroup, ScoreTest};
 pub use setup::DiagnoseOptions;
 pub use sight::{Detectable, NotExcited};
 pub use statistics::rms;
-pub use term::{NominalParameter, Term};
+pub use term::Term;

@@ -7,8 +7,6 @@
 //! not a line in the spectrum, for harmonics of the drive are the loop's shape.
 //! Energies are held-out squares less the noise. Rivals within `SIMILAR` of the winner's are ties.
 
-use anhyst_model::EffectKind;
-
 use crate::diagnosis::Verdict;
 use crate::observation::Observation;
 use crate::plant::{Plant, amended};
@@ -52,11 +50,10 @@ fn effects(fit: &Fitted) -> usize {
 
 pub(crate) fn remainder(bench: &Workbench, plant: &Plant, found: &Found) -> Option<Remainder> {
     let base = found.calibrated.iter().find(|fit| effects(fit) == 0)?;
-    let line = Term::Effect(EffectKind::PeriodicDisturbance);
     let with_effect = found
         .calibrated
         .iter()
-        .filter(|fit| effects(fit) == 1 && !fit.has(line))
+        .filter(|fit| effects(fit) == 1 && !fit.terms().into_iter().any(Term::is_line))
         .cloned()
         .collect();
     let beside_parameters = || judged(bench, base, with_effect);

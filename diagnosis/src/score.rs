@@ -8,7 +8,6 @@
 
 use std::ops::Range;
 
-use anhyst_model::EffectKind;
 use serde::{Deserialize, Serialize};
 
 use crate::least_squares::dot;
@@ -82,7 +81,7 @@ pub(crate) fn score(scored: &Scored, library: &[Screened]) -> ScoreTest {
         for (number, directions) in screened.directions.iter().enumerate() {
             if let Some(mut group) = directed(scored, &fitted, &residual, directions) {
                 group.name = screened.term.name().to_owned();
-                if screened.term == Term::Effect(EffectKind::PeriodicDisturbance) {
+                if screened.term.is_line() {
                     // Its frequency was chosen among as many as there are rows, because the residual is high there.
                     group.tail = (group.tail * scored.observation.training_rows() as f64).min(1.0);
                 }

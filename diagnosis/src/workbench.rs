@@ -3,7 +3,7 @@
 //! BIC = χ² + n ln N with χ² over the N training rows and n fitted numbers; the held-out rows are only predicted, by
 //! the same free-running simulation. Lower is better; 6 apart is strong evidence (Kass and Raftery 1995).
 
-use anhyst_model::{ActuatorModel, EffectKind};
+use anhyst_model::ActuatorModel;
 
 use crate::coordinate::Coordinate;
 use crate::least_squares::{Problem, Solution};
@@ -86,9 +86,9 @@ impl Workbench<'_> {
     ) -> Option<Fitted> {
         let mut coordinates: Vec<Coordinate> = Vec::new();
         for setting in settings {
-            let mut own = setting.term.coordinates(self.model)?;
-            if setting.term == Term::Effect(EffectKind::Quantisation) {
-                // A lattice is read off the values; the model's answer to its step has no derivative.
+            let mut own: Vec<Coordinate> = setting.term.specs(self.model)?.iter().map(Coordinate::of).collect();
+            if setting.term.is_lattice() {
+                // The model's answer to its step has no derivative.
                 for (coordinate, step) in own.iter_mut().zip(&setting.values) {
                     (coordinate.lower, coordinate.upper) = (*step, *step);
                 }

@@ -8,10 +8,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use crate::curve::{Curve, IsingEverywhere, LangevinByRange};
 use crate::hysteresis::advance::{COARSE, MOST_SUBSTEPS, mean_of_cubic, stride};
 use crate::hysteresis::stepping::Coefficients;
+use crate::parameter::ParameterSpec;
 use crate::{Anhysteretic, Hysteresis, MagneticState, ModelError};
 
 pub(super) const DESCRIPTION: Description = Description {
@@ -21,7 +22,7 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "the knee of the loop bends otherwise while slope at zero and saturation stay; rate-free, odd harmonics",
     source: "magnetoelastic energy of fourth order in M",
     confused_with: &["parameter_a", "parameter_alpha", "parameter_Ms"],
-    parameters: &[EffectParameter::size(
+    parameters: &[ParameterSpec::size(
         "cubic_coupling_m2_per_a2",
         "m²/A²",
         [-2e-12, 2e-12],
