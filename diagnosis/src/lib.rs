@@ -6,7 +6,6 @@
 //! A verdict rests on held-out rows; a tie is reported as one, with the drive that would break it (`ties.rs`, `experiment.rs`).
 
 mod amended;
-mod coordinate;
 mod decide;
 mod diagnose;
 mod diagnosis;
@@ -14,7 +13,6 @@ mod error;
 mod experiment;
 mod freeform;
 mod hats;
-mod least_squares;
 mod locate;
 mod observation;
 mod plant;

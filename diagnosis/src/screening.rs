@@ -6,8 +6,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::coordinate::Coordinate;
-use crate::least_squares::dot;
+use anhyst_identify::engine::{Coordinate, dot};
+
 use crate::probes::{ProbeGroup, Surroundings};
 use crate::system::Setting;
 use crate::term::Term;

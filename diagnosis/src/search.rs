@@ -7,7 +7,8 @@
 
 use anhyst_model::NominalParameter;
 
-use crate::least_squares::dot;
+use anhyst_identify::engine::dot;
+
 use crate::score::ScoreTest;
 use crate::screening::Screened;
 use crate::select::{

@@ -2,7 +2,8 @@
 
 use anhyst_model::{ActuatorModel, EffectKind, NominalParameter};
 
-use crate::least_squares::dot;
+use anhyst_identify::engine::dot;
+
 use crate::observation::Observation;
 use crate::probes::Surroundings;
 use crate::score::{ScoreTest, Scored, library_statistics, score};

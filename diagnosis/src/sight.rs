@@ -7,7 +7,8 @@
 use anhyst_model::{ActuatorModel, EffectKind, NominalParameter, Stage};
 use serde::{Deserialize, Serialize};
 
-use crate::least_squares::dot;
+use anhyst_identify::engine::dot;
+
 use crate::probes::Surroundings;
 use crate::screening::Screened;
 use crate::search::Found;

@@ -3,6 +3,7 @@
 //! [`fit()`] finds the set and reports on it; [`material_text`] writes it as a material file. Nothing here prints, draws or
 //! writes: files, pictures and progress bars belong to the executable.
 
+pub mod engine;
 mod error;
 mod fit;
 mod material;
@@ -24,7 +25,7 @@ pub use error::IdentifyError;
 pub use fit::{Curves, Fit, FitOptions, fit};
 pub use material::material_text;
 pub use modelled::{FittedLoop, FittedStrain};
-pub use parameters::{Bounds, Fixed, Parameter};
+pub use parameters::{Bounds, Fixed};
 pub use progress::{Progress, Stage};
 pub use report::FitReport;
 pub use simulate::Beginning;

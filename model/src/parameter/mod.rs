@@ -7,7 +7,7 @@
 mod nominal;
 mod spec;
 
-pub use nominal::NominalParameter;
+pub use nominal::{NominalParameter, REVERSIBILITY_BOUNDS};
 pub use spec::{ParameterRole, ParameterSpec, Screening, Signal};
 
 pub(crate) use nominal::HYSTERESIS;

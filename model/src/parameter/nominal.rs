@@ -57,6 +57,9 @@ const fn shares(name: &'static str, symbol: &'static str, term: &'static str, un
     }
 }
 
+/// Of c, in every search.
+pub const REVERSIBILITY_BOUNDS: (f64, f64) = (0.0, 0.98);
+
 /// In the order of [`HysteresisParameter::ALL`].
 pub(crate) const HYSTERESIS: [Row; HysteresisParameter::COUNT] = [
     shares("saturation_magnetization_a_per_m", "Ms", "parameter_Ms", "A/m"),
@@ -71,7 +74,7 @@ pub(crate) const HYSTERESIS: [Row; HysteresisParameter::COUNT] = [
     },
     Row {
         counted: Counted::Values,
-        bounds: [0.0, 0.98],
+        bounds: [REVERSIBILITY_BOUNDS.0, REVERSIBILITY_BOUNDS.1],
         ..shares("reversibility", "c", "parameter_c", "")
     },
 ];

@@ -6,7 +6,7 @@ use anhyst_model::ParameterSpec;
 
 /// One number to be fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Coordinate {
+pub struct Coordinate {
     pub lower: f64,
     pub upper: f64,
     /// A change worth noticing; step and scale follow from it.
@@ -44,6 +44,20 @@ impl Coordinate {
             free * self.scale
         };
         value.clamp(self.lower, self.upper)
+    }
+
+    /// The value at a share of the way from bound to bound, by ratio where it is logarithmic.
+    pub fn at_share(&self, share: f64) -> f64 {
+        if self.logarithmic {
+            self.lower * (self.upper / self.lower).powf(share)
+        } else {
+            self.lower + (self.upper - self.lower) * share
+        }
+    }
+
+    /// Where between the bounds a value lies, 0 to 1.
+    pub fn share(&self, value: f64) -> f64 {
+        (self.free(value) - self.free(self.lower)) / (self.free(self.upper) - self.free(self.lower))
     }
 
     /// dv/du.
