@@ -2,13 +2,14 @@
 
 use anhyst_model::ActuatorModel;
 
+use anhyst_identify::engine::Span;
+
 use crate::diagnosis::{Candidate, Diagnosis, FittedValue, FoundEffect, Verdict};
 use crate::experiment::{Comparison, Experiment, advise};
 use crate::freeform::{UnknownTerm, free_form};
 use crate::locate::{channel_gaps, locate, sentences};
 use crate::plant::Plant;
 use crate::remainder::Remainder;
-use crate::score::Orthogonal;
 use crate::search::{Found, Level};
 use crate::select::Tested;
 use crate::sight::sight;
@@ -110,7 +111,7 @@ impl Decided {
     fn name(&mut self, bench: &Workbench, plant: &Plant, found: &Found, level: Level, winner: &Tested) {
         let rivals = found.rivals(level, winner);
         let tied = ties(bench, winner, rivals);
-        let final_fit = refitted(bench, &winner.fit, level).unwrap_or_else(|| winner.fit.clone());
+        let final_fit = refitted(bench, &winner.fit, level);
         let own = &mut self.diagnosis;
         own.gap_after = winner.fit.held_out_rms;
         own.test_after = winner.test.clone();
@@ -206,14 +207,14 @@ impl Decided {
 }
 
 /// The winner's terms on all rows: the values that are reported.
-fn refitted(bench: &Workbench, fit: &Fitted, level: Level) -> Option<Fitted> {
-    let all: Vec<std::ops::Range<usize>> = bench
-        .observation
-        .channels
-        .iter()
-        .map(|channel| channel.rows.clone())
-        .collect();
-    bench.fit_on(&fit.settings, level == Level::Calibrated, bench.threads, &all)
+fn refitted(bench: &Workbench, fit: &Fitted, level: Level) -> Fitted {
+    let channels = bench.observation.channels.iter();
+    let all: Vec<std::ops::Range<usize>> = channels.map(|channel| channel.rows.clone()).collect();
+    let with_priors = level == Level::Calibrated;
+    let fitted = bench.fit_on(&fit.settings, with_priors, bench.threads, &all);
+    let mut fitted = fitted.unwrap_or_else(|| fit.clone());
+    fitted.deviations = bench.deviations(&fitted, with_priors, &all);
+    fitted
 }
 
 fn effects_of(model: &ActuatorModel, fit: &Fitted) -> Vec<FoundEffect> {
@@ -221,14 +222,14 @@ fn effects_of(model: &ActuatorModel, fit: &Fitted) -> Vec<FoundEffect> {
         .iter()
         .enumerate()
         .map(|(index, setting)| {
-            let quantities = setting.term.quantities(model);
-            let values = setting.values.iter().zip(fit.deviations(index)).zip(quantities);
+            let specs = setting.term.specs(model).unwrap_or_default();
+            let values = setting.values.iter().zip(fit.deviations_of(index)).zip(specs);
             FoundEffect {
                 name: setting.term.name().to_owned(),
                 values: values
-                    .map(|((value, deviation), quantity)| FittedValue {
-                        name: quantity.name.to_owned(),
-                        unit: quantity.unit.to_owned(),
+                    .map(|((value, deviation), spec)| FittedValue {
+                        name: spec.name.to_owned(),
+                        unit: spec.unit.to_owned(),
                         value: *value,
                         standard_deviation: deviation.is_finite().then_some(*deviation),
                         nominal: match setting.term {
@@ -326,7 +327,7 @@ fn error_of(bench: &Workbench, settings: &[Setting]) -> Option<UnknownTerm> {
         .zip(&outputs)
         .map(|(z, own)| z - own)
         .collect();
-    let zeros = Orthogonal::of(&bench.linear, &bench.observation.training);
-    let residual = zeros.without(difference, &bench.observation.training);
+    let zeros = Span::of(&bench.linear, &bench.observation.training);
+    let residual = zeros.without(difference);
     free_form(bench.observation, &residual, &bench.system.signals(settings)?)
 }

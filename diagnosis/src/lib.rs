@@ -6,7 +6,6 @@
 //! A verdict rests on held-out rows; a tie is reported as one, with the drive that would break it (`ties.rs`, `experiment.rs`).
 
 mod amended;
-mod coordinate;
 mod decide;
 mod diagnose;
 mod diagnosis;
@@ -14,7 +13,6 @@ mod error;
 mod experiment;
 mod freeform;
 mod hats;
-mod least_squares;
 mod locate;
 mod observation;
 mod plant;
@@ -47,4 +45,4 @@ pub use score::{ScoreGroup, ScoreTest};
 pub use setup::DiagnoseOptions;
 pub use sight::{Detectable, NotExcited};
 pub use statistics::rms;
-pub use term::{NominalParameter, Term};
+pub use term::Term;

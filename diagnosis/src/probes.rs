@@ -6,7 +6,7 @@
 
 use std::f64::consts::TAU;
 
-use anhyst_model::{ActuatorModel, EffectKind, EffectParameter, ParameterRole};
+use anhyst_model::{ActuatorModel, ParameterSpec, Screening, Signal};
 
 use crate::statistics::{quantile, sorted};
 use crate::system::Signals;
@@ -38,65 +38,48 @@ pub(crate) struct Surroundings<'a> {
 }
 
 impl Surroundings<'_> {
-    /// The probes of a term.
+    /// The probes of a term: its table's rows say where to look.
     pub fn probes(&self, term: Term) -> Vec<ProbeGroup> {
-        let absent = term.absent(self.model);
-        let small = term.small(self.model);
-        match term {
-            Term::Parameter(_) => vec![ProbeGroup {
-                absent,
-                sizes: vec![(0, small[0])],
-            }],
-            Term::Effect(kind) => self.effect_probes(kind, absent, &small),
-        }
-    }
-
-    fn effect_probes(&self, kind: EffectKind, absent: Vec<f64>, small: &[f64]) -> Vec<ProbeGroup> {
-        let fitted: Vec<(usize, &EffectParameter)> = Term::fitted(kind).map(|(_, own)| own).enumerate().collect();
-        let sizes: Vec<(usize, f64)> = fitted
-            .iter()
-            .filter(|(_, own)| matches!(own.role, ParameterRole::Size { .. }))
-            .map(|(index, _)| (*index, small[*index]))
-            .collect();
-        let with = |place: usize, value: f64| {
-            let mut values = absent.clone();
-            values[place] = value;
-            values
+        let specs = term.specs(self.model).unwrap_or_default();
+        let absent: Vec<f64> = specs.iter().map(ParameterSpec::neutral).collect();
+        let sizes = specs.iter().enumerate().filter(|(_, own)| own.identity().is_some());
+        let sizes: Vec<(usize, f64)> = sizes.map(|(place, own)| (place, own.typical)).collect();
+        let looked_for = specs.iter().enumerate().find_map(|(place, own)| {
+            Some((
+                place,
+                match own.screening {
+                    Screening::Once => return None,
+                    Screening::Levels(signal) => self.levels(signal),
+                    Screening::Lattice => self.lattice.into_iter().collect(),
+                    Screening::Band => self.band_hz(),
+                    Screening::Lines => self.lines_hz(),
+                },
+            ))
+        });
+        let Some((place, values)) = looked_for else {
+            return vec![ProbeGroup { absent, sizes }];
         };
-        let trials = |values: Vec<f64>| {
-            values.into_iter().map(|value| ProbeGroup {
-                absent: absent.clone(),
-                sizes: vec![(0, value)],
-            })
+        // Another value of a size is a trial; of a shape, the place at which the sizes are tried.
+        let is_size = specs[place].identity().is_some();
+        let group = |value| {
+            let (mut absent, mut sizes) = (absent.clone(), sizes.clone());
+            if is_size {
+                sizes = vec![(place, value)];
+            } else {
+                absent[place] = value;
+            }
+            ProbeGroup { absent, sizes }
         };
-        match kind {
-            EffectKind::AmplifierSaturation => trials(self.levels(|run| magnitudes(&run.drive))).collect(),
-            EffectKind::SensorSaturation => trials(self.levels(|run| magnitudes(&run.output))).collect(),
-            EffectKind::AmplifierSlew => trials(self.levels(drive_rates)).collect(),
-            EffectKind::Quantisation => trials(self.lattice.into_iter().collect()).collect(),
-            EffectKind::SecondMode => self
-                .mode_frequencies()
-                .into_iter()
-                .map(|frequency_hz| ProbeGroup {
-                    absent: with(1, frequency_hz),
-                    sizes: sizes.clone(),
-                })
-                .collect(),
-            EffectKind::PeriodicDisturbance => self
-                .lines_hz()
-                .into_iter()
-                .map(|frequency_hz| ProbeGroup {
-                    absent: with(2, frequency_hz),
-                    sizes: sizes.clone(),
-                })
-                .collect(),
-            _ => vec![ProbeGroup { absent, sizes }],
-        }
+        values.into_iter().map(group).collect()
     }
 
     /// Values that a signal exceeds for given shares of the time.
-    fn levels(&self, of: impl Fn(&Signals) -> Vec<f64>) -> Vec<f64> {
-        let all = sorted(self.signals.iter().flat_map(of));
+    fn levels(&self, signal: Signal) -> Vec<f64> {
+        let all = sorted(self.signals.iter().flat_map(|run| match signal {
+            Signal::Drive => magnitudes(&run.drive),
+            Signal::DriveRate => drive_rates(run),
+            Signal::Output => magnitudes(&run.output),
+        }));
         BITING
             .iter()
             .map(|share| quantile(&all, 1.0 - share))
@@ -104,7 +87,7 @@ impl Surroundings<'_> {
             .collect()
     }
 
-    fn mode_frequencies(&self) -> Vec<f64> {
+    fn band_hz(&self) -> Vec<f64> {
         let Some(tick_s) = self.signals.iter().find_map(|run| run.tick_s) else {
             return Vec::new();
         };

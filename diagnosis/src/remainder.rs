@@ -7,8 +7,6 @@
 //! not a line in the spectrum, for harmonics of the drive are the loop's shape.
 //! Energies are held-out squares less the noise. Rivals within `SIMILAR` of the winner's are ties.
 
-use anhyst_model::EffectKind;
-
 use crate::diagnosis::Verdict;
 use crate::observation::Observation;
 use crate::plant::{Plant, amended};
@@ -52,14 +50,19 @@ fn effects(fit: &Fitted) -> usize {
 
 pub(crate) fn remainder(bench: &Workbench, plant: &Plant, found: &Found) -> Option<Remainder> {
     let base = found.calibrated.iter().find(|fit| effects(fit) == 0)?;
-    let line = Term::Effect(EffectKind::PeriodicDisturbance);
     let with_effect = found
         .calibrated
         .iter()
-        .filter(|fit| effects(fit) == 1 && !fit.has(line))
+        .filter(|fit| effects(fit) == 1 && !fit.terms().into_iter().any(Term::is_line))
         .cloned()
         .collect();
-    let beside_parameters = || judged(bench, base, with_effect);
+    let beside_parameters = || {
+        let mut found = judged(bench, base, with_effect)?;
+        for fit in &mut found.explanations {
+            fit.deviations = bench.deviations(fit, true, &bench.observation.training);
+        }
+        Some(found)
+    };
     // A loop of the wrong shape is the model's error in every cycle, and a curve over the field takes it off; without time
     // there is one loop, and the curve would take all.
     if plant.runs.iter().all(|run| run.tick_s.is_some()) {
@@ -117,14 +120,15 @@ fn beside_curves(bench: &Workbench, plant: &Plant, base: &Fitted) -> Option<Rema
     let mut fits = own.fit_all(&starts_beside(&[], &screened), false);
     sort(&mut fits);
     let mut found = judged(&own, &without.fit, fits)?;
+    let training = &bench.observation.training;
+    let of_base = bench.deviations(base, true, training);
     for fit in &mut found.explanations {
+        let mut deviations = of_base.clone();
+        deviations.append(&mut own.deviations(fit, false, training));
+        fit.deviations = deviations;
         let mut settings: Vec<Setting> = base.settings.clone();
         settings.append(&mut fit.settings);
         fit.settings = settings;
-        let known = base.settings.iter().map(|setting| setting.values.len()).sum();
-        let mut deviations = base.solution.standard_deviations[..known].to_vec();
-        deviations.append(&mut fit.solution.standard_deviations);
-        fit.solution.standard_deviations = deviations;
     }
     Some(found)
 }

@@ -8,10 +8,10 @@
 
 use std::ops::Range;
 
-use anhyst_model::EffectKind;
 use serde::{Deserialize, Serialize};
 
-use crate::least_squares::dot;
+use anhyst_identify::engine::{Span, dot};
+
 use crate::observation::Observation;
 use crate::screening::{Screened, solve};
 use crate::statistics::{chi_square_tail, quantile, sorted};
@@ -75,14 +75,14 @@ pub(crate) struct Scored<'a> {
 
 /// The directed test over the library's directions and generic bumps.
 pub(crate) fn score(scored: &Scored, library: &[Screened]) -> ScoreTest {
-    let fitted = Orthogonal::of(scored.columns, &scored.observation.training);
-    let residual = fitted.without(scored.residual.to_vec(), &scored.observation.training);
+    let fitted = Span::of(scored.columns, &scored.observation.training);
+    let residual = fitted.without(scored.residual.to_vec());
     let mut groups = Vec::new();
     for screened in library {
         for (number, directions) in screened.directions.iter().enumerate() {
             if let Some(mut group) = directed(scored, &fitted, &residual, directions) {
                 group.name = screened.term.name().to_owned();
-                if screened.term == Term::Effect(EffectKind::PeriodicDisturbance) {
+                if screened.term.is_line() {
                     // Its frequency was chosen among as many as there are rows, because the residual is high there.
                     group.tail = (group.tail * scored.observation.training_rows() as f64).min(1.0);
                 }
@@ -100,8 +100,8 @@ pub(crate) fn score(scored: &Scored, library: &[Screened]) -> ScoreTest {
 /// Statistic of each direction group of the library, by term.
 pub(crate) fn library_statistics(scored: &Scored, library: &[Screened]) -> Vec<(Term, f64)> {
     let training = &scored.observation.training;
-    let fitted = Orthogonal::of(scored.columns, training);
-    let residual = fitted.without(scored.residual.to_vec(), training);
+    let fitted = Span::of(scored.columns, training);
+    let residual = fitted.without(scored.residual.to_vec());
     let mut statistics = Vec::new();
     for screened in library {
         for directions in &screened.directions {
@@ -112,14 +112,14 @@ pub(crate) fn library_statistics(scored: &Scored, library: &[Screened]) -> Vec<(
     statistics
 }
 
-fn directed(scored: &Scored, fitted: &Orthogonal, residual: &[f64], directions: &[Vec<f32>]) -> Option<ScoreGroup> {
+fn directed(scored: &Scored, fitted: &Span, residual: &[f64], directions: &[Vec<f32>]) -> Option<ScoreGroup> {
     let training = &scored.observation.training;
     let columns: Vec<Vec<f64>> = directions
         .iter()
         .map(|direction| {
             let column: Vec<f64> = direction.iter().map(|z| f64::from(*z)).collect();
             let before = dot(training, &column, &column);
-            let column = fitted.without(column, training);
+            let column = fitted.without(column);
             // What is left of a direction that the fit already had is rounding.
             if dot(training, &column, &column) > 1e-6 * before {
                 column
@@ -137,36 +137,6 @@ fn directed(scored: &Scored, fitted: &Orthogonal, residual: &[f64], directions: 
         degrees,
         tail: chi_square_tail(statistic, degrees.max(1)),
     })
-}
-
-/// Columns made orthonormal on the training rows, to take them out of others.
-pub(crate) struct Orthogonal(Vec<Vec<f64>>);
-
-impl Orthogonal {
-    pub fn of(columns: &[Vec<f64>], training: &[Range<usize>]) -> Self {
-        let mut basis = Orthogonal(Vec::new());
-        for column in columns {
-            let before = dot(training, column, column);
-            // Twice is enough (Kahan).
-            let own = basis.without(basis.without(column.clone(), training), training);
-            let size = dot(training, &own, &own);
-            if size > 1e-10 * before && size > 0.0 {
-                let scale = 1.0 / size.sqrt();
-                basis.0.push(own.into_iter().map(|value| value * scale).collect());
-            }
-        }
-        basis
-    }
-
-    pub fn without(&self, mut vector: Vec<f64>, training: &[Range<usize>]) -> Vec<f64> {
-        for column in &self.0 {
-            let share = dot(training, column, &vector);
-            for (value, own) in vector.iter_mut().zip(column) {
-                *value -= share * own;
-            }
-        }
-        vector
-    }
 }
 
 /// Boxes of each signal: coarse ones see smooth gaps, fine ones see ripples.

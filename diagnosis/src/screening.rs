@@ -4,11 +4,10 @@
 //! small least-squares problem DᵀD λ = Dᵀr and gains (Dᵀr)ᵀ(DᵀD)⁻¹(Dᵀr) of χ², if the answer is linear. It is then tried at
 //! λ times the trial, and again from there, until λ stays near 1: a secant search that also finds limits and lags far away.
 
-use anhyst_model::EffectKind;
 use nalgebra::{DMatrix, DVector};
 
-use crate::coordinate::Coordinate;
-use crate::least_squares::dot;
+use anhyst_identify::engine::{Coordinate, dot};
+
 use crate::probes::{ProbeGroup, Surroundings};
 use crate::system::Setting;
 use crate::term::Term;
@@ -60,7 +59,7 @@ pub(crate) fn screen(bench: &Workbench, base: &Base, surroundings: &Surroundings
             bench,
             base,
             term: *term,
-            coordinates: term.coordinates(bench.model)?,
+            coordinates: term.specs(bench.model)?.iter().map(Coordinate::of).collect(),
         };
         Some(own.screen(&surroundings.probes(*term)))
     });
@@ -107,15 +106,10 @@ impl OneTerm<'_> {
         }
     }
 
-    /// A lattice is read off the values and is not searched for: another step than that explains nothing.
-    fn is_lattice(&self) -> bool {
-        self.term == Term::Effect(EffectKind::Quantisation)
-    }
-
     /// Levels of a limit, rising, or steps of lattices; None for anything else.
     fn levels(&self, groups: &[ProbeGroup]) -> Option<Vec<f64>> {
         let level = |group: &ProbeGroup| match group.sizes.as_slice() {
-            [(place, level)] if self.coordinates[*place].logarithmic || self.is_lattice() => Some(*level),
+            [(place, level)] if self.coordinates[*place].logarithmic || self.term.is_lattice() => Some(*level),
             _ => None,
         };
         groups.iter().map(level).collect()
@@ -141,7 +135,7 @@ impl OneTerm<'_> {
         };
         let gains: Vec<f64> = levels.iter().map(|level| try_level(*level, true)).collect();
         let best = (0..levels.len()).max_by(|one, other| gains[*one].total_cmp(&gains[*other]));
-        if let Some(best) = best.filter(|_| !groups.is_empty() && !self.is_lattice()) {
+        if let Some(best) = best.filter(|_| !groups.is_empty() && !self.term.is_lattice()) {
             // Levels fall from group to group; above the first of them the limit hardly bites.
             let mut high = if best == 0 { 1.3 * levels[0] } else { levels[best - 1] };
             let mut low = levels.get(best + 1).copied().unwrap_or(0.5 * levels[best]);

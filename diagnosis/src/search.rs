@@ -5,9 +5,10 @@
 //! closed and `MOST_IMMATERIAL` of the noise (two simulators of one effect differ by about as much). The simplest that reaches it wins; among
 //! equally simple ones the smallest BIC.
 
-use anhyst_model::EffectKind;
+use anhyst_model::NominalParameter;
 
-use crate::least_squares::dot;
+use anhyst_identify::engine::dot;
+
 use crate::score::ScoreTest;
 use crate::screening::Screened;
 use crate::select::{
@@ -16,7 +17,7 @@ use crate::select::{
 };
 use crate::statistics::rms;
 use crate::system::Setting;
-use crate::term::{NominalParameter, Term};
+use crate::term::Term;
 use crate::ties::UNDECIDED;
 use crate::workbench::{Fitted, Workbench};
 
@@ -179,7 +180,7 @@ impl Found {
 
     fn immaterial(&self, bench: &Workbench, tested: &Tested) -> bool {
         // The rounding of a noisy value is not the rounding of a model's: what is left has the lattice's own pattern.
-        if tested.fit.has(Term::Effect(EffectKind::Quantisation)) {
+        if tested.fit.settings.iter().any(|own| own.term.is_lattice()) {
             return true;
         }
         let rows = bench.observation.training_rows() as f64;

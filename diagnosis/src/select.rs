@@ -1,37 +1,41 @@
 //! From hypotheses to a winner: singles, then pairs, then all nominal parameters beside them.
 
-use anhyst_model::{ActuatorModel, EffectKind};
+use anhyst_model::{ActuatorModel, EffectKind, NominalParameter};
 
-use crate::least_squares::dot;
+use anhyst_identify::engine::dot;
+
 use crate::observation::Observation;
 use crate::probes::Surroundings;
 use crate::score::{ScoreTest, Scored, library_statistics, score};
 use crate::screening::{Base, Screened, screen};
 use crate::system::{ChannelKind, Setting, Signals};
-use crate::term::{NominalParameter, Term};
+use crate::term::Term;
 use crate::workbench::{Fitted, Workbench};
 use anhyst_identify::parallel;
 
 /// A fall of χ² below this is not worth a fit.
 const WORTH_A_FIT: f64 = 8.0;
 
-/// Whether the model has what the effect acts on, and its cause.
-fn may_have(model: &ActuatorModel, kind: EffectKind, temperature_is_measured: bool) -> bool {
-    (model.rod.is_some() || !kind.needs_rod()) && (model.coil || !kind.needs_coil(temperature_is_measured))
-}
-
-/// In every run.
-pub(crate) fn temperature_is_measured(signals: &[Signals]) -> bool {
-    signals.iter().all(|run| run.temperature.is_some())
+/// What an effect needs and neither model nor data have, in a sentence.
+pub(crate) fn lacking(model: &ActuatorModel, signals: &[Signals], kind: EffectKind) -> Option<&'static str> {
+    let timed = signals.iter().all(|run| run.tick_s.is_some());
+    let warm = signals.iter().all(|run| run.temperature.is_some());
+    if kind.needs_time() && !timed {
+        Some("it needs time, which the data lack")
+    } else if kind.needs_rod() && model.rod.is_none() {
+        Some("it acts on a moving rod, which the model lacks")
+    } else if kind.needs_coil(warm) && !model.coil {
+        Some("its cause is a coil, which the model lacks")
+    } else {
+        None
+    }
 }
 
 /// Every term that the model and the data allow.
 pub(crate) fn terms(bench: &Workbench, signals: &[Signals]) -> Vec<Term> {
-    let timed = signals.iter().all(|run| run.tick_s.is_some());
-    let warm = temperature_is_measured(signals);
     let kinds = EffectKind::ALL
         .into_iter()
-        .filter(|kind| (timed || !kind.needs_time()) && may_have(bench.model, *kind, warm));
+        .filter(|kind| lacking(bench.model, signals, *kind).is_none());
     let parameters = NominalParameter::ALL
         .into_iter()
         .filter(|parameter| parameter.of(bench.model).is_some());
@@ -222,13 +226,6 @@ pub(crate) fn fit_pairs(bench: &Workbench, pairs: &[[Term; 2]], singles: &[Fitte
 /// Share of the best statistic with which a limit is still tried.
 const LIMITS_WORTH: f64 = 0.1;
 
-fn is_limit(term: Term) -> bool {
-    matches!(
-        term,
-        Term::Effect(EffectKind::AmplifierSaturation | EffectKind::AmplifierSlew | EffectKind::SensorSaturation)
-    )
-}
-
 /// Terms not in a fit, by how much of its residual their directions explain beyond what it can move itself.
 pub(crate) fn promising(bench: &Workbench, fit: &Fitted, library: &[Screened], most: usize) -> Vec<Term> {
     let scored = Scored {
@@ -251,7 +248,7 @@ pub(crate) fn promising(bench: &Workbench, fit: &Fitted, library: &[Screened], m
     // A limit tried at a level that is not its own looks weaker than it is.
     let worth = best.first().map_or(0.0, |(_, statistic)| LIMITS_WORTH * statistic);
     let chosen = best.into_iter().enumerate().filter(|(rank, (term, statistic))| {
-        *statistic > WORTH_A_FIT && (*rank < most || (is_limit(*term) && *statistic > worth))
+        *statistic > WORTH_A_FIT && (*rank < most || (term.is_limit() && *statistic > worth))
     });
     chosen.map(|(_, (term, _))| term).collect()
 }
@@ -273,8 +270,15 @@ mod tests {
     fn what_a_coil_causes_is_not_sought_without_one() {
         let mut model = ActuatorModel::terfenol_d();
         let missing = |model: &ActuatorModel, warm: bool| {
+            let run = Signals {
+                tick_s: Some(1e-4),
+                temperature: warm.then(Vec::new),
+                ..Signals::default()
+            };
             let kinds = EffectKind::ALL.into_iter();
-            kinds.filter(|kind| !may_have(model, *kind, warm)).collect::<Vec<_>>()
+            kinds
+                .filter(|kind| lacking(model, std::slice::from_ref(&run), *kind).is_some())
+                .collect::<Vec<_>>()
         };
         assert!(missing(&model, false).is_empty());
         model.coil = false;

@@ -4,15 +4,17 @@
 //! size grows as the square: a fall of `SEEN` (a false alarm of 1e-6, found nine times in ten) needs s·√(SEEN/|d|²). Terms of
 //! limits are judged at the levels tried. A term is *not excited* if even its largest plausible size stays below that.
 
-use anhyst_model::{ActuatorModel, EffectKind};
+use anhyst_model::{ActuatorModel, EffectKind, NominalParameter, Stage};
 use serde::{Deserialize, Serialize};
 
-use crate::least_squares::dot;
+use anhyst_identify::engine::dot;
+
 use crate::probes::Surroundings;
 use crate::screening::Screened;
 use crate::search::Found;
-use crate::select::temperature_is_measured;
-use crate::term::{NominalParameter, Term};
+use crate::select::lacking;
+use crate::system::Signals;
+use crate::term::Term;
 use crate::workbench::Workbench;
 
 /// Fall of χ² that is seen for sure: a normal deviate of 4.9 for the threshold and 1.3 above it.
@@ -51,10 +53,7 @@ pub(crate) fn sight(bench: &Workbench, found: &Found) -> (Vec<Detectable>, Vec<N
     };
     for screened in &found.library {
         // Frequencies come from the residual and lattices from its size: neither is a matter of excitation.
-        if matches!(
-            screened.term,
-            Term::Effect(EffectKind::PeriodicDisturbance | EffectKind::Quantisation)
-        ) {
+        if screened.term.is_line() || screened.term.is_lattice() {
             continue;
         }
         match smallest(bench, &surroundings, screened) {
@@ -71,8 +70,7 @@ pub(crate) fn sight(bench: &Workbench, found: &Found) -> (Vec<Detectable>, Vec<N
 
 fn smallest(bench: &Workbench, surroundings: &Surroundings, screened: &Screened) -> Option<Detectable> {
     let training = &bench.observation.training;
-    let quantities = screened.term.quantities(bench.model);
-    let coordinates = screened.term.coordinates(bench.model)?;
+    let specs = screened.term.specs(bench.model)?;
     let mut best: Option<Detectable> = None;
     let groups = surroundings.probes(screened.term);
     for (group, directions) in groups.iter().zip(&screened.directions) {
@@ -81,7 +79,7 @@ fn smallest(bench: &Workbench, surroundings: &Surroundings, screened: &Screened)
         };
         let answer: Vec<f64> = direction.iter().map(|z| f64::from(*z)).collect();
         let size = dot(training, &answer, &answer);
-        let (smallest, better): (f64, fn(f64, f64) -> bool) = if coordinates[*place].logarithmic {
+        let (smallest, better): (f64, fn(f64, f64) -> bool) = if specs[*place].is_fitted_by_ratio() {
             if size < SEEN {
                 continue;
             }
@@ -89,7 +87,7 @@ fn smallest(bench: &Workbench, surroundings: &Surroundings, screened: &Screened)
         } else {
             let change = trial - group.absent[*place];
             let factor = (SEEN / size).sqrt();
-            let range = coordinates[*place].upper - coordinates[*place].lower;
+            let range = specs[*place].upper - specs[*place].lower;
             if factor > PLAUSIBLE || factor * change.abs() > range {
                 continue;
             }
@@ -98,8 +96,8 @@ fn smallest(bench: &Workbench, surroundings: &Surroundings, screened: &Screened)
         if best.as_ref().is_none_or(|own| better(smallest, own.smallest)) {
             best = Some(Detectable {
                 term: screened.term,
-                quantity: quantities[*place].name.to_owned(),
-                unit: quantities[*place].unit.to_owned(),
+                quantity: specs[*place].name.to_owned(),
+                unit: specs[*place].unit.to_owned(),
                 smallest,
             });
         }
@@ -108,11 +106,10 @@ fn smallest(bench: &Workbench, surroundings: &Surroundings, screened: &Screened)
 }
 
 fn quiet_reason(term: Term) -> String {
-    match term {
-        Term::Effect(EffectKind::AmplifierSaturation | EffectKind::AmplifierSlew | EffectKind::SensorSaturation) => {
-            "the signal does not reach any limit that would show above the noise".to_owned()
-        }
-        _ => "even its largest plausible size moves the outputs by less than the noise hides".to_owned(),
+    if term.is_limit() {
+        "the signal does not reach any limit that would show above the noise".to_owned()
+    } else {
+        "even its largest plausible size moves the outputs by less than the noise hides".to_owned()
     }
 }
 
@@ -121,25 +118,21 @@ fn absent(model: &ActuatorModel, found: &Found) -> Vec<NotExcited> {
     let tried = |term: Term| found.library.iter().any(|own| own.term == term);
     let all = EffectKind::ALL.into_iter().map(Term::Effect);
     let all = all.chain(NominalParameter::ALL.into_iter().map(Term::Parameter));
-    let warm = temperature_is_measured(&found.nominal.signals);
-    let timed = found.nominal.signals.iter().all(|run| run.tick_s.is_some());
     all.filter(|term| !tried(*term))
         .map(|term| NotExcited {
             term,
-            reason: match term {
-                Term::Effect(kind) if kind.needs_time() && !timed => "it needs time, which the data lack".to_owned(),
-                Term::Effect(kind) if kind.needs_rod() && model.rod.is_none() => {
-                    "it acts on a moving rod, which the model lacks".to_owned()
-                }
-                Term::Effect(kind) if kind.needs_coil(warm) && !model.coil => {
-                    "its cause is a coil, which the model lacks".to_owned()
-                }
-                Term::Effect(kind) if kind.stage() == anhyst_model::Stage::Amplifier => {
-                    "it acts between command and coil field, and the data hold no command".to_owned()
-                }
-                Term::Parameter(_) => "the model has no such part".to_owned(),
-                Term::Effect(_) => "no trial of it moves the outputs".to_owned(),
-            },
+            reason: reason(model, term, &found.nominal.signals).to_owned(),
         })
         .collect()
+}
+
+fn reason(model: &ActuatorModel, term: Term, signals: &[Signals]) -> &'static str {
+    let Term::Effect(kind) = term else {
+        return "the model has no such part";
+    };
+    lacking(model, signals, kind).unwrap_or(if kind.stage() == Stage::Amplifier {
+        "it acts between command and coil field, and the data hold no command"
+    } else {
+        "no trial of it moves the outputs"
+    })
 }

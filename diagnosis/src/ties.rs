@@ -4,7 +4,8 @@
 //! the training rows, which is what chance moves χ² by. Where the winner leaves something that is immaterial but seen, that
 //! much is added to both limits: it could as well be the rival's.
 
-use crate::least_squares::dot;
+use anhyst_identify::engine::dot;
+
 use crate::select::Tested;
 use crate::workbench::{Fitted, Workbench};
 

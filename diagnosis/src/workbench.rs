@@ -3,15 +3,15 @@
 //! BIC = χ² + n ln N with χ² over the N training rows and n fitted numbers; the held-out rows are only predicted, by
 //! the same free-running simulation. Lower is better; 6 apart is strong evidence (Kass and Raftery 1995).
 
-use anhyst_model::{ActuatorModel, EffectKind};
+use anhyst_model::ActuatorModel;
 
-use crate::coordinate::Coordinate;
-use crate::least_squares::{Problem, Solution};
+use anhyst_identify::engine::{Coordinate, Problem, Solution, Stop};
+use anhyst_identify::parallel;
+
 use crate::observation::Observation;
 use crate::statistics::rms;
 use crate::system::{ChannelKind, Setting, System};
 use crate::term::Term;
-use anhyst_identify::parallel;
 
 /// Simulator, data and nominal model side by side.
 pub(crate) struct Workbench<'a> {
@@ -35,6 +35,8 @@ pub(crate) struct Fitted {
     pub held_out_chi_square: f64,
     /// Rms of the output's residual on the held-out rows, in its unit; all runs together.
     pub held_out_rms: f64,
+    /// Standard deviations of all values, infinite until [`Workbench::deviations`] was asked.
+    pub deviations: Vec<f64>,
 }
 
 impl Fitted {
@@ -59,9 +61,9 @@ impl Fitted {
     }
 
     /// Standard deviations of one setting's values.
-    pub fn deviations(&self, index: usize) -> &[f64] {
+    pub fn deviations_of(&self, index: usize) -> &[f64] {
         let from: usize = self.settings[..index].iter().map(|setting| setting.values.len()).sum();
-        &self.solution.standard_deviations[from..from + self.settings[index].values.len()]
+        &self.deviations[from..from + self.settings[index].values.len()]
     }
 }
 
@@ -84,11 +86,31 @@ impl Workbench<'_> {
         threads: usize,
         rows: &[std::ops::Range<usize>],
     ) -> Option<Fitted> {
+        let coordinates = self.coordinates(settings, with_priors)?;
+        let model = |values: &[f64]| self.simulate(&with_values(settings, values));
+        let problem = Problem {
+            measured: &self.observation.whitened,
+            training: rows,
+            linear: &self.linear,
+            coordinates: &coordinates,
+            simulator: &model,
+            stop: Stop::CHANCE,
+            threads,
+        };
+        let start: Vec<f64> = settings
+            .iter()
+            .flat_map(|setting| setting.values.iter().copied())
+            .collect();
+        let solution = problem.solve(&start)?;
+        Some(self.judged(with_values(settings, &solution.values), solution, rows))
+    }
+
+    fn coordinates(&self, settings: &[Setting], with_priors: bool) -> Option<Vec<Coordinate>> {
         let mut coordinates: Vec<Coordinate> = Vec::new();
         for setting in settings {
-            let mut own = setting.term.coordinates(self.model)?;
-            if setting.term == Term::Effect(EffectKind::Quantisation) {
-                // A lattice is read off the values; the model's answer to its step has no derivative.
+            let mut own: Vec<Coordinate> = setting.term.specs(self.model)?.iter().map(Coordinate::of).collect();
+            if setting.term.is_lattice() {
+                // The model's answer to its step has no derivative.
                 for (coordinate, step) in own.iter_mut().zip(&setting.values) {
                     (coordinate.lower, coordinate.upper) = (*step, *step);
                 }
@@ -98,21 +120,16 @@ impl Workbench<'_> {
         if !with_priors {
             coordinates.iter_mut().for_each(|coordinate| coordinate.prior = None);
         }
-        let model = |values: &[f64]| self.simulate(&with_values(settings, values));
-        let problem = Problem {
-            measured: &self.observation.whitened,
-            training: rows,
-            linear: &self.linear,
-            coordinates: &coordinates,
-            model: &model,
-            threads,
-        };
-        let start: Vec<f64> = settings
-            .iter()
-            .flat_map(|setting| setting.values.iter().copied())
-            .collect();
-        let solution = problem.solve(&start)?;
-        Some(self.judged(with_values(settings, &solution.values), solution, rows))
+        Some(coordinates)
+    }
+
+    /// How well some rows fix a fit's values.
+    pub fn deviations(&self, fit: &Fitted, with_priors: bool, rows: &[std::ops::Range<usize>]) -> Vec<f64> {
+        let coordinates = self.coordinates(&fit.settings, with_priors).unwrap_or_default();
+        let covariance = fit.solution.covariance(&coordinates, rows);
+        (0..fit.solution.values.len())
+            .map(|index| covariance.standard_deviation(index))
+            .collect()
     }
 
     fn judged(&self, settings: Vec<Setting>, solution: Solution, rows: &[std::ops::Range<usize>]) -> Fitted {
@@ -129,6 +146,7 @@ impl Workbench<'_> {
             bic: solution.chi_square + numbers * (count as f64).ln(),
             held_out_chi_square: chi_square / held_out_rows.max(1) as f64,
             held_out_rms: self.output_rms(&solution.residual, held_out),
+            deviations: vec![f64::INFINITY; solution.values.len()],
             settings,
             solution,
         }

@@ -1,6 +1,7 @@
 //! What can be wrong with a fit.
 
 use anhyst_measured::MeasuredError;
+use anhyst_model::ModelError;
 use thiserror::Error;
 
 /// One refusal: what was asked for, what it must be, and what to do about it.
@@ -31,6 +32,25 @@ pub enum IdentifyError {
         "{source_of_data}: has no strain, so the fitted material has no strain law and moves nothing; its hysteresis alone is in the report"
     )]
     NoStrain { source_of_data: String },
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    #[error(
+        "{source_of_data}: no output that the model \"{model}\" has: it needs displacement (with a rod in the model), magnetization, flux density or \
+         strain, and the file holds {present}"
+    )]
+    NoOutput {
+        source_of_data: String,
+        model: String,
+        present: String,
+    },
+    #[error(
+        "{source_of_data}: neither a field command nor a measured field; name one with --column field=HEADER*SCALE"
+    )]
+    NoDrive { source_of_data: String },
+    #[error("the model \"{model}\" has no {parameter}, so it cannot be estimated")]
+    NoSuchPart { model: String, parameter: &'static str },
+    #[error("the model \"{model}\" cannot be simulated on this run")]
+    NotSimulated { model: String },
     #[error("the fitted material cannot be written: {0}")]
     MaterialText(#[from] ron::Error),
 }

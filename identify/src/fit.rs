@@ -11,10 +11,9 @@ use crate::observed::ObservedLoop;
 use crate::parameters::{Bounds, Coordinates, Fixed};
 use crate::progress::Progress;
 use crate::report::FitReport;
-use crate::residuals::Observation;
+use crate::residuals::{Fitter, Observation};
 use crate::search::{self, Effort};
-use crate::simulate::Beginning;
-use crate::strain;
+use crate::simulate::{Beginning, range};
 use crate::summary;
 use anhyst_measured::{MeasuredError, MeasuredLoop, MeasuredLoops, sweep};
 
@@ -108,9 +107,10 @@ pub fn fit(
         .iter()
         .map(|curve| Coordinates::new(*curve, bounds, &options.fixed))
         .collect::<Result<Vec<_>, _>>()?;
-    let mut searches = coordinates
+    let fitters: Vec<Fitter> = coordinates.iter().map(|own| Fitter::new(&observation, own)).collect();
+    let mut searches = fitters
         .iter()
-        .map(|coordinates| search::search(&observation, coordinates, effort, progress))
+        .map(|fitter| search::search(fitter, effort, progress))
         .collect::<Result<Vec<_>, _>>()?;
     let nrmse = searches.iter().map(|polished| polished[0].nrmse());
     let tried: Vec<(Anhysteretic, f64)> = curves.iter().copied().zip(nrmse).collect();
@@ -121,10 +121,7 @@ pub fn fit(
         field_a_per_m: bounds.effective_shape_a_per_m.1,
         magnetization_a_per_m: bounds.saturation_magnetization_a_per_m.1,
     };
-    let hysteresis = best[0]
-        .coordinates
-        .hysteresis(best[0].material_numbers())
-        .ok_or_else(no_start)?;
+    let hysteresis = best[0].hysteresis().ok_or_else(no_start)?;
     let nuisance = best[0].nuisance();
     let modelled = Modelled::of(&observation, &hysteresis, &nuisance);
     let report = summary::report(measured, &observation, best, tried, effort, &hysteresis, &modelled);
@@ -185,7 +182,7 @@ fn observe(measured: &MeasuredLoops, options: &FitOptions) -> Result<Observation
             .unwrap_or_else(|| Beginning::of(&field, &magnetization));
         Ok(ObservedLoop {
             field_a_per_m: field,
-            magnetization_range_a_per_m: strain::range(&magnetization),
+            magnetization_range_a_per_m: range(&magnetization),
             magnetization_a_per_m: magnetization,
             strain: of.strain.clone(),
             beginning,

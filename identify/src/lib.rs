@@ -1,9 +1,12 @@
-//! Parameters out of measured data: one set for all loops, and how well the data fix it.
+//! Parameters out of measured data, and how well the data fix them.
 //!
-//! [`fit()`] finds the set and reports on it; [`material_text`] writes it as a material file. Nothing here prints, draws or
+//! [`engine`] is the one least squares and the one covariance. [`fit()`] finds a material's set for all its loops and reports on
+//! it; [`material_text`] writes it as a material file; [`estimate`] finds constants of an actuator from a run. Nothing here prints, draws or
 //! writes: files, pictures and progress bars belong to the executable.
 
+pub mod engine;
 mod error;
+pub mod estimate;
 mod fit;
 mod material;
 mod modelled;
@@ -24,7 +27,7 @@ pub use error::IdentifyError;
 pub use fit::{Curves, Fit, FitOptions, fit};
 pub use material::material_text;
 pub use modelled::{FittedLoop, FittedStrain};
-pub use parameters::{Bounds, Fixed, Parameter};
+pub use parameters::{Bounds, Fixed};
 pub use progress::{Progress, Stage};
 pub use report::FitReport;
 pub use simulate::Beginning;

@@ -31,7 +31,7 @@ pub(crate) struct Modelled {
 
 impl Modelled {
     pub fn of(observation: &Observation, hysteresis: &Hysteresis, nuisance: &Nuisance) -> Self {
-        let magnetizations = observation.magnetizations(hysteresis, nuisance);
+        let magnetizations = observation.magnetizations(hysteresis, &nuisance.start);
         let law = StrainLaw::solve(&observation.loops, &magnetizations);
         Modelled { magnetizations, law }
     }

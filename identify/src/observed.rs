@@ -13,10 +13,10 @@ pub(crate) struct ObservedLoop {
 }
 
 /// Unknowns that belong to the instrument and not to the material, as fractions of each loop's range of M.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Nuisance {
     /// Measured zero of M: measured M = true M + offset.
     pub offset: Vec<f64>,
-    /// First true M less (first measured M − offset), for loops whose beginning is fitted.
-    pub first: Vec<f64>,
+    /// First true M less the first measured one, for loops that do not begin demagnetised.
+    pub start: Vec<f64>,
 }

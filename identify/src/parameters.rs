@@ -3,79 +3,22 @@
 //! On one loop a and α can hardly be told apart: a_eff = a − α·Ms·s is what the data fix (s = 1/3 Langevin, 1 Ising:
 //! the initial slope of the curve). So the search runs over Ms, a_eff, k, c and w = ln(a/a_eff), from which
 //!   a = a_eff·e^w,  α = (a − a_eff)/(s·Ms).
-//! Then α·χ₀ = 1 − e^(−w) stays below 1 by itself. Each coordinate v lies between bounds through a logistic function of a
-//! free number u: v = low·(high/low)^σ(u) or v = low + (high − low)·σ(u), σ(u) = 1/(1 + e^(−u)).
+//! Then α·χ₀ = 1 − e^(−w) stays below 1 by itself. Ms, a_eff and k are searched by ratio, w and c evenly.
 //! Ms, a, k, a_eff in A/m; α, c, w without unit. Source: the linearised anhysteretic curve, χ₀/(1 − αχ₀).
 
 use std::str::FromStr;
 
-use anhyst_model::{Anhysteretic, Hysteresis};
+use anhyst_model::parameter::REVERSIBILITY_BOUNDS;
+use anhyst_model::{Anhysteretic, Hysteresis, HysteresisParameter};
 use serde::{Deserialize, Serialize};
 
+use crate::engine::Coordinate;
 use crate::error::IdentifyError;
-
-/// One of the five parameters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Parameter {
-    SaturationMagnetization,
-    Shape,
-    Pinning,
-    Coupling,
-    Reversibility,
-}
-
-impl Parameter {
-    pub const ALL: [Parameter; 5] = [
-        Parameter::SaturationMagnetization,
-        Parameter::Shape,
-        Parameter::Pinning,
-        Parameter::Coupling,
-        Parameter::Reversibility,
-    ];
-
-    /// The paper's letter.
-    pub fn symbol(self) -> &'static str {
-        match self {
-            Parameter::SaturationMagnetization => "Ms",
-            Parameter::Shape => "a",
-            Parameter::Pinning => "k",
-            Parameter::Coupling => "alpha",
-            Parameter::Reversibility => "c",
-        }
-    }
-
-    pub fn unit(self) -> &'static str {
-        match self {
-            Parameter::Coupling | Parameter::Reversibility => "",
-            _ => "A/m",
-        }
-    }
-
-    pub fn of(self, hysteresis: &Hysteresis) -> f64 {
-        match self {
-            Parameter::SaturationMagnetization => hysteresis.saturation_magnetization_a_per_m,
-            Parameter::Shape => hysteresis.shape_a_per_m,
-            Parameter::Pinning => hysteresis.pinning_a_per_m,
-            Parameter::Coupling => hysteresis.coupling,
-            Parameter::Reversibility => hysteresis.reversibility,
-        }
-    }
-
-    pub(crate) fn set(self, hysteresis: &mut Hysteresis, value: f64) {
-        *match self {
-            Parameter::SaturationMagnetization => &mut hysteresis.saturation_magnetization_a_per_m,
-            Parameter::Shape => &mut hysteresis.shape_a_per_m,
-            Parameter::Pinning => &mut hysteresis.pinning_a_per_m,
-            Parameter::Coupling => &mut hysteresis.coupling,
-            Parameter::Reversibility => &mut hysteresis.reversibility,
-        } = value;
-    }
-}
 
 /// A parameter that the user holds, written `alpha=-0.01`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fixed {
-    pub parameter: Parameter,
+    pub parameter: HysteresisParameter,
     pub value: f64,
 }
 
@@ -85,7 +28,7 @@ impl FromStr for Fixed {
     fn from_str(text: &str) -> Result<Self, IdentifyError> {
         let refusal = || IdentifyError::BadFix { text: text.to_owned() };
         let (symbol, value) = text.split_once('=').ok_or_else(refusal)?;
-        let parameter = Parameter::ALL
+        let parameter = HysteresisParameter::ALL
             .into_iter()
             .find(|parameter| parameter.symbol() == symbol.trim())
             .ok_or_else(refusal)?;
@@ -98,6 +41,9 @@ impl FromStr for Fixed {
         Ok(Fixed { parameter, value })
     }
 }
+
+/// A change of w or c worth noticing.
+const CHANGE: f64 = 1e-3;
 
 /// Where the search looks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -120,18 +66,18 @@ impl Bounds {
             // k is near the coercive field for a soft material and above it where c is large.
             pinning_a_per_m: (0.2 * coercive_field_a_per_m, 20.0 * coercive_field_a_per_m),
             log_shape_ratio: (-1.5, 3.0),
-            reversibility: (0.0, 0.98),
+            reversibility: REVERSIBILITY_BOUNDS,
         }
     }
 }
 
-/// The map from free numbers u to parameters, with some of them held.
+/// The map from the searched numbers to parameters, with some of them held.
 #[derive(Clone, Debug)]
 pub(crate) struct Coordinates {
     anhysteretic: Anhysteretic,
-    bounds: Bounds,
     fixed: Vec<Fixed>,
     axes: Vec<Axis>,
+    coordinates: Vec<Coordinate>,
 }
 
 /// One searched direction.
@@ -148,25 +94,29 @@ impl Coordinates {
     pub fn new(anhysteretic: Anhysteretic, bounds: Bounds, fixed: &[Fixed]) -> Result<Self, IdentifyError> {
         let mut coordinates = Coordinates {
             anhysteretic,
-            bounds,
             fixed: fixed.to_vec(),
             axes: Vec::new(),
+            coordinates: Vec::new(),
         };
         let free = |parameter| coordinates.held(parameter).is_none();
-        let (shape, coupling) = (free(Parameter::Shape), free(Parameter::Coupling));
+        let (shape, coupling) = (free(HysteresisParameter::Shape), free(HysteresisParameter::Coupling));
         let axes = [
-            (Axis::SaturationMagnetization, free(Parameter::SaturationMagnetization)),
+            (
+                Axis::SaturationMagnetization,
+                free(HysteresisParameter::SaturationMagnetization),
+            ),
             // Of a and α, one held leaves one direction: a_eff moves a at a held α, w moves α at a held a.
             (Axis::EffectiveShape, shape),
             (Axis::LogShapeRatio, coupling),
-            (Axis::Pinning, free(Parameter::Pinning)),
-            (Axis::Reversibility, free(Parameter::Reversibility)),
+            (Axis::Pinning, free(HysteresisParameter::Pinning)),
+            (Axis::Reversibility, free(HysteresisParameter::Reversibility)),
         ];
         coordinates.axes = axes
             .into_iter()
             .filter(|(_, free)| *free)
             .map(|(axis, _)| axis)
             .collect();
+        coordinates.coordinates = coordinates.axes.iter().map(|axis| axis.coordinate(&bounds)).collect();
         if coordinates.axes.is_empty() {
             Err(IdentifyError::NothingFree)
         } else {
@@ -178,15 +128,20 @@ impl Coordinates {
         self.axes.len()
     }
 
+    /// Bounds and scale of each searched number.
+    pub fn axes(&self) -> &[Coordinate] {
+        &self.coordinates
+    }
+
     /// The parameters that are searched.
-    pub fn free(&self) -> Vec<Parameter> {
-        Parameter::ALL
+    pub fn free(&self) -> Vec<HysteresisParameter> {
+        HysteresisParameter::ALL
             .into_iter()
             .filter(|parameter| self.held(*parameter).is_none())
             .collect()
     }
 
-    pub fn held(&self, parameter: Parameter) -> Option<f64> {
+    pub fn held(&self, parameter: HysteresisParameter) -> Option<f64> {
         self.fixed
             .iter()
             .rev()
@@ -194,16 +149,19 @@ impl Coordinates {
             .map(|fixed| fixed.value)
     }
 
-    /// Parameters at `free_numbers` (as many as [`Coordinates::count`]), or none where the set is not valid.
-    pub fn hysteresis(&self, free_numbers: &[f64]) -> Option<Hysteresis> {
-        let at = |axis: Axis| {
-            let index = self.axes.iter().position(|of| *of == axis)?;
-            free_numbers.get(index).map(|u| self.value(axis, *u))
-        };
+    /// Parameters at the searched numbers (as many as [`Coordinates::count`]), or none where the set is not valid.
+    pub fn hysteresis(&self, numbers: &[f64]) -> Option<Hysteresis> {
+        let at = |axis: Axis| numbers.get(self.axes.iter().position(|of| *of == axis)?).copied();
         let held_or = |parameter, axis| self.held(parameter).or_else(|| at(axis));
-        let saturation = held_or(Parameter::SaturationMagnetization, Axis::SaturationMagnetization)?;
+        let saturation = held_or(
+            HysteresisParameter::SaturationMagnetization,
+            Axis::SaturationMagnetization,
+        )?;
         let scale = saturation * self.anhysteretic.initial_slope();
-        let (shape, coupling) = match (self.held(Parameter::Shape), self.held(Parameter::Coupling)) {
+        let (shape, coupling) = match (
+            self.held(HysteresisParameter::Shape),
+            self.held(HysteresisParameter::Coupling),
+        ) {
             (Some(shape), Some(coupling)) => (shape, coupling),
             (Some(shape), None) => (shape, shape * (1.0 - (-at(Axis::LogShapeRatio)?).exp()) / scale),
             (None, Some(coupling)) => (at(Axis::EffectiveShape)? + coupling * scale, coupling),
@@ -216,36 +174,20 @@ impl Coordinates {
             anhysteretic: self.anhysteretic,
             saturation_magnetization_a_per_m: saturation,
             shape_a_per_m: shape,
-            pinning_a_per_m: held_or(Parameter::Pinning, Axis::Pinning)?,
+            pinning_a_per_m: held_or(HysteresisParameter::Pinning, Axis::Pinning)?,
             coupling,
-            reversibility: held_or(Parameter::Reversibility, Axis::Reversibility)?,
+            reversibility: held_or(HysteresisParameter::Reversibility, Axis::Reversibility)?,
             cubic_coupling_m2_per_a2: 0.0,
         };
         hysteresis.validate().is_ok().then_some(hysteresis)
     }
 
     /// Names of the searched directions that ended within 0.1 % of a bound.
-    pub fn at_bounds(&self, free_numbers: &[f64]) -> Vec<&'static str> {
-        let near = |u: f64| !(1e-3..=1.0 - 1e-3).contains(&logistic(u));
-        self.axes
-            .iter()
-            .zip(free_numbers)
-            .filter(|(_, u)| near(**u))
-            .map(|(axis, _)| axis.name())
+    pub fn at_bounds(&self, numbers: &[f64]) -> Vec<&'static str> {
+        let all = self.axes.iter().zip(&self.coordinates).zip(numbers);
+        all.filter(|((_, own), value)| !(1e-3..=1.0 - 1e-3).contains(&own.share(**value)))
+            .map(|((axis, _), _)| axis.name())
             .collect()
-    }
-
-    fn value(&self, axis: Axis, u: f64) -> f64 {
-        let share = logistic(u);
-        let logarithmic = |(low, high): (f64, f64)| low * (high / low).powf(share);
-        let linear = |(low, high): (f64, f64)| low + (high - low) * share;
-        match axis {
-            Axis::SaturationMagnetization => logarithmic(self.bounds.saturation_magnetization_a_per_m),
-            Axis::EffectiveShape => logarithmic(self.bounds.effective_shape_a_per_m),
-            Axis::Pinning => logarithmic(self.bounds.pinning_a_per_m),
-            Axis::LogShapeRatio => linear(self.bounds.log_shape_ratio),
-            Axis::Reversibility => linear(self.bounds.reversibility),
-        }
     }
 }
 
@@ -259,10 +201,23 @@ impl Axis {
             Axis::Reversibility => "c",
         }
     }
-}
 
-fn logistic(u: f64) -> f64 {
-    1.0 / (1.0 + (-u).exp())
+    fn coordinate(self, bounds: &Bounds) -> Coordinate {
+        let between = |(lower, upper), logarithmic| Coordinate {
+            lower,
+            upper,
+            scale: CHANGE,
+            logarithmic,
+            prior: None,
+        };
+        match self {
+            Axis::SaturationMagnetization => between(bounds.saturation_magnetization_a_per_m, true),
+            Axis::EffectiveShape => between(bounds.effective_shape_a_per_m, true),
+            Axis::Pinning => between(bounds.pinning_a_per_m, true),
+            Axis::LogShapeRatio => between(bounds.log_shape_ratio, false),
+            Axis::Reversibility => between(bounds.reversibility, false),
+        }
+    }
 }
 
 /// a_eff = a − α·Ms·s, A/m: what one loop fixes even where a and α trade.

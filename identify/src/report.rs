@@ -1,9 +1,8 @@
 //! What a fit found, in words and numbers, ready to be written as RON or JSON.
 
-use anhyst_model::Anhysteretic;
+use anhyst_model::{Anhysteretic, HysteresisParameter};
 use serde::{Deserialize, Serialize};
 
-use crate::parameters::Parameter;
 use crate::simulate::Beginning;
 
 /// The whole result of a fit except the curves.
@@ -37,7 +36,7 @@ pub struct Estimate {
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FittedParameter {
-    pub parameter: Parameter,
+    pub parameter: HysteresisParameter,
     pub symbol: String,
     pub unit: String,
     pub value: f64,
@@ -92,7 +91,7 @@ pub struct SearchReport {
     /// Starts that ended within [`AGREEMENT`] of the best NRMSE.
     pub agreeing_starts: usize,
     /// Smallest and largest value of each parameter among those starts.
-    pub spread: Vec<(Parameter, f64, f64)>,
+    pub spread: Vec<(HysteresisParameter, f64, f64)>,
     /// NRMSE of the best start of every curve that was tried.
     pub curves: Vec<(Anhysteretic, f64)>,
 }
@@ -101,15 +100,15 @@ pub struct SearchReport {
 pub const AGREEMENT: f64 = 0.01;
 
 impl FitReport {
-    pub fn value(&self, parameter: Parameter) -> Option<f64> {
+    pub fn value(&self, parameter: HysteresisParameter) -> Option<f64> {
         self.found(parameter).map(|fitted| fitted.value)
     }
 
-    pub fn standard_deviation(&self, parameter: Parameter) -> Option<f64> {
+    pub fn standard_deviation(&self, parameter: HysteresisParameter) -> Option<f64> {
         self.found(parameter).and_then(|fitted| fitted.standard_deviation)
     }
 
-    fn found(&self, parameter: Parameter) -> Option<&FittedParameter> {
+    fn found(&self, parameter: HysteresisParameter) -> Option<&FittedParameter> {
         self.parameters.iter().find(|fitted| fitted.parameter == parameter)
     }
 }

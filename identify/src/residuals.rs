@@ -1,27 +1,31 @@
-//! r = (model − measured)/(range·√n·√L): what the fit makes small, so that Σr² is the joint NRMSE squared.
+//! z = (measured, model)/(range·√n·√L): what the fit compares, so that χ² is the joint NRMSE squared.
 //!
 //! NRMSE of a loop = rms of the residual over the loop's measured range (largest − smallest); joint NRMSE = root of
 //! the mean of the squares over L loops, so a small loop counts as much as a large one. n samples per loop.
 //! The model runs freely: it hears the field and never the measured response. Unknowns beside the material's
-//! parameters: the instrument's zero of M of each loop, and the first M of a loop whose beginning is fitted.
+//! parameters: the instrument's zero of M of each loop, which is a linear column, and the first true M of a loop that does not
+//! begin demagnetised.
 //! The strain law λ = γM² + λ0 is linear in γ and λ0, so it is solved for at every evaluation (variable projection,
 //! Golub & Pereyra 1973) and adds its own block where the strain has weight.
 
-use anhyst_model::Hysteresis;
-use levenberg_marquardt::LeastSquaresProblem;
-use nalgebra::{DMatrix, DVector, Dyn, Owned};
+use std::ops::Range;
 
+use anhyst_model::Hysteresis;
+
+use crate::engine::{Coordinate, Problem, Simulator, Solution, Stop};
 use crate::observed::{Nuisance, ObservedLoop};
 use crate::parameters::Coordinates;
 use crate::simulate::{self, Beginning};
 use crate::strain::StrainLaw;
 
-/// NRMSE of a parameter set that cannot be simulated: far above any real one, and finite so that a step can be refused.
-const REFUSED_NRMSE: f64 = 10.0;
-
-/// Step of the central differences in the free numbers: balances the square of the step against the model's
-/// integration error of 1e-9 Ms.
-const DIFFERENCE_STEP: f64 = 1e-3;
+/// A first M that is fitted lies within this many ranges of the first measured one, and moves in parts of it.
+const START: Coordinate = Coordinate {
+    lower: -2.0,
+    upper: 2.0,
+    scale: 1e-2,
+    logarithmic: false,
+    prior: None,
+};
 
 /// The measurement, and which of its own unknowns are free.
 #[derive(Clone, Debug)]
@@ -32,230 +36,214 @@ pub(crate) struct Observation {
 }
 
 impl Observation {
-    pub fn zero_nuisance(&self) -> Nuisance {
-        let zeros = vec![0.0; self.loops.len()];
-        Nuisance {
-            offset: zeros.clone(),
-            first: zeros,
+    /// The first M of a loop is a number of the fit: unknown, or the first measured one less a free zero.
+    fn has_free_start(&self, of: &ObservedLoop) -> bool {
+        match of.beginning {
+            Beginning::Cycled => false,
+            Beginning::Measured => self.free_offset,
+            Beginning::Fitted => true,
         }
     }
 
-    /// Reads the nuisance from the numbers that follow the material's.
-    pub fn nuisance(&self, numbers: &[f64]) -> Nuisance {
-        let mut nuisance = self.zero_nuisance();
-        let mut rest = numbers.iter();
-        for (index, measured) in self.loops.iter().enumerate() {
-            if self.free_offset {
-                nuisance.offset[index] = rest.next().copied().unwrap_or_default();
-            }
-            if measured.beginning == Beginning::Fitted {
-                nuisance.first[index] = rest.next().copied().unwrap_or_default();
-            }
+    fn free_starts(&self) -> usize {
+        self.loops.iter().filter(|of| self.has_free_start(of)).count()
+    }
+
+    /// The zero of a loop that begins as measured also shifts its first true M, so it is no linear column.
+    fn has_linear_offset(&self, of: &ObservedLoop) -> bool {
+        self.free_offset && of.beginning != Beginning::Measured
+    }
+
+    /// From what was fitted: numbers of the loops that have one, and coefficients of the linear columns.
+    fn nuisance(&self, starts: &[f64], coefficients: &[f64]) -> Nuisance {
+        let (mut starts, mut coefficients) = (starts.iter().copied(), coefficients.iter().copied());
+        let mut nuisance = Nuisance::default();
+        for of in &self.loops {
+            let start = if self.has_free_start(of) { starts.next() } else { None }.unwrap_or_default();
+            let linear = self.has_linear_offset(of).then(|| coefficients.next()).flatten();
+            nuisance.start.push(start);
+            nuisance.offset.push(match of.beginning {
+                Beginning::Measured => -start,
+                Beginning::Cycled | Beginning::Fitted => linear.unwrap_or_default(),
+            });
         }
         nuisance
     }
 
-    /// Derivative by one of the instrument's numbers where no simulation is needed: the zero of a loop that starts from
-    /// the demagnetised state only shifts its residual.
-    pub fn known_column(&self, number: usize) -> Option<DVector<f64>> {
-        let (mut next, mut first_row) = (0, 0);
-        for measured in &self.loops {
-            let count = measured.field_a_per_m.len();
-            if self.free_offset && next == number {
-                let weight = 1.0 / (self.loops.len() as f64 * count as f64).sqrt();
-                let rows = first_row..first_row + count;
-                let column = DVector::from_fn(self.length(), |row, _| if rows.contains(&row) { weight } else { 0.0 });
-                return (measured.beginning == Beginning::Cycled).then_some(column);
-            }
-            next += usize::from(self.free_offset) + usize::from(measured.beginning == Beginning::Fitted);
-            first_row += count;
-        }
-        None
-    }
-
-    pub fn nuisance_count(&self) -> usize {
-        let fitted = self
-            .loops
-            .iter()
-            .filter(|measured| measured.beginning == Beginning::Fitted)
-            .count();
-        fitted + if self.free_offset { self.loops.len() } else { 0 }
-    }
-
     /// True M along every loop, A/m.
-    pub fn magnetizations(&self, hysteresis: &Hysteresis, nuisance: &Nuisance) -> Vec<Vec<f64>> {
-        let along = |(index, measured): (usize, &ObservedLoop)| {
-            let mut magnetization = Vec::with_capacity(measured.field_a_per_m.len());
-            let field = &measured.field_a_per_m;
-            if measured.beginning == Beginning::Cycled {
-                simulate::cycled(hysteresis, field, &mut magnetization);
+    pub fn magnetizations(&self, hysteresis: &Hysteresis, start: &[f64]) -> Vec<Vec<f64>> {
+        let along = |(of, start): (&ObservedLoop, &f64)| {
+            let mut magnetization = Vec::with_capacity(of.field_a_per_m.len());
+            if of.beginning == Beginning::Cycled {
+                simulate::cycled(hysteresis, &of.field_a_per_m, &mut magnetization);
             } else {
-                let range = measured.magnetization_range_a_per_m;
-                let first = measured.magnetization_a_per_m.first().copied().unwrap_or_default();
-                let true_first = first + range * (nuisance.first[index] - nuisance.offset[index]);
-                simulate::from_first(hysteresis, field, true_first, &mut magnetization);
+                let first = of.magnetization_a_per_m.first().copied().unwrap_or_default();
+                let true_first = first + of.magnetization_range_a_per_m * start;
+                simulate::from_first(hysteresis, &of.field_a_per_m, true_first, &mut magnetization);
             }
             magnetization
         };
-        self.loops.iter().enumerate().map(along).collect()
+        self.loops.iter().zip(start).map(along).collect()
     }
 
-    /// All residuals, magnetization of every loop first, then strain where it has weight.
-    pub fn residuals(&self, hysteresis: &Hysteresis, nuisance: &Nuisance) -> DVector<f64> {
-        let magnetizations = self.magnetizations(hysteresis, nuisance);
-        let mut residuals = Vec::with_capacity(self.length());
-        let loops = self.loops.len() as f64;
-        for (index, (measured, model)) in self.loops.iter().zip(&magnetizations).enumerate() {
-            let range = measured.magnetization_range_a_per_m;
-            let weight = 1.0 / (loops * model.len() as f64).sqrt();
-            let pairs = model.iter().zip(&measured.magnetization_a_per_m);
-            residuals.extend(pairs.map(|(m, seen)| weight * ((m - seen) / range + nuisance.offset[index])));
+    /// 1/(√n·√L).
+    fn weight(&self, of: &ObservedLoop) -> f64 {
+        1.0 / (self.loops.len() as f64 * of.field_a_per_m.len() as f64).sqrt()
+    }
+
+    fn strains(&self) -> impl Iterator<Item = &[f64]> {
+        let weighs = self.strain_weight > 0.0;
+        self.loops
+            .iter()
+            .filter_map(move |of| of.strain.as_deref().filter(|_| weighs))
+    }
+
+    fn strain_scale(&self, strain: &[f64]) -> f64 {
+        (self.strain_weight / (self.strains().count() as f64 * strain.len() as f64)).sqrt() / simulate::range(strain)
+    }
+
+    /// Magnetization of every loop first, then strain where it has weight.
+    fn measured(&self) -> Vec<f64> {
+        let magnetization = self.loops.iter().flat_map(|of| {
+            let scale = self.weight(of) / of.magnetization_range_a_per_m;
+            of.magnetization_a_per_m.iter().map(move |m| scale * m)
+        });
+        let strain = self.strains().flat_map(|strain| {
+            let scale = self.strain_scale(strain);
+            strain.iter().map(move |own| scale * own)
+        });
+        magnetization.chain(strain).collect()
+    }
+
+    fn modelled(&self, hysteresis: &Hysteresis, nuisance: &Nuisance) -> Option<Vec<f64>> {
+        let magnetizations = self.magnetizations(hysteresis, &nuisance.start);
+        let mut modelled = Vec::new();
+        for ((of, model), offset) in self.loops.iter().zip(&magnetizations).zip(&nuisance.offset) {
+            let (weight, range) = (self.weight(of), of.magnetization_range_a_per_m);
+            modelled.extend(model.iter().map(|m| weight * (m / range + offset)));
         }
         if self.strain_weight > 0.0
             && let Some(law) = StrainLaw::solve(&self.loops, &magnetizations)
         {
-            law.each_residual(&self.loops, &magnetizations, |nrmse_part| {
-                residuals.push(self.strain_weight.sqrt() * nrmse_part);
-            });
+            for (index, (of, model)) in self.loops.iter().zip(&magnetizations).enumerate() {
+                let Some(strain) = &of.strain else { continue };
+                let scale = self.strain_scale(strain);
+                modelled.extend(law.along(index, model).iter().map(|own| scale * own));
+            }
         }
-        if residuals.len() == self.length() && residuals.iter().all(|r| r.is_finite()) {
-            DVector::from_vec(residuals)
-        } else {
-            self.refusal()
-        }
+        modelled.iter().all(|value| value.is_finite()).then_some(modelled)
     }
 
-    /// Residuals of a set that is not valid.
-    pub fn refusal(&self) -> DVector<f64> {
-        DVector::from_element(self.length(), REFUSED_NRMSE / (self.length() as f64).sqrt())
-    }
-
-    fn length(&self) -> usize {
-        let strain = |measured: &&ObservedLoop| self.strain_weight > 0.0 && measured.strain.is_some();
-        let magnetization: usize = self.loops.iter().map(|measured| measured.field_a_per_m.len()).sum();
-        magnetization
-            + self
-                .loops
-                .iter()
-                .filter(strain)
-                .map(|measured| measured.field_a_per_m.len())
-                .sum::<usize>()
+    /// Rows of each loop's magnetization, then of each strain that has weight.
+    fn blocks(&self) -> Vec<Range<usize>> {
+        let lengths = self.loops.iter().map(|of| of.field_a_per_m.len());
+        let mut end = 0;
+        lengths
+            .chain(self.strains().map(<[f64]>::len))
+            .map(|length| {
+                end += length;
+                end - length..end
+            })
+            .collect()
     }
 }
 
-/// The least-squares problem over the free numbers of the material followed by those of the instrument.
-pub(crate) struct FitProblem<'a> {
+/// The material's numbers and the loops' starts as a least-squares problem.
+pub(crate) struct Fitter<'a> {
     pub observation: &'a Observation,
     pub coordinates: &'a Coordinates,
-    numbers: DVector<f64>,
-    residuals: DVector<f64>,
+    pub blocks: Vec<Range<usize>>,
+    /// Of the material, then of the starts.
+    pub all: Vec<Coordinate>,
+    measured: Vec<f64>,
+    linear: Vec<Vec<f64>>,
 }
 
-impl<'a> FitProblem<'a> {
-    pub fn new(observation: &'a Observation, coordinates: &'a Coordinates, material: &[f64]) -> Self {
-        let mut numbers = material.to_vec();
-        numbers.resize(coordinates.count() + observation.nuisance_count(), 0.0);
-        let numbers = DVector::from_vec(numbers);
-        let mut problem = FitProblem {
+impl<'a> Fitter<'a> {
+    pub fn new(observation: &'a Observation, coordinates: &'a Coordinates) -> Self {
+        let (measured, blocks) = (observation.measured(), observation.blocks());
+        let with_offset = observation.loops.iter().zip(&blocks);
+        let linear = with_offset
+            .filter(|(of, _)| observation.has_linear_offset(of))
+            .map(|(of, rows)| {
+                let mut column = vec![0.0; measured.len()];
+                column[rows.clone()].fill(observation.weight(of));
+                column
+            })
+            .collect();
+        let mut all = coordinates.axes().to_vec();
+        all.extend(vec![START; observation.free_starts()]);
+        Fitter {
             observation,
             coordinates,
-            numbers,
-            residuals: DVector::zeros(0),
-        };
-        problem.residuals = problem.at(problem.numbers.as_slice());
-        problem
+            blocks,
+            all,
+            measured,
+            linear,
+        }
     }
 
+    fn problem(&self, stop: Stop) -> Problem<'_> {
+        Problem {
+            measured: &self.measured,
+            training: &self.blocks,
+            linear: &self.linear,
+            coordinates: &self.all,
+            simulator: self,
+            stop,
+            threads: 1,
+        }
+    }
+
+    /// Joint NRMSE of a set of material numbers, with all starts as measured; None where it is not valid.
+    pub fn nrmse(&self, material: &[f64], stop: Stop) -> Option<f64> {
+        Some(self.problem(stop).cost(&self.with_starts(material))?.sqrt())
+    }
+
+    pub fn polished(&self, material: &[f64], stop: Stop) -> Option<Polished<'_>> {
+        let solution = self.problem(stop).solve(&self.with_starts(material))?;
+        Some(Polished { fitter: self, solution })
+    }
+
+    fn with_starts(&self, numbers: &[f64]) -> Vec<f64> {
+        let mut all = numbers.to_vec();
+        all.resize(self.all.len(), 0.0);
+        all
+    }
+}
+
+impl Simulator for Fitter<'_> {
+    fn outputs(&self, values: &[f64]) -> Option<Vec<f64>> {
+        let (material, starts) = values.split_at(self.coordinates.count());
+        let hysteresis = self.coordinates.hysteresis(material)?;
+        self.observation
+            .modelled(&hysteresis, &self.observation.nuisance(starts, &[]))
+    }
+}
+
+/// A start that was brought to its end.
+#[derive(Clone)]
+pub(crate) struct Polished<'a> {
+    pub fitter: &'a Fitter<'a>,
+    pub solution: Solution,
+}
+
+impl Polished<'_> {
     /// Joint NRMSE (with the strain's share where it has weight).
     pub fn nrmse(&self) -> f64 {
-        self.residuals.norm()
+        self.solution.chi_square.sqrt()
     }
 
     pub fn material_numbers(&self) -> &[f64] {
-        &self.numbers.as_slice()[..self.coordinates.count()]
+        &self.solution.values[..self.fitter.coordinates.count()]
+    }
+
+    pub fn hysteresis(&self) -> Option<Hysteresis> {
+        self.fitter.coordinates.hysteresis(self.material_numbers())
     }
 
     pub fn nuisance(&self) -> Nuisance {
-        self.observation
-            .nuisance(&self.numbers.as_slice()[self.coordinates.count()..])
+        let starts = &self.solution.values[self.fitter.coordinates.count()..];
+        self.fitter.observation.nuisance(starts, &self.solution.coefficients)
     }
-
-    fn at(&self, numbers: &[f64]) -> DVector<f64> {
-        let (material, instrument) = numbers.split_at(self.coordinates.count());
-        match self.coordinates.hysteresis(material) {
-            Some(hysteresis) => self
-                .observation
-                .residuals(&hysteresis, &self.observation.nuisance(instrument)),
-            None => self.observation.refusal(),
-        }
-    }
-}
-
-impl LeastSquaresProblem<f64, Dyn, Dyn> for FitProblem<'_> {
-    type ResidualStorage = Owned<f64, Dyn>;
-    type JacobianStorage = Owned<f64, Dyn, Dyn>;
-    type ParameterStorage = Owned<f64, Dyn>;
-
-    fn set_params(&mut self, numbers: &DVector<f64>) {
-        self.numbers.copy_from(numbers);
-        self.residuals = self.at(numbers.as_slice());
-    }
-
-    fn params(&self) -> DVector<f64> {
-        self.numbers.clone()
-    }
-
-    fn residuals(&self) -> Option<DVector<f64>> {
-        Some(self.residuals.clone())
-    }
-
-    fn jacobian(&self) -> Option<DMatrix<f64>> {
-        let steps = vec![DIFFERENCE_STEP; self.numbers.len()];
-        let material_count = self.coordinates.count();
-        let known = |column: usize| self.observation.known_column(column.checked_sub(material_count)?);
-        Some(central_differences(
-            self.numbers.as_slice(),
-            &steps,
-            &self.residuals,
-            known,
-            |numbers| {
-                let (material, instrument) = numbers.split_at(material_count);
-                let hysteresis = self.coordinates.hysteresis(material)?;
-                Some(
-                    self.observation
-                        .residuals(&hysteresis, &self.observation.nuisance(instrument)),
-                )
-            },
-        ))
-    }
-}
-
-/// ∂r/∂p by central differences except for columns that are known; one-sided where the other side is not valid, zero where both are not.
-pub(crate) fn central_differences(
-    at: &[f64],
-    steps: &[f64],
-    centre: &DVector<f64>,
-    known_column: impl Fn(usize) -> Option<DVector<f64>>,
-    residuals: impl Fn(&[f64]) -> Option<DVector<f64>>,
-) -> DMatrix<f64> {
-    let mut jacobian = DMatrix::zeros(centre.len(), at.len());
-    for (column, &step) in steps.iter().enumerate() {
-        if let Some(slope) = known_column(column) {
-            jacobian.set_column(column, &slope);
-            continue;
-        }
-        let moved = |by: f64| {
-            let mut numbers = at.to_vec();
-            numbers[column] += by;
-            residuals(&numbers)
-        };
-        let slope = match (moved(step), moved(-step)) {
-            (Some(above), Some(below)) => (above - below) / (2.0 * step),
-            (Some(above), None) => (above - centre) / step,
-            (None, Some(below)) => (centre - below) / step,
-            (None, None) => continue,
-        };
-        jacobian.set_column(column, &slope);
-    }
-    jacobian
 }

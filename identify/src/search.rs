@@ -3,14 +3,14 @@
 //! Groups instead of one ranking keep the starts apart: the best few of one ranking lie in the same valley.
 //! The random numbers come from a seed, so the same data and options give the same fit.
 
-use levenberg_marquardt::LevenbergMarquardt;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
+use crate::engine::Stop;
 use crate::error::IdentifyError;
-use crate::parameters::Coordinates;
+use crate::observed::ObservedLoop;
 use crate::progress::{Progress, Stage};
-use crate::residuals::{FitProblem, Observation};
+use crate::residuals::{Fitter, Polished};
 
 /// How hard to look.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,90 +20,85 @@ pub(crate) struct Effort {
     pub seed: u64,
 }
 
-/// Levenberg-Marquardt gives up after this many evaluations per unknown and one.
-const PATIENCE: usize = 30;
-/// Relative change of cost or parameters at which a start is done: enough to rank the starts.
-const RANKING_TOLERANCE: f64 = 1e-5;
-/// The same for the best few, which are polished to the end.
-const FINAL_TOLERANCE: f64 = 1e-9;
+/// Enough to rank the starts: the change of χ² by which one is done, and steps.
+const RANKING: Stop = Stop {
+    gain: 0.0,
+    share: 1e-5,
+    steps: 60,
+};
+/// The best few are polished to the end.
+const FINAL: Stop = Stop {
+    gain: 0.0,
+    share: 1e-9,
+    steps: 200,
+};
 const FINALISTS: usize = 3;
-/// Draws stay this far (as a share) from the bounds, where the logistic map is flat.
+/// Draws stay this far (as a share) from the bounds.
 const MARGIN: f64 = 0.02;
 
 /// All polished starts, best first.
 pub(crate) fn search<'a>(
-    observation: &'a Observation,
-    coordinates: &'a Coordinates,
+    fitter: &'a Fitter<'a>,
     effort: Effort,
     progress: &mut dyn FnMut(Progress),
-) -> Result<Vec<FitProblem<'a>>, IdentifyError> {
-    let starts = screen(observation, coordinates, effort, progress);
-    if starts.is_empty() {
-        let largest = |series: &dyn Fn(usize) -> &'a [f64]| {
-            (0..observation.loops.len())
-                .flat_map(series)
-                .fold(0.0_f64, |most, value| most.max(value.abs()))
-        };
-        return Err(IdentifyError::NoValidStart {
-            candidates: effort.candidates,
-            field_a_per_m: largest(&|index| &observation.loops[index].field_a_per_m),
-            magnetization_a_per_m: largest(&|index| &observation.loops[index].magnetization_a_per_m),
-        });
-    }
-    let finalists = starts.len().min(FINALISTS);
-    let (mut done, total) = (0, starts.len() + finalists);
+) -> Result<Vec<Polished<'a>>, IdentifyError> {
+    let starts = screen(fitter, effort, progress);
+    let (mut done, total) = (0, starts.len() + starts.len().min(FINALISTS));
     let mut best_nrmse = f64::INFINITY;
-    let mut polish = |start, tolerance| {
-        let levenberg_marquardt = LevenbergMarquardt::new().with_patience(PATIENCE);
-        let (problem, _) = levenberg_marquardt
-            .with_ftol(tolerance)
-            .with_xtol(tolerance)
-            .minimize(start);
-        let problem: FitProblem<'a> = problem;
+    let mut polish = |start: &[f64], stop| {
+        let polished = fitter.polished(start, stop)?;
         done += 1;
-        best_nrmse = best_nrmse.min(problem.nrmse());
+        best_nrmse = best_nrmse.min(polished.nrmse());
         progress(Progress {
             stage: Stage::Polishing,
             done,
             total,
             best_nrmse,
         });
-        problem
+        Some(polished)
     };
-    let by_nrmse = |first: &FitProblem<'_>, second: &FitProblem<'_>| first.nrmse().total_cmp(&second.nrmse());
-    let mut polished: Vec<FitProblem<'a>> = starts
-        .into_iter()
-        .map(|start| polish(start, RANKING_TOLERANCE))
-        .collect();
+    let mut polished: Vec<Polished<'a>> = starts.iter().filter_map(|start| polish(start, RANKING)).collect();
+    let by_nrmse = |first: &Polished<'_>, second: &Polished<'_>| first.nrmse().total_cmp(&second.nrmse());
     polished.sort_by(by_nrmse);
-    let rest = polished.split_off(finalists);
-    polished = polished
-        .into_iter()
-        .map(|start| polish(start, FINAL_TOLERANCE))
-        .collect();
-    polished.extend(rest);
+    for own in polished.iter_mut().take(FINALISTS) {
+        if let Some(finished) = polish(&own.solution.values, FINAL) {
+            *own = finished;
+        }
+    }
     polished.sort_by(by_nrmse);
+    if polished.is_empty() {
+        let loops = &fitter.observation.loops;
+        let largest = |of: fn(&ObservedLoop) -> &[f64]| {
+            let all = loops.iter().flat_map(of);
+            all.fold(0.0_f64, |most, value| most.max(value.abs()))
+        };
+        return Err(IdentifyError::NoValidStart {
+            candidates: effort.candidates,
+            field_a_per_m: largest(|of| &of.field_a_per_m),
+            magnetization_a_per_m: largest(|of| &of.magnetization_a_per_m),
+        });
+    }
     Ok(polished)
 }
 
-/// The best valid random set of each group.
-fn screen<'a>(
-    observation: &'a Observation,
-    coordinates: &'a Coordinates,
-    effort: Effort,
-    progress: &mut dyn FnMut(Progress),
-) -> Vec<FitProblem<'a>> {
+/// The material numbers of the best valid random set of each group.
+fn screen(fitter: &Fitter, effort: Effort, progress: &mut dyn FnMut(Progress)) -> Vec<Vec<f64>> {
     let mut random = ChaCha8Rng::seed_from_u64(effort.seed);
-    let mut winners: Vec<Option<FitProblem<'a>>> = (0..effort.starts).map(|_| None).collect();
+    let mut winners: Vec<Option<(f64, Vec<f64>)>> = vec![None; effort.starts];
     let mut best_nrmse = f64::INFINITY;
     for candidate in 0..effort.candidates {
-        let numbers: Vec<f64> = (0..coordinates.count()).map(|_| logit(uniform(&mut random))).collect();
-        if coordinates.hysteresis(&numbers).is_some() {
-            let problem = FitProblem::new(observation, coordinates, &numbers);
-            best_nrmse = best_nrmse.min(problem.nrmse());
+        let mut draw = || MARGIN + (1.0 - 2.0 * MARGIN) * uniform(&mut random);
+        let numbers: Vec<f64> = fitter
+            .coordinates
+            .axes()
+            .iter()
+            .map(|own| own.at_share(draw()))
+            .collect();
+        if let Some(nrmse) = fitter.nrmse(&numbers, RANKING) {
+            best_nrmse = best_nrmse.min(nrmse);
             let winner = &mut winners[candidate % effort.starts];
-            if winner.as_ref().is_none_or(|winner| problem.nrmse() < winner.nrmse()) {
-                *winner = Some(problem);
+            if winner.as_ref().is_none_or(|(least, _)| nrmse < *least) {
+                *winner = Some((nrmse, numbers));
             }
         }
         if candidate % 50 == 49 || candidate + 1 == effort.candidates {
@@ -116,15 +111,10 @@ fn screen<'a>(
             });
         }
     }
-    winners.into_iter().flatten().collect()
+    winners.into_iter().flatten().map(|(_, numbers)| numbers).collect()
 }
 
 /// Uniform in (0, 1), 53 bits.
 fn uniform(random: &mut ChaCha8Rng) -> f64 {
     ((random.next_u64() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
-}
-
-fn logit(share: f64) -> f64 {
-    let inside = MARGIN + (1.0 - 2.0 * MARGIN) * share;
-    (inside / (1.0 - inside)).ln()
 }

@@ -38,6 +38,12 @@ impl Beginning {
     }
 }
 
+/// Largest less smallest.
+pub(crate) fn range(series: &[f64]) -> f64 {
+    let (low, high) = anhyst_measured::sweep::extremes(series);
+    high - low
+}
+
 /// Magnetization (A/m) along `field`, from demagnetised through one whole sweep, then recorded on the second.
 pub(crate) fn cycled(hysteresis: &Hysteresis, field: &[f64], magnetization: &mut Vec<f64>) {
     let mut state = MagneticState::default();

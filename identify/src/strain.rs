@@ -4,7 +4,7 @@
 //! quoted with. M in A/m, free of the instrument's offset. Source: the paper's (8).
 
 use crate::observed::ObservedLoop;
-use anhyst_measured::sweep::extremes;
+use crate::simulate::range;
 
 /// γ and the zero of strain of every loop.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,18 +44,6 @@ impl StrainLaw {
             .map(|m| self.gamma_m2_per_a2 * m * m + self.zero[loop_index])
             .collect()
     }
-
-    /// Hands out (model − measured)/(range·√n·√L), L loops with strain: squares sum to the joint NRMSE squared.
-    pub fn each_residual(&self, loops: &[ObservedLoop], magnetizations: &[Vec<f64>], mut take: impl FnMut(f64)) {
-        let count = with_strain(loops, magnetizations).count() as f64;
-        for (index, (measured, magnetization)) in loops.iter().zip(magnetizations).enumerate() {
-            let Some(strain) = &measured.strain else { continue };
-            let scale = 1.0 / (range(strain) * (count * strain.len() as f64).sqrt());
-            for (model, seen) in self.along(index, magnetization).iter().zip(strain) {
-                take(scale * (model - seen));
-            }
-        }
-    }
 }
 
 fn with_strain<'a>(
@@ -74,9 +62,4 @@ fn mean(series: &[f64]) -> f64 {
 
 fn mean_of_squares(series: &[f64]) -> f64 {
     series.iter().map(|value| value * value).sum::<f64>() / series.len() as f64
-}
-
-pub(crate) fn range(series: &[f64]) -> f64 {
-    let (low, high) = extremes(series);
-    high - low
 }

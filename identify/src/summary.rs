@@ -1,18 +1,19 @@
 //! From a finished search to its report.
 
-use anhyst_model::{Anhysteretic, Hysteresis};
+use anhyst_model::{Anhysteretic, Hysteresis, HysteresisParameter};
 
+use crate::engine::covariance::correlation_length_samples;
 use crate::modelled::Modelled;
 use crate::observed::{Nuisance, ObservedLoop};
-use crate::parameters::{Parameter, effective_shape_a_per_m};
+use crate::parameters::effective_shape_a_per_m;
 use crate::report::{
     AGREEMENT, Estimate, FitReport, FittedParameter, LoopReport, LoopStrainReport, SearchReport, StrainReport,
 };
-use crate::residuals::{FitProblem, Observation};
+use crate::residuals::{Observation, Polished};
 use crate::search::Effort;
-use crate::simulate::Beginning;
-use crate::strain::{StrainLaw, range};
-use crate::uncertainty::{Uncertainty, correlation_length_samples};
+use crate::simulate::{Beginning, range};
+use crate::strain::StrainLaw;
+use crate::uncertainty::Uncertainty;
 use crate::warnings::warnings;
 use anhyst_measured::MeasuredLoops;
 
@@ -20,7 +21,7 @@ use anhyst_measured::MeasuredLoops;
 pub(crate) fn report(
     measured: &MeasuredLoops,
     observation: &Observation,
-    polished: &[FitProblem<'_>],
+    polished: &[Polished<'_>],
     tried: Vec<(Anhysteretic, f64)>,
     effort: Effort,
     hysteresis: &Hysteresis,
@@ -28,7 +29,7 @@ pub(crate) fn report(
 ) -> FitReport {
     let best = &polished[0];
     let nuisance = best.nuisance();
-    let uncertainty = Uncertainty::of(observation, hysteresis, &nuisance, best.coordinates.free());
+    let uncertainty = Uncertainty::of(best, hysteresis);
     let loops = loops(measured, observation, &nuisance, modelled, &uncertainty);
     let squares = |of: &dyn Fn(&LoopReport) -> Option<f64>| {
         let each: Vec<f64> = loops.iter().filter_map(of).collect();
@@ -48,30 +49,26 @@ pub(crate) fn report(
         strain: strain(observation, modelled, hysteresis),
         magnetization_nrmse,
         strain_nrmse,
-        correlation: uncertainty.correlation.clone(),
-        condition_number: uncertainty.condition_number,
+        correlation: uncertainty.correlation(),
+        condition_number: uncertainty.covariance.condition_number,
         search: agreement(polished, tried, effort),
         assumptions: assumptions(observation),
         loops,
         warnings: Vec::new(),
     };
-    report.warnings = warnings(&report, &best.coordinates.at_bounds(best.material_numbers()));
+    report.warnings = warnings(&report, &best.fitter.coordinates.at_bounds(best.material_numbers()));
     report
 }
 
 fn parameters(hysteresis: &Hysteresis, uncertainty: &Uncertainty) -> Vec<FittedParameter> {
-    let deviation = |parameter: Parameter| {
-        let index = uncertainty.free.iter().position(|free| *free == parameter)?;
-        Some(uncertainty.standard_deviations[index])
-    };
-    let fitted = |parameter: Parameter| FittedParameter {
+    let fitted = |parameter: HysteresisParameter| FittedParameter {
         parameter,
         symbol: parameter.symbol().to_owned(),
         unit: parameter.unit().to_owned(),
         value: parameter.of(hysteresis),
-        standard_deviation: deviation(parameter),
+        standard_deviation: uncertainty.standard_deviation(parameter),
     };
-    Parameter::ALL.into_iter().map(fitted).collect()
+    HysteresisParameter::ALL.into_iter().map(fitted).collect()
 }
 
 fn loops(
@@ -125,7 +122,7 @@ fn loops(
             magnetization_nrmse: rms(&residual) / of.magnetization_range_a_per_m,
             magnetization_rms_a_per_m: rms(&residual),
             magnetization_offset_a_per_m: offset,
-            correlation_length_samples: uncertainty.correlation_length_samples[index],
+            correlation_length_samples: uncertainty.covariance.correlation_lengths_samples[index],
             strain,
         }
     };
@@ -157,14 +154,14 @@ fn strain(observation: &Observation, modelled: &Modelled, hysteresis: &Hysteresi
     })
 }
 
-fn agreement(polished: &[FitProblem<'_>], curves: Vec<(Anhysteretic, f64)>, effort: Effort) -> SearchReport {
+fn agreement(polished: &[Polished<'_>], curves: Vec<(Anhysteretic, f64)>, effort: Effort) -> SearchReport {
     let limit = (1.0 + AGREEMENT) * polished[0].nrmse();
     let agreeing: Vec<Hysteresis> = polished
         .iter()
         .filter(|problem| problem.nrmse() <= limit)
-        .filter_map(|problem| problem.coordinates.hysteresis(problem.material_numbers()))
+        .filter_map(Polished::hysteresis)
         .collect();
-    let spread = |parameter: Parameter| {
+    let spread = |parameter: HysteresisParameter| {
         let values: Vec<f64> = agreeing.iter().map(|hysteresis| parameter.of(hysteresis)).collect();
         let (low, high) = anhyst_measured::sweep::extremes(&values);
         (parameter, low, high)
@@ -174,7 +171,7 @@ fn agreement(polished: &[FitProblem<'_>], curves: Vec<(Anhysteretic, f64)>, effo
         candidates: effort.candidates,
         starts: polished.len(),
         agreeing_starts: agreeing.len(),
-        spread: Parameter::ALL.into_iter().map(spread).collect(),
+        spread: HysteresisParameter::ALL.into_iter().map(spread).collect(),
         curves,
     }
 }

@@ -1,8 +1,7 @@
 //! Sentences about a fit that a reader must not miss, each with its number, its limit and what to do.
 
-use anhyst_model::Anhysteretic;
+use anhyst_model::{Anhysteretic, HysteresisParameter};
 
-use crate::parameters::Parameter;
 use crate::report::{AGREEMENT, FitReport};
 
 /// Two parameters correlated beyond this cannot be told apart.
@@ -50,7 +49,7 @@ fn ambiguities(report: &FitReport) -> Vec<String> {
                 "{} and {} cannot be told apart by these data: their correlation is {correlation:.4}, the limit {CORRELATION_LIMIT}",
                 first.symbol, second.symbol
             );
-            if pair == [Parameter::Shape, Parameter::Coupling] {
+            if pair == [HysteresisParameter::Shape, HysteresisParameter::Coupling] {
                 let effective = report.effective_shape_a_per_m;
                 let divisor = match report.anhysteretic {
                     Anhysteretic::Langevin => "/3",

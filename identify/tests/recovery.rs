@@ -3,9 +3,9 @@
 
 mod synthetic;
 
-use anhyst_identify::{Beginning, Curves, Fit, FitOptions, Fixed, Parameter, fit, material_text};
+use anhyst_identify::{Beginning, Curves, Fit, FitOptions, Fixed, fit, material_text};
 use anhyst_measured::MeasuredLoops;
-use anhyst_model::{Anhysteretic, Hysteresis, MagneticState, Magnetostriction, Material};
+use anhyst_model::{Anhysteretic, Hysteresis, HysteresisParameter, MagneticState, Magnetostriction, Material};
 use synthetic::Noise;
 
 /// Few starts on the right curve: these loops have one valley, and the tests must stay quick.
@@ -23,7 +23,7 @@ fn fitted(measured: &MeasuredLoops, options: &FitOptions) -> Fit {
 }
 
 fn assert_within(fit: &Fit, truth: &Hysteresis, standard_deviations: f64) {
-    for parameter in Parameter::ALL {
+    for parameter in HysteresisParameter::ALL {
         let Some(deviation) = fit.report.standard_deviation(parameter) else {
             continue;
         };
@@ -46,7 +46,7 @@ fn known_parameters_are_recovered_from_several_amplitudes() {
     let measured = synthetic::closed_loops(&truth, &[10e3, 25e3, 80e3], 500.0, 7);
     let fit = fitted(&measured, &quick());
     assert_within(&fit, &truth, 3.0);
-    let deviation = fit.report.standard_deviation(Parameter::Shape).unwrap();
+    let deviation = fit.report.standard_deviation(HysteresisParameter::Shape).unwrap();
     assert!(
         deviation < 0.03 * truth.shape_a_per_m,
         "three amplitudes fix a, but its standard deviation is {deviation} A/m"
@@ -98,7 +98,7 @@ fn one_loop_is_reported_as_ambiguous_in_a_and_alpha() {
         (effective.value - expected).abs() < 3.0 * effective.standard_deviation,
         "{effective:?}, true {expected}"
     );
-    assert!(2.0 * effective.standard_deviation < fit.report.standard_deviation(Parameter::Shape).unwrap());
+    assert!(2.0 * effective.standard_deviation < fit.report.standard_deviation(HysteresisParameter::Shape).unwrap());
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use anhyst_model::{
-    Actuator, ActuatorModel, Effect, EffectKind, EffectParameter, Material, ModelError, ParameterRole, Stage,
+    Actuator, ActuatorModel, Effect, EffectKind, Material, ModelError, ParameterRole, ParameterSpec, Stage,
 };
 
 /// The names that reports and other crates know; a rename must be meant.
@@ -68,7 +68,7 @@ fn parameters_are_usable_as_they_stand() {
     for kind in EffectKind::ALL {
         let mut own = HashSet::new();
         for parameter in kind.parameters() {
-            let EffectParameter {
+            let ParameterSpec {
                 name,
                 lower,
                 upper,
@@ -164,7 +164,7 @@ fn a_model_file_may_be_short() {
 fn values_outside_their_bounds_are_refused_in_a_sentence() {
     for kind in EffectKind::ALL {
         for (index, parameter) in kind.parameters().iter().enumerate() {
-            let EffectParameter { lower, upper, .. } = *parameter;
+            let ParameterSpec { lower, upper, .. } = *parameter;
             let width = upper - lower;
             for wrong in [lower - 0.01 * width, upper + 0.01 * width, f64::NAN] {
                 let mut effect = Effect::typical(kind);

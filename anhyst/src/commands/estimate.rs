@@ -6,7 +6,7 @@ use anhyst_estimator::LawSettings;
 use anhyst_launch::error::RunError;
 use anhyst_launch::table::plain_table;
 use anhyst_measured::{ColumnMapping, MeasuredError, MeasuredRun, RowRange, RunReadOptions};
-use anhyst_model::HysteresisParameter;
+use anhyst_model::{HysteresisParameter, NominalParameter};
 use anhyst_report::figure::svg;
 use anhyst_scenario::load_model;
 use clap::Args;
@@ -25,10 +25,10 @@ pub struct EstimateArguments {
     /// Folder of the results: estimate.json, estimate.svg, estimate.rrd.
     #[arg(long)]
     pub out: PathBuf,
-    /// folded, gauss-newton, matrix, scalar or gradient; several parameters: gauss-newton or folded.
+    /// folded, gauss-newton, matrix, scalar or gradient; several parameters: gauss-newton.
     #[arg(long, default_value = "gauss-newton")]
     pub law: String,
-    /// Which parameters, of Ms, a, k, alpha, c.
+    /// Which parameters, of Ms, a, k, alpha, c, and w, damping, stiffness of a rod.
     #[arg(long, value_delimiter = ',', default_value = "a")]
     pub parameters: Vec<String>,
     /// Range of a, A/m: `--range 6300..7300` (default: 10 % to either side of the model's).
@@ -97,13 +97,12 @@ pub fn run(arguments: &EstimateArguments) -> miette::Result<Ending> {
     // The results' folder is made before the work, so that a typing error costs nothing.
     make_folder(&arguments.out)?;
     let bar = super::progress_bar(0, "estimate");
-    let found = if parameters == [HysteresisParameter::Shape] {
+    let found = if parameters == [NominalParameter::Hysteresis(HysteresisParameter::Shape)] {
         let members = LawSettings::named(&choices.law).map_or(1, |law| law.members());
         bar.set_length((members * measured.len()) as u64);
         one_parameter(&measured, &model, &choices, |samples| bar.inc(samples))?
     } else {
-        bar.set_length(measured.len() as u64);
-        several_parameters(&measured, &model, &choices, &parameters, |samples| bar.inc(samples))?
+        several_parameters(&measured, &model, &choices, &parameters)?
     };
     bar.finish_and_clear();
     write(&found, &measured, &model.name, &arguments.out)?;
@@ -115,14 +114,11 @@ pub fn run(arguments: &EstimateArguments) -> miette::Result<Ending> {
     Ok(Ending::Held)
 }
 
-fn parameters(names: &[String]) -> miette::Result<Vec<HysteresisParameter>> {
+fn parameters(names: &[String]) -> miette::Result<Vec<NominalParameter>> {
     let mut parameters = Vec::new();
     for name in names {
-        let known = HysteresisParameter::ALL
-            .into_iter()
-            .find(|parameter| parameter.symbol() == name);
-        let parameter = known.ok_or_else(|| {
-            let known = HysteresisParameter::ALL.map(HysteresisParameter::symbol).join(", ");
+        let parameter = NominalParameter::from_symbol(name).ok_or_else(|| {
+            let known = NominalParameter::ALL.map(NominalParameter::symbol).join(", ");
             miette::miette!("--parameters {name}: there is no such parameter; there are {known}")
         })?;
         if parameters.contains(&parameter) {

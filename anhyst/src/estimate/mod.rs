@@ -1,20 +1,21 @@
-//! Parameters from a measured run, off line: predictions of many models along the run, then a law that corrects sample by sample.
+//! Parameters from a measured run, off line: `a` by a law of the loop, several constants by the estimation engine.
 //!
-//! f(u, θ) is the whole chain of the model, effects included: every member of the bank is an actuator with its own `a`, run
+//! For a law f(u, θ) is the whole chain of the model, effects included: every member of the bank is an actuator with its own `a`, run
 //! freely along the command. The law then sees what it would have seen on line. Fields in A/m; the output in its own unit (m of
 //! displacement, strain, A/m of magnetization).
 
-mod data;
 mod one;
 mod picture;
 mod report;
 mod several;
 
-pub use data::{Observed, Output};
 pub use one::one_parameter;
 pub use picture::picture;
 pub use report::{EstimateReport, EstimatedParameter};
 pub use several::several_parameters;
+
+use anhyst_identify::IdentifyError;
+use anhyst_launch::error::RunError;
 
 /// What the user may choose.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,4 +41,9 @@ pub struct Estimated {
     pub courses: Vec<(String, Vec<[f64; 2]>)>,
     /// What the model with the final estimate gives along the whole run.
     pub predicted: Vec<f64>,
+}
+
+/// As the executable says it.
+fn refused(error: IdentifyError) -> RunError {
+    RunError::Setup(error.to_string())
 }

@@ -1,12 +1,12 @@
 //! `a` alone, by any law of the loop: a bank of whole actuators over Θ, run along the data, then the law sample by sample.
 
-use super::data::Output;
 use super::report::{EstimateReport, EstimatedParameter};
-use super::{Choices, Estimated, Observed};
+use super::{Choices, Estimated, refused};
 use crate::parallel;
 use anhyst_estimator::{
     AnyLaw, ExcitationMonitor, ExcitationSettings, Grid, Law, LawSettings, MinMaxSettings, Prediction, Tuning,
 };
+use anhyst_identify::estimate::{Observed, Output};
 use anhyst_launch::error::RunError;
 use anhyst_measured::MeasuredRun;
 use anhyst_model::{ActuatorModel, ActuatorOutputs, EffectKind, Stage, TwoPole};
@@ -43,7 +43,7 @@ pub fn one_parameter(
     choices: &Choices,
     progress: impl Fn(u64) + Sync,
 ) -> Result<Estimated, RunError> {
-    let observed = Observed::of(run, model)?;
+    let observed = Observed::of(run, model).map_err(refused)?;
     let nominal = model.material.hysteresis.shape_a_per_m;
     let range = choices
         .range_a_per_m
@@ -156,7 +156,7 @@ fn predict(
         let mut member = model.clone();
         member.material.hysteresis.shape_a_per_m = shape;
         let mut outputs = ActuatorOutputs::default();
-        let done = observed.simulate(&member, &mut outputs);
+        let done = observed.simulate(&member, &mut outputs).map_err(refused);
         progress(observed.len() as u64);
         done.map(|()| (observed.output.of(&outputs).to_vec(), outputs.strain))
     });
@@ -267,11 +267,11 @@ fn finish(
     (seconds, offset): (f64, f64),
 ) -> Result<Estimated, RunError> {
     let mut outputs = ActuatorOutputs::default();
-    observed.simulate(model, &mut outputs)?;
+    observed.simulate(model, &mut outputs).map_err(refused)?;
     let before = residual_rms(observed, observed.output.of(&outputs));
     let mut amended = model.clone();
     amended.material.hysteresis.shape_a_per_m = course.value;
-    observed.simulate(&amended, &mut outputs)?;
+    observed.simulate(&amended, &mut outputs).map_err(refused)?;
     let predicted = observed.output.of(&outputs).to_vec();
     let after = residual_rms(observed, &predicted);
     // An estimate that wanders is judged along its course, not with where it ends.
@@ -308,7 +308,8 @@ fn finish(
     })
 }
 
-fn notes(observed: &Observed, offset: f64) -> Vec<String> {
+/// What was decided on the way, and the instrument's zero.
+pub fn notes(observed: &Observed, offset: f64) -> Vec<String> {
     let mut notes = observed.notes.clone();
     if observed.output != Output::Displacement {
         let (unit, name) = (observed.output.unit(), observed.output.name());
@@ -341,13 +342,13 @@ fn warnings(observed: &Observed, choices: &Choices, course: &Course, after: f64)
              stops short; the folded and the Gauss-Newton law do not"
         ));
     }
-    unexplained(observed, after, &mut warnings);
+    unexplained(observed, after, false, &mut warnings);
     warnings
 }
 
 /// # Errors
 /// An estimate that predicts worse than the model as given is none.
-pub fn refuse_worse(observed: &Observed, before: f64, after: f64) -> Result<(), RunError> {
+fn refuse_worse(observed: &Observed, before: f64, after: f64) -> Result<(), RunError> {
     // What noise makes of an estimate that was right from the start is far below.
     if after <= WORSE * before {
         return Ok(());
@@ -359,15 +360,20 @@ pub fn refuse_worse(observed: &Observed, before: f64, after: f64) -> Result<(), 
     )))
 }
 
-/// Says so when the residual is no noise.
-pub fn unexplained(observed: &Observed, after: f64, warnings: &mut Vec<String>) {
+/// Says so when the residual is no noise, and whether the standard deviations know.
+pub fn unexplained(observed: &Observed, after: f64, known: bool, warnings: &mut Vec<String>) {
     if observed.noise > 0.0 && after > UNEXPLAINED * observed.noise {
         warnings.push(format!(
-            "{:.2e} {} rms are left, {:.1} times the noise: the model lacks something, and the standard deviations do not know it; \
+            "{:.2e} {} rms are left, {:.1} times the noise: the model lacks something, and the standard deviations {}; \
              `anhyst diagnose` looks for it",
             after,
             observed.output.unit(),
-            after / observed.noise
+            after / observed.noise,
+            if known {
+                "say how far an error of this kind moves the values"
+            } else {
+                "do not know it"
+            }
         ));
     }
 }

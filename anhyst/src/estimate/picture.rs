@@ -2,6 +2,7 @@
 
 use super::Estimated;
 use anhyst_measured::{MeasuredRun, Quantity};
+use anhyst_model::HysteresisParameter;
 use anhyst_report::figure::{Panel, TIME, curve, dashed, panel};
 
 /// The panels of an estimation.
@@ -26,15 +27,13 @@ pub fn picture(found: &Estimated, measured: &MeasuredRun) -> Vec<Panel> {
                 curves.push(dashed("+ 2 sd", at(&|row| row[0] + 2.0 * row[1])));
                 curves.push(dashed("- 2 sd", at(&|row| row[0] - 2.0 * row[1])));
             }
-            let unit = if ["a", "k", "Ms"].contains(&symbol.as_str()) {
-                ", A/m"
-            } else {
-                ""
-            };
+            let unit = HysteresisParameter::ALL.into_iter().find(|own| own.symbol() == symbol);
+            let unit = unit.map_or("", HysteresisParameter::unit);
+            let comma = if unit.is_empty() { "" } else { ", " };
             panel(
                 &format!("estimate of {symbol}"),
                 abscissa,
-                &format!("{symbol}{unit}"),
+                &format!("{symbol}{comma}{unit}"),
                 curves,
             )
         })

@@ -9,7 +9,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
+use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Hysteresis,
@@ -18,7 +19,7 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "gap counted by reversals and fading with cycles, zero on the major loop, rate-free",
     source: "accommodation of minor loops (Della Torre)",
     confused_with: &["after_effect", "parameter_c", "parameter_k"],
-    parameters: &[EffectParameter::size("relaxing_share", "", [0.0, 1.0], 0.002).by_ratio()],
+    parameters: &[ParameterSpec::size("relaxing_share", "", [0.0, 1.0], 0.002).by_ratio()],
     ..Description::USUAL
 };
 

@@ -8,10 +8,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use super::lag::Lag;
 use super::signal::Signal;
 use crate::ModelError;
+use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Magnetization,
@@ -20,9 +21,9 @@ pub(super) const DESCRIPTION: Description = Description {
     source: "magnetic after-effect (Richter); creep of piezo stages",
     confused_with: &["sensor_drift", "thermal_expansion", "accommodation"],
     parameters: &[
-        EffectParameter::size("fraction", "", [0.0, 0.5], 5e-4).by_ratio(),
-        EffectParameter::held("shortest_s", "s", [1e-4, 100.0], 0.03).by_ratio(),
-        EffectParameter::held("longest_s", "s", [1e-3, 1e5], 3.0).by_ratio(),
+        ParameterSpec::size("fraction", "", [0.0, 0.5], 5e-4).by_ratio(),
+        ParameterSpec::held("shortest_s", "s", [1e-4, 100.0], 0.03).by_ratio(),
+        ParameterSpec::held("longest_s", "s", [1e-3, 1e5], 3.0).by_ratio(),
     ],
     ..Description::USUAL
 };

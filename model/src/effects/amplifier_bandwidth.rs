@@ -7,9 +7,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::course::{Course, FieldEffect, Piece};
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use super::field_lag::FieldLag;
 use crate::ModelError;
+use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Amplifier,
@@ -17,7 +18,7 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "seen in the measured field: −20 dB a decade and phase −atan ωτ; gap proportional to rate, not to temperature",
     source: "current amplifiers of magnetostrictive actuators, 1-5 kHz",
     confused_with: &["eddy_current", "loop_delay", "sensor_delay"],
-    parameters: &[EffectParameter::size("time_constant_s", "s", [0.0, 0.02], 1e-6).by_ratio()],
+    parameters: &[ParameterSpec::size("time_constant_s", "s", [0.0, 0.02], 1e-6).by_ratio()],
     ..Description::USUAL
 };
 

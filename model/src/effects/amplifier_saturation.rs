@@ -6,8 +6,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::course::{Course, FieldEffect, Piece};
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use crate::ModelError;
+use crate::parameter::{ParameterSpec, Signal};
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Amplifier,
@@ -17,7 +18,13 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "no gap below a threshold of the command, flat tops in the measured field, odd harmonics",
     source: "supply current of power amplifiers, 10-30 A",
     confused_with: &["sensor_saturation", "parameter_Ms"],
-    parameters: &[EffectParameter::limit("field_limit_a_per_m", "A/m", [1.0, 1e6], 1e4)],
+    parameters: &[ParameterSpec::limit(
+        "field_limit_a_per_m",
+        "A/m",
+        [1.0, 1e6],
+        1e4,
+        Signal::Drive,
+    )],
     ..Description::USUAL
 };
 

@@ -7,8 +7,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::course::{Course, FieldEffect, Piece};
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use crate::ModelError;
+use crate::parameter::{ParameterSpec, Signal};
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Amplifier,
@@ -17,11 +18,12 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "no gap below a threshold of the command's rate, triangular field; the gap depends on amplitude times frequency",
     source: "supply voltage over coil inductance",
     confused_with: &["amplifier_bandwidth", "loop_delay"],
-    parameters: &[EffectParameter::limit(
+    parameters: &[ParameterSpec::limit(
         "slew_limit_a_per_m_s",
         "A/(m s)",
         [10.0, 1e12],
         1e6,
+        Signal::DriveRate,
     )],
     ..Description::USUAL
 };

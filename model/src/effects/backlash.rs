@@ -7,8 +7,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use super::signal::Signal;
+use crate::parameter::ParameterSpec;
 use crate::{ModelError, Play};
 
 pub(super) const DESCRIPTION: Description = Description {
@@ -18,7 +19,7 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "after each reversal the displacement stands still over a fixed width; size independent of amplitude and rate",
     source: "play operator",
     confused_with: &["friction", "parameter_k"],
-    parameters: &[EffectParameter::size("gap_m", "m", [0.0, 1e-3], 1e-8).by_ratio()],
+    parameters: &[ParameterSpec::size("gap_m", "m", [0.0, 1e-3], 1e-8).by_ratio()],
     ..Description::USUAL
 };
 

@@ -6,8 +6,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::course::{Course, FieldEffect, Piece};
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use crate::ModelError;
+use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Field,
@@ -16,7 +17,7 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "even harmonics, another gain, and an offset at zero input; loops shift sideways",
     source: "bias magnets and their temperature",
     confused_with: &["sensor_drift", "quadratic_magnetostriction"],
-    parameters: &[EffectParameter::size("bias_field_a_per_m", "A/m", [-5e4, 5e4], 10.0)],
+    parameters: &[ParameterSpec::size("bias_field_a_per_m", "A/m", [-5e4, 5e4], 10.0)],
     ..Description::USUAL
 };
 

@@ -7,9 +7,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::course::{Course, FieldEffect, Piece};
-use super::description::{CoilNeed, Description, EffectParameter, Stage};
+use super::description::{CoilNeed, Description, Stage};
 use super::warming::{Warming, heating};
 use crate::ModelError;
+use crate::parameter::ParameterSpec;
 
 /// β, 1/K.
 pub(crate) const COPPER_PER_K: f64 = 0.0039;
@@ -24,7 +25,7 @@ pub(super) const DESCRIPTION: Description = Description {
     confused_with: &["thermal_drift", "sensor_gain"],
     parameters: &[
         heating(0.3),
-        EffectParameter::held("loss_time_s", "s", [0.1, 1e4], 100.0).by_ratio(),
+        ParameterSpec::held("loss_time_s", "s", [0.1, 1e4], 100.0).by_ratio(),
     ],
     ..Description::USUAL
 };

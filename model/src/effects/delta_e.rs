@@ -7,7 +7,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
+use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Rod,
@@ -15,7 +16,7 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "resonance moves with bias and amplitude while the gain at low frequency stays",
     source: "ΔE effect of Terfenol-D, ±20-40 % in a working loop",
     confused_with: &["load_change", "second_mode", "stiffening"],
-    parameters: &[EffectParameter::size("relative_growth", "", [-0.9, 5.0], 0.2)],
+    parameters: &[ParameterSpec::size("relative_growth", "", [-0.9, 5.0], 0.2)],
     ..Description::USUAL
 };
 

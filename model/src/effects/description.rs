@@ -1,5 +1,7 @@
 //! What every effect says of itself, as data: whoever fits, screens, writes or reports effects reads it here and need not know a kind.
 
+use crate::parameter::ParameterSpec;
+
 /// Where in the chain an effect acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Stage {
@@ -30,117 +32,6 @@ impl Stage {
             Stage::Strain => "strain",
             Stage::Rod => "rod",
             Stage::Sensor => "sensor",
-        }
-    }
-}
-
-/// What a parameter is to its effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ParameterRole {
-    /// With every size at its identity the effect is absent.
-    Size {
-        /// A value within the bounds.
-        identity: f64,
-    },
-    /// Fitted beside the sizes; without meaning while the effect is absent.
-    Shape,
-    /// Hardly fixed by ordinary data: stays at `typical` unless told otherwise, and may be left out of a model file.
-    Held,
-}
-
-/// One parameter of an effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EffectParameter {
-    /// With its unit, `time_constant_s`.
-    pub name: &'static str,
-    /// SI; empty for a number without unit.
-    pub unit: &'static str,
-    /// Smallest value accepted.
-    pub lower: f64,
-    /// Largest value accepted.
-    pub upper: f64,
-    /// Smallest size worth finding at a noise of 20 nm, or the usual value of another parameter.
-    pub typical: f64,
-    /// Spread starting values by ratio between `typical` and `upper`, not evenly.
-    pub logarithmic: bool,
-    /// Size, shape or held.
-    pub role: ParameterRole,
-}
-
-impl EffectParameter {
-    /// A size whose identity is 0.
-    pub(super) const fn size(
-        name: &'static str,
-        unit: &'static str,
-        [lower, upper]: [f64; 2],
-        typical: f64,
-    ) -> EffectParameter {
-        EffectParameter {
-            name,
-            unit,
-            lower,
-            upper,
-            typical,
-            logarithmic: false,
-            role: ParameterRole::Size { identity: 0.0 },
-        }
-    }
-
-    /// A limit: at its upper bound it never bites.
-    pub(super) const fn limit(
-        name: &'static str,
-        unit: &'static str,
-        [lower, upper]: [f64; 2],
-        typical: f64,
-    ) -> EffectParameter {
-        EffectParameter {
-            logarithmic: true,
-            role: ParameterRole::Size { identity: upper },
-            ..Self::size(name, unit, [lower, upper], typical)
-        }
-    }
-
-    pub(super) const fn shape(
-        name: &'static str,
-        unit: &'static str,
-        bounds: [f64; 2],
-        typical: f64,
-    ) -> EffectParameter {
-        EffectParameter {
-            role: ParameterRole::Shape,
-            ..Self::size(name, unit, bounds, typical)
-        }
-    }
-
-    pub(super) const fn held(
-        name: &'static str,
-        unit: &'static str,
-        bounds: [f64; 2],
-        typical: f64,
-    ) -> EffectParameter {
-        EffectParameter {
-            role: ParameterRole::Held,
-            ..Self::size(name, unit, bounds, typical)
-        }
-    }
-
-    pub(super) const fn by_ratio(self) -> EffectParameter {
-        EffectParameter {
-            logarithmic: true,
-            ..self
-        }
-    }
-
-    /// It does nothing until it bites: its identity is its upper bound.
-    pub fn is_limit(&self) -> bool {
-        self.identity() == Some(self.upper)
-    }
-
-    /// The value at which it contributes nothing; none unless it is a size.
-    pub fn identity(&self) -> Option<f64> {
-        match self.role {
-            ParameterRole::Size { identity } => Some(identity),
-            ParameterRole::Shape | ParameterRole::Held => None,
         }
     }
 }
@@ -177,7 +68,7 @@ pub struct Description {
     /// Names of effects (or `parameter_…`) that data may not be able to tell it from.
     pub confused_with: &'static [&'static str],
     /// Values of an [`super::Effect`] stand in this order; the first is a size.
-    pub parameters: &'static [EffectParameter],
+    pub parameters: &'static [ParameterSpec],
 }
 
 impl Description {

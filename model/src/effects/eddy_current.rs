@@ -7,9 +7,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::course::{Course, FieldEffect, Piece};
-use super::description::{CoilNeed, Description, EffectParameter, Stage};
+use super::description::{CoilNeed, Description, Stage};
 use super::field_lag::FieldLag;
 use crate::ModelError;
+use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Field,
@@ -18,7 +19,7 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "measured field clean, magnetization and displacement lag; loops widen with frequency, gap proportional to rate",
     source: "magnetic diffusion in a cylinder, first mode",
     confused_with: &["amplifier_bandwidth", "loop_delay", "sensor_delay", "excess_loss"],
-    parameters: &[EffectParameter::size("time_constant_s", "s", [0.0, 0.02], 1e-6).by_ratio()],
+    parameters: &[ParameterSpec::size("time_constant_s", "s", [0.0, 0.02], 1e-6).by_ratio()],
     ..Description::USUAL
 };
 

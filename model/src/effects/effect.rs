@@ -1,7 +1,8 @@
 //! An effect with its values: what a model file holds, and what a fitter gets and sets as a slice.
 
-use super::{EffectKind, EffectParameter, ParameterRole};
+use super::EffectKind;
 use crate::ModelError;
+use crate::parameter::ParameterSpec;
 
 /// No effect has more parameters.
 pub(crate) const MOST_PARAMETERS: usize = 3;
@@ -33,7 +34,7 @@ impl Effect {
         Ok(effect)
     }
 
-    fn from_each(kind: EffectKind, value: impl Fn(&EffectParameter) -> f64) -> Self {
+    fn from_each(kind: EffectKind, value: impl Fn(&ParameterSpec) -> f64) -> Self {
         let mut values = [0.0; MOST_PARAMETERS];
         for (place, parameter) in values.iter_mut().zip(kind.parameters()) {
             *place = value(parameter);
@@ -48,7 +49,7 @@ impl Effect {
 
     /// Absent: each size at its identity, the other parameters at their typical value.
     pub fn identity(kind: EffectKind) -> Self {
-        Effect::from_each(kind, |parameter| parameter.identity().unwrap_or(parameter.typical))
+        Effect::from_each(kind, ParameterSpec::neutral)
     }
 
     /// Which effect.
@@ -94,10 +95,7 @@ impl Effect {
         let parameters = self.kind.parameters().iter();
         parameters
             .zip(self.values)
-            .all(|(parameter, value)| match parameter.role {
-                ParameterRole::Size { identity } => value == identity,
-                ParameterRole::Shape | ParameterRole::Held => true,
-            })
+            .all(|(parameter, value)| parameter.identity().is_none_or(|identity| value == identity))
     }
 
     /// Checks every value against its bounds.

@@ -7,7 +7,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
+use crate::parameter::ParameterSpec;
 
 /// R₀, A/(m s).
 const REFERENCE_RATE: f64 = 1e6;
@@ -19,8 +20,8 @@ pub(super) const DESCRIPTION: Description = Description {
     source: "Bertotti's statistical theory of excess loss",
     confused_with: &["eddy_current", "parameter_k", "friction"],
     parameters: &[
-        EffectParameter::size("pinning_growth", "", [0.0, 5.0], 0.001).by_ratio(),
-        EffectParameter::held("exponent", "", [0.02, 1.0], 0.5),
+        ParameterSpec::size("pinning_growth", "", [0.0, 5.0], 0.001).by_ratio(),
+        ParameterSpec::held("exponent", "", [0.02, 1.0], 0.5),
     ],
     ..Description::USUAL
 };

@@ -7,8 +7,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use crate::Anhysteretic;
+use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Rod,
@@ -17,8 +18,8 @@ pub(super) const DESCRIPTION: Description = Description {
     source: "regularised Coulomb friction",
     confused_with: &["backlash", "parameter_k", "excess_loss"],
     parameters: &[
-        EffectParameter::size("friction_m", "m", [0.0, 1e-4], 5e-9).by_ratio(),
-        EffectParameter::held("speed_m_per_s", "m/s", [1e-5, 1.0], 1e-3).by_ratio(),
+        ParameterSpec::size("friction_m", "m", [0.0, 1e-4], 5e-9).by_ratio(),
+        ParameterSpec::held("speed_m_per_s", "m/s", [1e-5, 1.0], 1e-3).by_ratio(),
     ],
     ..Description::USUAL
 };

@@ -4,8 +4,9 @@
 //! modal mass and stiffness (no unit). Other symbols as in [`crate::TwoPole`].
 //! Assumption: constant over the run, one mode. Source: the paper's (13); M_L and k_L of its (12).
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use crate::TwoPole;
+use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Rod,
@@ -15,8 +16,8 @@ pub(super) const DESCRIPTION: Description = Description {
     source: "the paper's (12) and (13)",
     confused_with: &["sensor_gain", "delta_e", "parameter_w"],
     parameters: &[
-        EffectParameter::size("relative_stiffness", "", [-0.9, 10.0], 3e-4),
-        EffectParameter::size("relative_mass", "", [-0.9, 10.0], 0.01),
+        ParameterSpec::size("relative_stiffness", "", [-0.9, 10.0], 3e-4),
+        ParameterSpec::size("relative_mass", "", [-0.9, 10.0], 0.01),
     ],
     ..Description::USUAL
 };

@@ -9,8 +9,9 @@ use serde::{Deserialize, Serialize};
 
 use super::course::{Course, FieldEffect, Piece};
 use super::delay_line::DelayLine;
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use crate::ModelError;
+use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Amplifier,
@@ -18,7 +19,7 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "phase −ωd at unit gain, the same in the measured field and in the displacement; gap proportional to rate",
     source: "transport and computing delay of sampled loops",
     confused_with: &["amplifier_bandwidth", "eddy_current", "sensor_delay"],
-    parameters: &[EffectParameter::size("delay_s", "s", [0.0, 0.05], 1e-6).by_ratio()],
+    parameters: &[ParameterSpec::size("delay_s", "s", [0.0, 0.05], 1e-6).by_ratio()],
     ..Description::USUAL
 };
 

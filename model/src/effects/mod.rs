@@ -46,7 +46,9 @@ pub(crate) mod thermal_expansion;
 
 use serde::{Deserialize, Serialize};
 
-pub use description::{CoilNeed, Description, EffectParameter, ParameterRole, Stage};
+use crate::parameter::ParameterSpec;
+
+pub use description::{CoilNeed, Description, Stage};
 pub use effect::Effect;
 
 /// Declares the kinds from one list: name and file are the same word.
@@ -127,7 +129,7 @@ impl EffectKind {
     }
 
     /// As in its [`Description`].
-    pub fn parameters(self) -> &'static [EffectParameter] {
+    pub fn parameters(self) -> &'static [ParameterSpec] {
         self.description().parameters
     }
 

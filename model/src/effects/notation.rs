@@ -9,7 +9,7 @@ use serde::de::{DeserializeSeed, EnumAccess, Error, MapAccess, VariantAccess, Vi
 use serde::ser::SerializeStructVariant;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{Effect, EffectKind, ParameterRole, VARIANTS};
+use super::{Effect, EffectKind, VARIANTS};
 
 impl Serialize for Effect {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -87,7 +87,7 @@ impl<'de> Visitor<'de> for FieldsVisitor {
             effect.values_mut()[index] = fields.next_value()?;
         }
         for (parameter, given) in parameters.iter().zip(given) {
-            if !given && parameter.role != ParameterRole::Held {
+            if !given && parameter.is_fitted() {
                 return Err(A::Error::missing_field(parameter.name));
             }
         }

@@ -7,9 +7,10 @@
 use core::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use super::signal::Signal;
 use crate::ModelError;
+use crate::parameter::{ParameterSpec, Screening};
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Sensor,
@@ -18,9 +19,11 @@ pub(super) const DESCRIPTION: Description = Description {
     source: "spindles, pumps, mains hum",
     confused_with: &[],
     parameters: &[
-        EffectParameter::size("sine_m", "m", [-1e-3, 1e-3], 5e-9),
-        EffectParameter::size("cosine_m", "m", [-1e-3, 1e-3], 5e-9),
-        EffectParameter::shape("frequency_hz", "Hz", [0.01, 5e4], 50.0).by_ratio(),
+        ParameterSpec::size("sine_m", "m", [-1e-3, 1e-3], 5e-9),
+        ParameterSpec::size("cosine_m", "m", [-1e-3, 1e-3], 5e-9),
+        ParameterSpec::shape("frequency_hz", "Hz", [0.01, 5e4], 50.0)
+            .by_ratio()
+            .screened(Screening::Lines),
     ],
     ..Description::USUAL
 };

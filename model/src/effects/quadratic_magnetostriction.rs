@@ -4,8 +4,9 @@
 //! For the law linearised about the bias Ms/2, λ = λ′M, q = 1 is the full quadratic law, λ′(M + M²/Ms).
 //! Assumption: constant stress. Source: the paper's (8), (9), with the square of (M + Ms/2) expanded correctly.
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use crate::Material;
+use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Strain,
@@ -14,7 +15,7 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "even harmonics and a mean that grows with the square of the amplitude; rate-free, magnetization clean",
     source: "the paper's (8) and (9)",
     confused_with: &["bias_shift", "stiffening", "sensor_drift"],
-    parameters: &[EffectParameter::size("quadratic_fraction", "", [-2.0, 2.0], 5e-4)],
+    parameters: &[ParameterSpec::size("quadratic_fraction", "", [-2.0, 2.0], 5e-4)],
     ..Description::USUAL
 };
 

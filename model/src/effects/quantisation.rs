@@ -5,9 +5,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use super::signal::Signal;
 use crate::ModelError;
+use crate::parameter::{ParameterSpec, Screening};
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Sensor,
@@ -17,7 +18,9 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "a lattice of values; white residual within ±q/2",
     source: "analogue-to-digital converters",
     confused_with: &[],
-    parameters: &[EffectParameter::size("step_m", "m", [0.0, 1e-4], 1e-8).by_ratio()],
+    parameters: &[ParameterSpec::size("step_m", "m", [0.0, 1e-4], 1e-8)
+        .by_ratio()
+        .screened(Screening::Lattice)],
     ..Description::USUAL
 };
 

@@ -8,8 +8,9 @@
 use core::f64::consts::PI;
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use super::signal::Signal;
+use crate::parameter::{ParameterSpec, Screening};
 use crate::{ModelError, RodMotion, RodState, TwoPole, TwoPolePropagator};
 
 pub(super) const DESCRIPTION: Description = Description {
@@ -19,9 +20,11 @@ pub(super) const DESCRIPTION: Description = Description {
     source: "modes of sensor brackets; the rod's own higher modes",
     confused_with: &["delta_e", "load_change", "sensor_gain"],
     parameters: &[
-        EffectParameter::size("gain", "", [-1.0, 1.0], 1e-3),
-        EffectParameter::shape("frequency_hz", "Hz", [10.0, 2e4], 400.0).by_ratio(),
-        EffectParameter::held("damping_ratio", "", [1e-3, 0.7], 0.03).by_ratio(),
+        ParameterSpec::size("gain", "", [-1.0, 1.0], 1e-3),
+        ParameterSpec::shape("frequency_hz", "Hz", [10.0, 2e4], 400.0)
+            .by_ratio()
+            .screened(Screening::Band),
+        ParameterSpec::held("damping_ratio", "", [1e-3, 0.7], 0.03).by_ratio(),
     ],
     ..Description::USUAL
 };

@@ -9,9 +9,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::delay_line::DelayLine;
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use super::signal::Signal;
 use crate::ModelError;
+use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Sensor,
@@ -20,8 +21,8 @@ pub(super) const DESCRIPTION: Description = Description {
     source: "filters, converters and buses of sensors",
     confused_with: &["loop_delay", "eddy_current", "amplifier_bandwidth"],
     parameters: &[
-        EffectParameter::size("delay_s", "s", [0.0, 0.05], 1e-6).by_ratio(),
-        EffectParameter::held("smoothness", "", [0.0, 1.0], 0.0),
+        ParameterSpec::size("delay_s", "s", [0.0, 0.05], 1e-6).by_ratio(),
+        ParameterSpec::held("smoothness", "", [0.0, 1.0], 0.0),
     ],
     ..Description::USUAL
 };

@@ -5,9 +5,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use super::signal::Signal;
 use crate::ModelError;
+use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Sensor,
@@ -16,8 +17,8 @@ pub(super) const DESCRIPTION: Description = Description {
     source: "displacement probes; hundreds of nm in minutes",
     confused_with: &["thermal_expansion", "after_effect", "bias_shift"],
     parameters: &[
-        EffectParameter::size("drift_m_per_s", "m/s", [-1e-4, 1e-4], 2e-9),
-        EffectParameter::size("offset_m", "m", [-1e-2, 1e-2], 5e-9),
+        ParameterSpec::size("drift_m_per_s", "m/s", [-1e-4, 1e-4], 2e-9),
+        ParameterSpec::size("offset_m", "m", [-1e-2, 1e-2], 5e-9),
     ],
     ..Description::USUAL
 };

@@ -5,9 +5,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use super::signal::Signal;
 use crate::ModelError;
+use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Sensor,
@@ -16,7 +17,7 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "residual proportional to the displacement, everywhere; the same as another gain of rod or magnetostriction",
     source: "calibration of displacement sensors",
     confused_with: &["parameter_w", "load_change"],
-    parameters: &[EffectParameter::size("relative_gain", "", [-0.9, 1.0], 3e-4)],
+    parameters: &[ParameterSpec::size("relative_gain", "", [-0.9, 1.0], 3e-4)],
     ..Description::USUAL
 };
 

@@ -5,9 +5,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
 use super::signal::Signal;
 use crate::ModelError;
+use crate::parameter::{ParameterSpec, Signal as Measured};
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Sensor,
@@ -17,7 +18,13 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "flat tops in the displacement at one level, with a clean field",
     source: "ranges of capacitive probes, 10-500 μm",
     confused_with: &["amplifier_saturation", "parameter_Ms"],
-    parameters: &[EffectParameter::limit("limit_m", "m", [1e-8, 1.0], 1e-4)],
+    parameters: &[ParameterSpec::limit(
+        "limit_m",
+        "m",
+        [1e-8, 1.0],
+        1e-4,
+        Measured::Output,
+    )],
     ..Description::USUAL
 };
 

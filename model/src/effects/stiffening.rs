@@ -6,7 +6,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{Description, EffectParameter, Stage};
+use super::description::{Description, Stage};
+use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Rod,
@@ -15,12 +16,7 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "odd harmonics growing with the cube of the displacement; static, without a loop of its own",
     source: "disc springs and flexures (Duffing)",
     confused_with: &["quadratic_magnetostriction", "parameter_a", "parameter_Ms"],
-    parameters: &[EffectParameter::size(
-        "cubic_stiffness_per_m2",
-        "1/m²",
-        [-1e7, 1e11],
-        1e5,
-    )],
+    parameters: &[ParameterSpec::size("cubic_stiffness_per_m2", "1/m²", [-1e7, 1e11], 1e5)],
     ..Description::USUAL
 };
 

@@ -7,8 +7,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::description::{CoilNeed, Description, EffectParameter, Stage};
+use super::description::{CoilNeed, Description, Stage};
 use super::warming::{Warming, heating};
+use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
     stage: Stage::Hysteresis,
@@ -19,8 +20,8 @@ pub(super) const DESCRIPTION: Description = Description {
     confused_with: &["coil_heating", "thermal_expansion", "parameter_a"],
     parameters: &[
         heating(0.3),
-        EffectParameter::held("loss_time_s", "s", [0.1, 1e4], 20.0).by_ratio(),
-        EffectParameter::held("relative_slope", "", [-5.0, 5.0], 1.0),
+        ParameterSpec::held("loss_time_s", "s", [0.1, 1e4], 20.0).by_ratio(),
+        ParameterSpec::held("relative_slope", "", [-5.0, 5.0], 1.0),
     ],
     ..Description::USUAL
 };

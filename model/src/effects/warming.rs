@@ -8,11 +8,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::EffectParameter;
+use crate::parameter::ParameterSpec;
 
 /// r as a parameter, with the smallest value worth finding.
-pub(super) const fn heating(typical: f64) -> EffectParameter {
-    EffectParameter::size("heating_k_per_s", "K/s", [0.0, 200.0], typical).by_ratio()
+pub(super) const fn heating(typical: f64) -> ParameterSpec {
+    ParameterSpec::size("heating_k_per_s", "K/s", [0.0, 200.0], typical).by_ratio()
 }
 
 /// The rise of one lumped temperature.

@@ -3,12 +3,12 @@
 //! Single effects come round in turn, so that each is hidden equally often; everything else is drawn. Gaps are drawn uniformly
 //! in the logarithm. A family's seeds do not depend on how many runs the others have: a longer study begins with the runs of a shorter.
 
-use anhyst_model::EffectKind;
+use anhyst_model::{EffectKind, NominalParameter};
 use serde::{Deserialize, Serialize};
 
 use super::draw::Draw;
 use super::unlisted::Unlisted;
-use anhyst_diagnosis::{NominalParameter, Term};
+use anhyst_diagnosis::Term;
 
 /// Gap over noise of single effects; for what is beside or beyond them, at least the noise.
 const SINGLE_GAPS: [f64; 2] = [0.3, 30.0];

@@ -6,11 +6,11 @@
 //! rival can do. A rival's answers are taken as linear in its sizes, at a half, once and twice its usual shape, and for limits at the
 //! size that makes the same gap; rivals that bend could come nearer, so that the naming bound is high rather than low.
 
-use anhyst_model::{ActuatorModel, ActuatorOutputs, ParameterRole};
+use anhyst_model::{ActuatorModel, ActuatorOutputs, ParameterRole, ParameterSpec};
 use serde::{Deserialize, Serialize};
 
 use super::case::listed;
-use super::sizes::{Growth, TICK_S, distance_m, is_limit, run_of};
+use super::sizes::{Growth, TICK_S, distance_m, run_of};
 use anhyst_diagnosis::Term;
 
 /// Φ⁻¹(0.99).
@@ -102,7 +102,7 @@ fn directions(term: Term) -> Vec<Vec<Growth>> {
 
 fn probe(growth: &Growth, nominal: &ActuatorModel, command: &[f64], gap_m: f64) -> Option<ActuatorModel> {
     let limit = match growth.term {
-        Term::Effect(kind) => kind.parameters().first().is_some_and(is_limit),
+        Term::Effect(kind) => kind.parameters().first().is_some_and(ParameterSpec::is_limit),
         Term::Parameter(_) => false,
     };
     if limit {

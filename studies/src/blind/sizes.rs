@@ -3,9 +3,7 @@
 //! Sizes grow together with one strength, each by a drawn weight and sign; shapes are drawn around their usual value. The strength is
 //! found by tripling and halving until the gap is within a hundredth of the wanted one.
 
-use anhyst_model::{
-    ActuatorInputs, ActuatorModel, ActuatorOutputs, Effect, EffectKind, EffectParameter, ParameterRole, simulate,
-};
+use anhyst_model::{ActuatorInputs, ActuatorModel, ActuatorOutputs, Effect, EffectKind, ParameterRole, simulate};
 
 use super::draw::Draw;
 use anhyst_diagnosis::{Term, rms};
@@ -106,7 +104,7 @@ impl Growth {
         let parameters = kind.parameters().iter().zip(self.weights);
         for (value, (own, weight)) in effect.values_mut().iter_mut().zip(parameters) {
             match own.role {
-                ParameterRole::Size { identity } if is_limit(own) => {
+                ParameterRole::Size { identity } if own.is_limit() => {
                     *value = identity.min(identity.min(LARGEST_LIMIT) / (1.0 + weight * strength));
                 }
                 ParameterRole::Size { identity } => {
@@ -156,11 +154,6 @@ impl Growth {
             gap_m: reached_m,
         })
     }
-}
-
-/// Absent at the upper bound, without a smallest size.
-pub(super) fn is_limit(parameter: &EffectParameter) -> bool {
-    parameter.identity() == Some(parameter.upper)
 }
 
 /// rms of one displacement minus another.

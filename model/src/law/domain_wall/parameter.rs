@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Hysteresis;
+use crate::parameter::HYSTERESIS;
 
 /// One parameter of the domain wall model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -38,21 +39,12 @@ impl HysteresisParameter {
 
     /// The paper's letter.
     pub const fn symbol(self) -> &'static str {
-        match self {
-            HysteresisParameter::SaturationMagnetization => "Ms",
-            HysteresisParameter::Shape => "a",
-            HysteresisParameter::Pinning => "k",
-            HysteresisParameter::Coupling => "alpha",
-            HysteresisParameter::Reversibility => "c",
-        }
+        HYSTERESIS[self.index()].symbol
     }
 
     /// The unit, empty where there is none.
     pub const fn unit(self) -> &'static str {
-        match self {
-            HysteresisParameter::Coupling | HysteresisParameter::Reversibility => "",
-            _ => "A/m",
-        }
+        HYSTERESIS[self.index()].unit
     }
 
     /// Its value.

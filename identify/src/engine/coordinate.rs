@@ -2,9 +2,11 @@
 //!
 //! v = u·scale, or v = e^u for a number whose size is unknown by decades; u is what the fit moves, v the number itself.
 
+use anhyst_model::ParameterSpec;
+
 /// One number to be fitted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Coordinate {
+pub struct Coordinate {
     pub lower: f64,
     pub upper: f64,
     /// A change worth noticing; step and scale follow from it.
@@ -16,6 +18,17 @@ pub(crate) struct Coordinate {
 }
 
 impl Coordinate {
+    /// Of a row in the table of parameters.
+    pub fn of(spec: &ParameterSpec) -> Self {
+        Coordinate {
+            lower: spec.lower,
+            upper: spec.upper,
+            scale: (spec.typical - spec.identity().unwrap_or(0.0)).abs(),
+            logarithmic: spec.is_fitted_by_ratio(),
+            prior: spec.identity().zip(spec.prior_deviation),
+        }
+    }
+
     pub fn free(&self, value: f64) -> f64 {
         if self.logarithmic {
             value.ln()
@@ -31,6 +44,20 @@ impl Coordinate {
             free * self.scale
         };
         value.clamp(self.lower, self.upper)
+    }
+
+    /// The value at a share of the way from bound to bound, by ratio where it is logarithmic.
+    pub fn at_share(&self, share: f64) -> f64 {
+        if self.logarithmic {
+            self.lower * (self.upper / self.lower).powf(share)
+        } else {
+            self.lower + (self.upper - self.lower) * share
+        }
+    }
+
+    /// Where between the bounds a value lies, 0 to 1.
+    pub fn share(&self, value: f64) -> f64 {
+        (self.free(value) - self.free(self.lower)) / (self.free(self.upper) - self.free(self.lower))
     }
 
     /// dv/du.

@@ -3,9 +3,10 @@
 //! The drive is the command through the model's amplifier where there is a command; else the measured field through a play of
 //! three standard deviations of its noise, because a noisy field ratchets a rate-independent model (docs/estimate.md).
 
-use anhyst_launch::error::RunError;
 use anhyst_measured::{MeasuredRun, NoiseFloor, Quantity};
 use anhyst_model::{Actuator, ActuatorInputs, ActuatorModel, ActuatorOutputs, Drive, MagneticState, Play};
+
+use crate::error::IdentifyError;
 
 /// Samples of a sweep without time are taken for this far apart: only rates per sample matter then.
 pub const SWEEP_TICK_S: f64 = 1e-3;
@@ -91,7 +92,7 @@ impl Observed {
     ///
     /// # Errors
     /// A run without field or command, or without an output that the model has.
-    pub fn of(run: &MeasuredRun, model: &ActuatorModel) -> Result<Self, RunError> {
+    pub fn of(run: &MeasuredRun, model: &ActuatorModel) -> Result<Self, IdentifyError> {
         let mut notes = Vec::new();
         let output = choose_output(run, model)?;
         let (drive_a_per_m, drive) = choose_drive(run, &mut notes)?;
@@ -131,20 +132,18 @@ impl Observed {
     ///
     /// # Errors
     /// A model that cannot be run on this data.
-    pub fn simulate(&self, model: &ActuatorModel, outputs: &mut ActuatorOutputs) -> Result<(), RunError> {
-        let refuse = |error: anhyst_model::ModelError| RunError::Setup(error.to_string());
+    pub fn simulate(&self, model: &ActuatorModel, outputs: &mut ActuatorOutputs) -> Result<(), IdentifyError> {
         let mut actuator = match self.time_s {
             Some(_) => Actuator::new(model, self.tick_s),
             None => Actuator::quasi_static(model).map(|actuator| actuator.starting_at(self.first_state(model))),
-        }
-        .map_err(refuse)?;
+        }?;
         let inputs = ActuatorInputs {
             drive_a_per_m: &self.drive_a_per_m,
             drive: self.drive,
             temperature_k: self.temperature_k.as_deref(),
             force_n: None,
         };
-        actuator.run(inputs, outputs).map_err(refuse)
+        Ok(actuator.run(inputs, outputs)?)
     }
 
     /// Where a sweep finds its material: at its first field, come from the other end of the sweep.
@@ -177,31 +176,32 @@ impl Observed {
     }
 }
 
-fn choose_output(run: &MeasuredRun, model: &ActuatorModel) -> Result<Output, RunError> {
+fn choose_output(run: &MeasuredRun, model: &ActuatorModel) -> Result<Output, IdentifyError> {
     let has = |output: Output| run.series(output.quantity()).is_some();
     let candidates = [Output::Displacement, Output::Magnetization, Output::Strain];
     let usable = |output: &Output| has(*output) && (*output != Output::Displacement || model.rod.is_some());
     candidates.into_iter().find(usable).ok_or_else(|| {
         let present: Vec<&str> = run.outputs().map(Quantity::name).collect();
-        RunError::Setup(format!(
-            "{}: no output that the model \"{}\" has: it needs displacement (with a rod in the model), magnetization, flux density or \
-             strain, and the file holds {}",
-            run.source,
-            model.name,
-            if present.is_empty() { "none".to_owned() } else { present.join(", ") }
-        ))
+        IdentifyError::NoOutput {
+            source_of_data: run.source.clone(),
+            model: model.name.clone(),
+            present: if present.is_empty() {
+                "none".to_owned()
+            } else {
+                present.join(", ")
+            },
+        }
     })
 }
 
-fn choose_drive(run: &MeasuredRun, notes: &mut Vec<String>) -> Result<(Vec<f64>, Drive), RunError> {
+fn choose_drive(run: &MeasuredRun, notes: &mut Vec<String>) -> Result<(Vec<f64>, Drive), IdentifyError> {
     if let Some(command) = run.series(Quantity::FieldCommand) {
         return Ok((command.to_vec(), Drive::Command));
     }
     let Some(field) = run.series(Quantity::Field) else {
-        return Err(RunError::Setup(format!(
-            "{}: neither a field command nor a measured field; name one with --column field=HEADER*SCALE",
-            run.source
-        )));
+        return Err(IdentifyError::NoDrive {
+            source_of_data: run.source.clone(),
+        });
     };
     let noise = run.noise(Quantity::Field).map_or(0.0, |floor| floor.rms);
     // Steps of a sweep without time are no noise.
@@ -209,7 +209,7 @@ fn choose_drive(run: &MeasuredRun, notes: &mut Vec<String>) -> Result<(Vec<f64>,
         return Ok((field.to_vec(), Drive::CoilField));
     }
     let width = PLAY_DEVIATIONS * noise;
-    let mut play = Play::new(width).map_err(|error| RunError::Setup(error.to_string()))?;
+    let mut play = Play::new(width)?;
     notes.push(format!(
         "no command: driven by the measured field through a play of {width:.2} A/m, three times its noise"
     ));

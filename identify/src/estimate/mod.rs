@@ -1,0 +1,7 @@
+//! Constants of a model from one measured run, off line.
+
+mod observed;
+mod several;
+
+pub use observed::{Observed, Output};
+pub use several::{SeveralFound, several};

@@ -1,0 +1,210 @@
+//! The constants of the nominal chain: material, strain law, rod.
+//!
+//! Priors hold where all are calibrated together: 20 % of Ms, a, k, w and of the rod's constants, 0.05 in α, 0.2 in c (ranges
+//! of published Terfenol-D, docs/diagnose.md). c ends at 0.98 everywhere: soft ferrites are fitted up to there, and a model
+//! that one command writes must lie within the bounds of the next; at 1 nothing is irreversible and k has no meaning.
+
+use serde::{Deserialize, Serialize};
+
+use super::spec::{ParameterRole, ParameterSpec, Screening};
+use crate::{ActuatorModel, HysteresisParameter, Magnetostriction};
+
+/// A constant of the nominal chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum NominalParameter {
+    Hysteresis(HysteresisParameter),
+    /// w of the rod; without a rod the constant that scales the strain law.
+    Gain,
+    Damping,
+    Stiffness,
+}
+
+/// What bounds, smallest change and prior of a row are counted in.
+#[derive(Clone, Copy)]
+enum Counted {
+    /// Shares of the nominal value.
+    Shares,
+    /// Its unit, bounds from the nominal value on.
+    Offsets,
+    /// Its unit.
+    Values,
+}
+
+/// A row before the nominal value is known.
+pub(crate) struct Row {
+    pub name: &'static str,
+    pub symbol: &'static str,
+    /// As the term of a diagnosis.
+    term: &'static str,
+    pub unit: &'static str,
+    counted: Counted,
+    bounds: [f64; 2],
+    /// A change worth noticing.
+    change: f64,
+    prior_deviation: f64,
+}
+
+const fn shares(name: &'static str, symbol: &'static str, term: &'static str, unit: &'static str) -> Row {
+    Row {
+        name,
+        symbol,
+        term,
+        unit,
+        counted: Counted::Shares,
+        bounds: [0.2, 5.0],
+        change: 1e-3,
+        prior_deviation: 0.2,
+    }
+}
+
+/// Of c, in every search.
+pub const REVERSIBILITY_BOUNDS: (f64, f64) = (0.0, 0.98);
+
+/// In the order of [`HysteresisParameter::ALL`].
+pub(crate) const HYSTERESIS: [Row; HysteresisParameter::COUNT] = [
+    shares("saturation_magnetization_a_per_m", "Ms", "parameter_Ms", "A/m"),
+    shares("shape_a_per_m", "a", "parameter_a", "A/m"),
+    shares("pinning_a_per_m", "k", "parameter_k", "A/m"),
+    Row {
+        counted: Counted::Offsets,
+        bounds: [-0.3, 0.3],
+        change: 1e-4,
+        prior_deviation: 0.05,
+        ..shares("coupling", "alpha", "parameter_alpha", "")
+    },
+    Row {
+        counted: Counted::Values,
+        bounds: [REVERSIBILITY_BOUNDS.0, REVERSIBILITY_BOUNDS.1],
+        ..shares("reversibility", "c", "parameter_c", "")
+    },
+];
+const ROD_GAIN: Row = shares("gain", "w", "parameter_w", "m/s² per A/m");
+const STRAIN_CONSTANT: Row = shares("saturation_magnetostriction", "w", "parameter_w", "");
+const DAMPING: Row = shares("damping_per_s", "damping", "parameter_damping", "1/s");
+const STIFFNESS: Row = shares("stiffness_per_s2", "stiffness", "parameter_stiffness", "1/s²");
+
+impl NominalParameter {
+    pub const ALL: [NominalParameter; 8] = [
+        NominalParameter::Hysteresis(HysteresisParameter::SaturationMagnetization),
+        NominalParameter::Hysteresis(HysteresisParameter::Shape),
+        NominalParameter::Hysteresis(HysteresisParameter::Pinning),
+        NominalParameter::Hysteresis(HysteresisParameter::Coupling),
+        NominalParameter::Hysteresis(HysteresisParameter::Reversibility),
+        NominalParameter::Gain,
+        NominalParameter::Damping,
+        NominalParameter::Stiffness,
+    ];
+
+    fn row(self, with_rod: bool) -> &'static Row {
+        match self {
+            NominalParameter::Hysteresis(parameter) => &HYSTERESIS[parameter.index()],
+            NominalParameter::Gain if with_rod => &ROD_GAIN,
+            NominalParameter::Gain => &STRAIN_CONSTANT,
+            NominalParameter::Damping => &DAMPING,
+            NominalParameter::Stiffness => &STIFFNESS,
+        }
+    }
+
+    /// The letter, or a word, by which it is asked for.
+    pub fn symbol(self) -> &'static str {
+        self.row(true).symbol
+    }
+
+    /// Name of its term in a diagnosis, `parameter_a`.
+    pub fn term(self) -> &'static str {
+        self.row(true).term
+    }
+
+    /// The parameter of that symbol.
+    pub fn from_symbol(symbol: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|parameter| parameter.symbol() == symbol)
+    }
+
+    /// Its value in a model; none where the model has no such part.
+    pub fn of(self, model: &ActuatorModel) -> Option<f64> {
+        Some(match self {
+            NominalParameter::Hysteresis(parameter) => parameter.of(&model.material.hysteresis),
+            NominalParameter::Gain => match &model.rod {
+                Some(rod) => rod.gain,
+                None => *strain_constant(&mut model.material.magnetostriction.clone()),
+            },
+            NominalParameter::Damping => model.rod?.damping_per_s,
+            NominalParameter::Stiffness => model.rod?.stiffness_per_s2,
+        })
+    }
+
+    /// Puts a value into a model; nothing where the model has no such part.
+    pub fn set(self, model: &mut ActuatorModel, value: f64) {
+        let hysteresis = &mut model.material.hysteresis;
+        match (self, &mut model.rod) {
+            (NominalParameter::Hysteresis(parameter), _) => *hysteresis = parameter.with(*hysteresis, value),
+            (NominalParameter::Gain, Some(rod)) => rod.gain = value,
+            (NominalParameter::Gain, None) => *strain_constant(&mut model.material.magnetostriction) = value,
+            (NominalParameter::Damping, Some(rod)) => rod.damping_per_s = value,
+            (NominalParameter::Stiffness, Some(rod)) => rod.stiffness_per_s2 = value,
+            (NominalParameter::Damping | NominalParameter::Stiffness, None) => {}
+        }
+    }
+
+    /// Its row about the value that a model has; none where the model has no such part.
+    pub fn spec(self, model: &ActuatorModel) -> Option<ParameterSpec> {
+        let nominal = self.of(model)?;
+        let row = self.row(model.rod.is_some());
+        let size = match (self, &model.rod) {
+            // An undamped rod says nothing of how large a damping is: a hundredth of the critical one does.
+            (NominalParameter::Damping, Some(rod)) => nominal.max(0.02 * rod.stiffness_per_s2.sqrt()),
+            _ => nominal.abs(),
+        };
+        let [low, high] = row.bounds;
+        let (from, to, scale) = match row.counted {
+            Counted::Shares => (low * nominal, high * size.copysign(nominal), size),
+            Counted::Offsets => (nominal + low, nominal + high, 1.0),
+            Counted::Values => (low, high, 1.0),
+        };
+        Some(ParameterSpec {
+            name: row.name,
+            unit: row.unit,
+            lower: from.min(to),
+            upper: from.max(to),
+            typical: nominal + row.change * scale,
+            logarithmic: false,
+            role: ParameterRole::Size { identity: nominal },
+            prior_deviation: Some(row.prior_deviation * scale),
+            screening: Screening::Once,
+        })
+    }
+}
+
+/// The constant that scales a strain law.
+fn strain_constant(law: &mut Magnetostriction) -> &mut f64 {
+    match law {
+        Magnetostriction::Linearised {
+            saturation_magnetostriction,
+            ..
+        }
+        | Magnetostriction::Quadratic {
+            saturation_magnetostriction,
+        }
+        | Magnetostriction::Biased {
+            saturation_magnetostriction,
+            ..
+        } => saturation_magnetostriction,
+        Magnetostriction::Polynomial { gamma1_m2_per_a2, .. } => gamma1_m2_per_a2,
+        Magnetostriction::Parabolic { slope_m_per_a, .. } => slope_m_per_a,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guards the calibration of an undamped rod: a scale of 0 makes every number of a fit none, and no fit is left.
+    #[test]
+    fn a_rod_without_damping_can_be_calibrated() {
+        let mut model = ActuatorModel::terfenol_d();
+        model.rod.as_mut().unwrap().damping_per_s = 0.0;
+        let own = NominalParameter::Damping.spec(&model).unwrap();
+        assert!(own.lower == 0.0 && own.upper > 0.0, "{own:?}");
+        assert!(own.typical > 0.0 && own.prior_deviation.unwrap() > 0.0, "{own:?}");
+    }
+}
