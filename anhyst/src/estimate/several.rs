@@ -34,7 +34,7 @@ pub fn several_parameters(
     progress: impl Fn(u64),
 ) -> Result<Estimated, RunError> {
     check(model, choices)?;
-    let observed = Observed::of(run, model)?;
+    let observed = Observed::of(run, model, choices.settle_s)?;
     let began = Instant::now();
     let fields = Fields::of(&observed, model)?;
     let measured_output = measured_output(&observed, model)?;
@@ -62,12 +62,9 @@ pub fn several_parameters(
     } else {
         OFFSET_PASSES
     } {
-        let left = observed
-            .measured
-            .iter()
-            .zip(&predicted)
-            .map(|(measured, predicted)| measured - predicted);
-        offset = left.sum::<f64>() / observed.len().max(1) as f64;
+        let compared = observed.measured.iter().zip(&predicted).skip(observed.settled);
+        let left = compared.map(|(measured, predicted)| measured - predicted);
+        offset = left.sum::<f64>() / (observed.len() - observed.settled).max(1) as f64;
         found = estimate(offset)?;
         predicted = predict(&observed, model, &found)?;
     }
@@ -128,10 +125,15 @@ impl Fields {
         })
     }
 
-    /// The measured outputs; those of the way there are no numbers, which a law leaves out.
+    /// The measured outputs; those of the way there, and of the time to settle, are no numbers, which a law leaves out.
     fn outputs(&self, observed: &Observed, offset: f64) -> Vec<f64> {
-        let measured = observed.measured.iter().map(|measured| measured - offset);
-        std::iter::repeat_n(f64::NAN, self.approach).chain(measured).collect()
+        let left_out = self.approach + observed.settled;
+        let measured = observed
+            .measured
+            .iter()
+            .skip(observed.settled)
+            .map(|measured| measured - offset);
+        std::iter::repeat_n(f64::NAN, left_out).chain(measured).collect()
     }
 }
 
