@@ -76,10 +76,11 @@ const SPARE_TICKS: usize = 100_000;
 /// Bad input, or results that cannot be written.
 pub fn run(arguments: &VerifyAmplifierArguments) -> miette::Result<Ending> {
     signals::install();
+    let resources = meeting_place(arguments)?;
+    // Before the scenario is there: a driver by hand, which waits for that, must not come first.
+    let _names = resources.claim().map_err(|sentence| miette::miette!("{sentence}"))?;
     let (scenario, agreement, path, results) = effective(arguments)?;
     let expected = expectation(&scenario, arguments);
-    let resources = meeting_place(arguments)?;
-    let _names = resources.claim().map_err(|sentence| miette::miette!("{sentence}"))?;
     // Under names that a user chose a driver may be there already.
     if arguments.meeting.service_prefix.is_none() && arguments.meeting.root.is_none() {
         resources::sweep();
