@@ -69,7 +69,7 @@ fn recorder_threads(launcher: u32) -> Vec<i32> {
     let children = std::fs::read_to_string(format!("/proc/{launcher}/task/{launcher}/children")).unwrap_or_default();
     let is_recorder = |pid: &&str| {
         std::fs::read_to_string(format!("/proc/{pid}/cmdline"))
-            .is_ok_and(|line| line.split('\0').nth(1) == Some("recorder"))
+            .is_ok_and(|line| line.split('\0').nth(2) == Some("recorder"))
     };
     let threads = |pid: &str| {
         std::fs::read_dir(format!("/proc/{pid}/task"))

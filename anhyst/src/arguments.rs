@@ -1,7 +1,9 @@
-//! Arguments of the commands that run, replay and look at scenarios; those of the others stand with their command.
+//! What several commands say alike: one struct an idea, flattened into each of them.
 
-use anhyst_launch::across::AcrossArguments;
-use anhyst_launch::external::{ExternalCommand, Nodes};
+use anhyst_identify::parallel;
+use anhyst_launch::claim::{Claimed, claimed};
+use anhyst_launch::error::RunError;
+use anhyst_measured::{ColumnMapping, ReadOptions, RowRange, RunReadOptions};
 use anhyst_scenario::Setting;
 use clap::Args;
 use std::path::PathBuf;
@@ -11,69 +13,133 @@ use std::path::PathBuf;
 pub struct ScenarioArguments {
     /// Scenario file (RON).
     pub scenario: PathBuf,
-    /// Change a value: `--set controller.feedback.kp=0.5` (repeatable).
+    /// What is changed.
+    #[command(flatten)]
+    pub set: SetArguments,
+}
+
+/// Changes to a scenario.
+#[derive(Debug, Args)]
+pub struct SetArguments {
+    /// Change a value of the scenario: `--set controller.feedback.kp=0.5` (repeatable).
     #[arg(long = "set", value_name = "PATH=VALUE")]
     pub settings: Vec<Setting>,
 }
 
-/// `run`
+/// Where results go.
 #[derive(Debug, Args)]
-pub struct RunArguments {
-    /// What to run.
-    #[command(flatten)]
-    pub scenario: ScenarioArguments,
+pub struct OutArgument {
     /// Folder of the results (default: a new one under runs/).
-    #[arg(long)]
+    #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-    /// Run all nodes in this process, without iceoryx2.
-    #[arg(long)]
-    pub embedded: bool,
-    /// Do not record.
-    #[arg(long)]
-    pub no_recording: bool,
-    /// Also stream to a Rerun viewer, which joins at rerun+http://127.0.0.1:PORT/proxy (default port 9877; an open viewer has
-    /// 9876 for itself).
-    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "9877", value_parser = clap::value_parser!(u16).range(1..))]
-    pub live: Option<u16>,
-    /// Every process has a core of its own: wait by polling, not by sleeping.
-    #[arg(long)]
-    pub dedicated_cores: bool,
-    /// Do not start this process (a node, or `plant-sim+amplifier`): another program takes its place (repeatable).
-    #[arg(long, value_name = "PROCESS")]
-    pub external: Vec<Nodes>,
-    /// Start this process by a command of yours, told where to meet by ANHYST_… variables: `amplifier='python3 driver.py'`
-    /// (repeatable).
-    #[arg(long = "external-command", value_name = "PROCESS=COMMAND")]
-    pub external_commands: Vec<ExternalCommand>,
-    /// Prefix of the run's iceoryx2 resources (default: one that no other run has).
-    #[arg(long)]
-    pub service_prefix: Option<String>,
-    /// Directory of iceoryx2's files (default: one that no other run has).
-    #[arg(long)]
-    pub root: Option<PathBuf>,
-    /// How long the processes may take to find each other, in seconds.
-    #[arg(long, default_value_t = 60.0, value_parser = limit_s)]
-    pub start_limit_s: f64,
-    /// Start the processes in the reverse order (the result must not depend on it).
-    #[arg(long, hide = true)]
-    pub reverse_start: bool,
-    /// Print the summary as JSON instead of a table.
-    #[arg(long)]
-    pub json: bool,
-    /// Run only a part of the processes here, with a bridge to the host that runs the others.
-    #[command(flatten)]
-    pub across: AcrossArguments,
 }
 
-/// `bridge`
+impl OutArgument {
+    /// The folder, made and kept from others for as long as the result lives: the one that was named, or `runs/NAME-TIME`.
+    ///
+    /// # Errors
+    /// If it cannot be made, or somebody else writes to it.
+    pub fn claim(&self, name: &str) -> Result<Claimed, RunError> {
+        claimed(self.out.as_deref(), name)
+    }
+}
+
+/// How results are printed.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct JsonArgument {
+    /// Print JSON instead of tables and sentences.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// How many threads work side by side.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct ThreadsArgument {
+    /// Threads that work side by side (default: one a core).
+    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    pub threads: usize,
+}
+
+impl ThreadsArgument {
+    /// Their number.
+    pub fn count(&self) -> usize {
+        match self.threads {
+            0 => parallel::available(),
+            threads => threads,
+        }
+    }
+}
+
+/// What of a measured table is read.
 #[derive(Debug, Args)]
-pub struct BridgeArguments {
-    /// As for the processes of this host.
-    #[command(flatten)]
-    pub node: NodeArguments,
-    /// Where the border runs.
-    #[command(flatten)]
-    pub across: AcrossArguments,
+pub struct TableArguments {
+    /// Name a column, with what takes it to SI units: `--column 'field=H_raw*1000'` (repeatable).
+    #[arg(long = "column", value_name = "QUANTITY=HEADER[*SCALE[+OFFSET]]")]
+    pub columns: Vec<ColumnMapping>,
+    /// Use these rows only, counted from 0 after the header, the end not in it: `--rows 200..1139`.
+    #[arg(long, value_name = "FROM..TO")]
+    pub rows: Option<RowRange>,
+    /// Leave rows out: `--drop-rows 1139..` (repeatable).
+    #[arg(long, value_name = "FROM..TO")]
+    pub drop_rows: Vec<RowRange>,
+}
+
+impl TableArguments {
+    /// For a run.
+    pub fn of_run(&self) -> RunReadOptions {
+        RunReadOptions {
+            mappings: self.columns.clone(),
+            rows: self.rows,
+            drop_rows: self.drop_rows.clone(),
+        }
+    }
+
+    /// For loops.
+    pub fn of_loops(&self) -> ReadOptions {
+        let outside =
+            |rows: RowRange| [(0, rows.first), (rows.end, u64::MAX)].map(|(first, end)| RowRange { first, end });
+        let outside = self
+            .rows
+            .map(outside)
+            .into_iter()
+            .flatten()
+            .filter(|rows| rows.first < rows.end);
+        ReadOptions {
+            mappings: self.columns.clone(),
+            drop_rows: self.drop_rows.iter().copied().chain(outside).collect(),
+        }
+    }
+}
+
+/// How the beginning of a run over time is taken.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct SettleArgument {
+    /// Simulate the first seconds and do not compare them: a start from an unknown state.
+    #[arg(long, default_value_t = 0.0, value_name = "S", value_parser = settle_s)]
+    pub settle_s: f64,
+}
+
+fn settle_s(text: &str) -> Result<f64, String> {
+    let settle_s: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
+    if settle_s >= 0.0 && settle_s.is_finite() {
+        Ok(settle_s)
+    } else {
+        Err(format!("{settle_s} s must be finite and not below 0"))
+    }
+}
+
+/// Where and how long the processes of a run wait for each other.
+#[derive(Debug, Args)]
+pub struct MeetingArguments {
+    /// Prefix of the run's iceoryx2 resources (default: one that no other run has; with `node` and `bridge`: anhyst_hand_).
+    #[arg(long, value_name = "PREFIX")]
+    pub service_prefix: Option<String>,
+    /// Directory of iceoryx2's files (default: one that no other run has; with `node` and `bridge`: /tmp/anhyst-UID/hand).
+    #[arg(long, value_name = "FOLDER")]
+    pub root: Option<PathBuf>,
+    /// How long the processes may take to find each other.
+    #[arg(long, default_value_t = 60.0, value_name = "S", value_parser = limit_s)]
+    pub start_limit_s: f64,
 }
 
 /// A limit in seconds.
@@ -86,110 +152,24 @@ fn limit_s(text: &str) -> Result<f64, String> {
     }
 }
 
-/// `check`
-#[derive(Debug, Args)]
-pub struct CheckArguments {
-    /// What to check.
-    #[command(flatten)]
-    pub scenario: ScenarioArguments,
-    /// Print the effective scenario.
-    #[arg(long)]
-    pub print: bool,
-}
-
-/// `graph`
-#[derive(Debug, Args)]
-pub struct GraphArguments {
-    /// Whose wiring.
-    #[command(flatten)]
-    pub scenario: ScenarioArguments,
-}
-
-/// `compare`
-#[derive(Debug, Args)]
-pub struct CompareArguments {
-    /// Scenario files; the last is the one that the others are compared with.
-    #[arg(required = true)]
-    pub scenarios: Vec<PathBuf>,
-    /// Change a value in all of them.
-    #[arg(long = "set", value_name = "PATH=VALUE")]
-    pub settings: Vec<Setting>,
-    /// Folder of the results, one within it for each scenario; those of an earlier comparison are replaced.
-    #[arg(long, default_value = "runs/compare")]
-    pub out: PathBuf,
-    /// Print JSON instead of a table.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// `replay`
-#[derive(Debug, Args)]
-pub struct ReplayArguments {
-    /// Folder of the recorded run.
-    pub run: PathBuf,
-    /// Which node; default: every node that the recording can feed.
-    #[arg(long)]
-    pub node: Option<String>,
-    /// Print JSON instead of sentences.
-    #[arg(long)]
-    pub json: bool,
-}
-
-/// `view`
-#[derive(Debug, Args)]
-pub struct ViewArguments {
-    /// Folder of the run, or a recording.
-    pub run: PathBuf,
-}
-
-/// `doctor`
-#[derive(Debug, Args)]
-pub struct DoctorArguments {
-    /// Remove what crashed runs have left.
-    #[arg(long)]
-    pub clean: bool,
-    /// Run this scenario in real time, and a ring of the same processes whose blocks do nothing, and compare them.
-    #[arg(long, value_name = "SCENARIO", conflicts_with = "clean")]
-    pub realtime: Option<PathBuf>,
-    /// Length of each of the two runs.
-    #[arg(long, default_value_t = 60.0, requires = "realtime")]
-    pub seconds: f64,
-    /// Ticks per second.
-    #[arg(long, default_value_t = 5000.0, requires = "realtime")]
-    pub rate_hz: f64,
-    /// Change a value of the scenario (repeatable).
-    #[arg(long = "set", value_name = "PATH=VALUE", requires = "realtime")]
-    pub settings: Vec<Setting>,
-    /// Print JSON instead of sentences.
-    #[arg(long)]
-    pub json: bool,
-}
-
 /// A process started by hand or by the launcher.
 #[derive(Debug, Args)]
-pub struct NodeArguments {
-    /// Scenario file; all processes of a run must be given the same.
-    pub scenario: PathBuf,
-    /// Change a value, the same in all processes of a run.
-    #[arg(long = "set", value_name = "PATH=VALUE")]
-    pub settings: Vec<Setting>,
+pub struct ProcessArguments {
+    /// Scenario file; all processes of a run must be given the same, with the same --set, --out and names.
+    #[command(flatten)]
+    pub scenario: ScenarioArguments,
     /// Folder of the results; the same for all processes of a run.
-    #[arg(long, default_value = "runs/by-hand")]
+    #[arg(long, default_value = "runs/by-hand", value_name = "FOLDER")]
     pub out: PathBuf,
-    /// Prefix of the run's iceoryx2 resources; the same for all processes of a run.
-    #[arg(long, default_value = "anhyst_hand_")]
-    pub service_prefix: String,
-    /// Directory of iceoryx2's files (default: /tmp/anhyst-UID/hand); the same for all processes of a run.
-    #[arg(long)]
-    pub root: Option<PathBuf>,
+    /// Where the others are.
+    #[command(flatten)]
+    pub meeting: MeetingArguments,
     /// Polls before a waiting process sleeps.
-    #[arg(long, default_value_t = 20)]
+    #[arg(long, default_value_t = crate::commands::run::YIELDS_SHARED, value_name = "POLLS")]
     pub yields: u32,
-    /// How long to wait for the other processes, in seconds.
-    #[arg(long, default_value_t = 60.0)]
-    pub start_limit_s: f64,
     /// Open a port for a Rerun viewer (recorder only).
-    #[arg(long)]
+    #[cfg_attr(feature = "recorder", arg(long, value_name = "PORT"))]
+    #[cfg_attr(not(feature = "recorder"), arg(skip))]
     pub live: Option<u16>,
     /// Take the place of a process that died, in a real-time run that goes on.
     #[arg(long)]

@@ -1,11 +1,11 @@
-//! The command line.
+//! The command line: the commands, and how the help groups them.
 
-use crate::arguments::{
-    BridgeArguments, CheckArguments, CompareArguments, DoctorArguments, GraphArguments, NodeArguments, ReplayArguments,
-    RunArguments, ViewArguments,
+use crate::commands::{
+    check, diagnose, doctor, estimate, fit, graph, interface, node, replay, run, study, verify_amplifier,
 };
-use anhyst_ipc::NodeId;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::ffi::OsString;
+use std::fmt::Write as _;
 
 /// Hybrid feedforward/feedback control of actuators with hysteresis.
 #[derive(Debug, Parser)]
@@ -16,77 +16,93 @@ pub struct Cli {
     pub command: Command,
 }
 
-/// The subcommands.
+/// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Run a scenario: start its processes, cut, judge, record.
-    Run(RunArguments),
+    /// Run a scenario: start its processes, cut, judge, record; of several scenarios print one table.
+    Run(Box<run::RunArguments>),
     /// Validate a scenario without running it.
-    Check(CheckArguments),
+    Check(check::CheckArguments),
     /// Print the wiring of a scenario's processes as a Mermaid graph.
-    Graph(GraphArguments),
-    /// Run several scenarios and print one table.
-    Compare(CompareArguments),
-    /// Feed a recorded run's tokens to one node and compare its outputs bit by bit.
-    Replay(ReplayArguments),
+    Graph(graph::GraphArguments),
+    /// Feed a recorded run's tokens to its nodes and compare their outputs bit by bit.
+    Replay(replay::ReplayArguments),
     /// Open a run's recording in the Rerun viewer.
-    View(ViewArguments),
+    #[cfg(feature = "recorder")]
+    View(crate::commands::view::ViewArguments),
     /// Write a recorded run as a measured table and an actuator model, for `diagnose` and `estimate`.
     #[cfg(feature = "recorder")]
     Export(crate::commands::export::ExportArguments),
     /// Fit a material to measured loops.
-    Fit(Box<crate::commands::fit::FitArguments>),
+    ///
+    /// Results: material.ron (without strain hysteresis.ron), fit.json, fit.svg.
+    Fit(Box<fit::FitArguments>),
     /// Estimate parameters of a model from a measured run.
-    Estimate(Box<crate::commands::estimate::EstimateArguments>),
-    /// Compute the paper's figures and put them on one page.
-    Paper(crate::commands::paper::PaperArguments),
+    ///
+    /// Results: estimate.json, estimate.svg, estimate.rrd.
+    Estimate(Box<estimate::EstimateArguments>),
     /// Find what a model lacks on measured runs, name it, add it.
-    Diagnose(Box<crate::commands::diagnose::DiagnoseArguments>),
-    /// Hide effects in made runs, diagnose them, and count what is named rightly.
-    Study(Box<crate::commands::study::StudyArguments>),
-    /// Compare the estimation laws under motions, noise and drift.
-    Laws(crate::commands::laws::LawsArguments),
+    ///
+    /// Results: diagnosis.json, amended.ron, report.html, diagnosis.rrd; experiment.ron where another run would tell more.
+    Diagnose(Box<diagnose::DiagnoseArguments>),
+    /// Studies: the blind study of the diagnosis, the estimation laws side by side, the paper's figures.
+    #[command(subcommand)]
+    Study(study::StudyCommand),
+    /// Run one process of a scenario alone: a node by its name.
+    Node(node::NodeArguments),
+    /// Stand on this host for the processes of another one and carry their tokens over Zenoh.
+    #[cfg(feature = "bridge")]
+    Bridge(Box<crate::commands::bridge::BridgeArguments>),
     /// Print what a driver in any language must know: services, layouts, rules.
-    Interface(crate::commands::interface::InterfaceArguments),
+    Interface(interface::InterfaceArguments),
     /// Verify whatever process is plugged in as amplifier.
-    VerifyAmplifier(Box<crate::commands::verify_amplifier::VerifyAmplifierArguments>),
+    ///
+    /// Results: amplifier.json, report.html, the effective scenario, the process's log.
+    VerifyAmplifier(Box<verify_amplifier::VerifyAmplifierArguments>),
     /// Look at shared memory, leftovers of crashed runs, rights and cores.
-    Doctor(DoctorArguments),
-    /// Stand on this host for the processes of another one and carry their tokens over Zenoh (cargo feature `bridge`).
-    Bridge(BridgeArguments),
+    Doctor(doctor::DoctorArguments),
     /// Print shell completions.
     Completions {
         /// For which shell.
         shell: clap_complete::Shell,
     },
-    /// Run the simulated plant's process alone.
-    PlantSim(NodeArguments),
-    /// Run the estimator's process alone.
-    Estimator(NodeArguments),
-    /// Run the controller's process alone.
-    Controller(NodeArguments),
-    /// Run the inverse compensator's process alone.
-    Inverse(NodeArguments),
-    /// Run the guard's process alone.
-    Guard(NodeArguments),
-    /// Run the simulated amplifier's process alone.
-    Amplifier(NodeArguments),
-    /// Run the recorder's process alone.
-    Recorder(NodeArguments),
 }
 
-impl Command {
-    /// The node of a process subcommand.
-    pub fn node(&self) -> Option<(NodeId, &NodeArguments)> {
-        Some(match self {
-            Command::PlantSim(arguments) => (NodeId::Plant, arguments),
-            Command::Estimator(arguments) => (NodeId::Estimator, arguments),
-            Command::Controller(arguments) => (NodeId::Controller, arguments),
-            Command::Inverse(arguments) => (NodeId::Inverse, arguments),
-            Command::Guard(arguments) => (NodeId::Guard, arguments),
-            Command::Amplifier(arguments) => (NodeId::Amplifier, arguments),
-            Command::Recorder(arguments) => (NodeId::Recorder, arguments),
-            _ => return None,
-        })
+/// Headings of the help, and the commands below each.
+pub const GROUPS: [(&str, &[&str]); 5] = [
+    ("Scenarios", &["run", "check", "graph", "replay", "view", "export"]),
+    ("Measurements", &["fit", "estimate", "diagnose"]),
+    ("Studies", &["study"]),
+    (
+        "Processes and drivers",
+        &["node", "bridge", "interface", "verify-amplifier"],
+    ),
+    ("This machine", &["doctor", "completions"]),
+];
+
+/// The command line as clap knows it, its commands grouped.
+pub fn command() -> clap::Command {
+    let command = Cli::command();
+    let mut listed = String::new();
+    for (heading, names) in GROUPS {
+        // Writing to a String cannot fail.
+        let _ = writeln!(listed, "\n{heading}:");
+        for known in names.iter().filter_map(|name| command.find_subcommand(name)) {
+            let about = known.get_about().map(ToString::to_string).unwrap_or_default();
+            let _ = writeln!(listed, "  {:<18}{about}", known.get_name());
+        }
     }
+    command.help_template(format!(
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n{listed}\nOptions:\n{{options}}"
+    ))
+}
+
+/// Reads the command line.
+///
+/// # Errors
+/// What clap says, help and version among it.
+pub fn parse(words: impl IntoIterator<Item = OsString>) -> Result<Cli, clap::Error> {
+    let mut command = command();
+    let matches = command.try_get_matches_from_mut(words)?;
+    Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
 }

@@ -11,3 +11,4 @@ mod diagnosis_album;
 pub mod estimate;
 mod fit_picture;
 pub mod parallel;
+pub mod spelling;

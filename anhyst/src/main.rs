@@ -1,7 +1,7 @@
-use anhyst::cli::{Cli, Command};
+use anhyst::cli::{self, Command};
 use anhyst::commands::{self, Ending};
+use anhyst::spelling;
 use anhyst_launch::error::RunError;
-use clap::{CommandFactory, Parser};
 use std::process::ExitCode;
 
 /// Bad input; clap uses the same for bad arguments.
@@ -12,7 +12,23 @@ fn main() -> ExitCode {
     let _ = miette::set_hook(Box::new(|_| {
         Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).build())
     }));
-    match run(&Cli::parse().command) {
+    let words: Vec<_> = std::env::args_os().collect();
+    let cli = match cli::parse(words.iter().cloned()) {
+        Ok(cli) => cli,
+        Err(error) => {
+            let words: Vec<String> = words
+                .iter()
+                .skip(1)
+                .map(|word| word.to_string_lossy().into_owned())
+                .collect();
+            let Some(sentence) = spelling::refusal(&words, &error) else {
+                error.exit()
+            };
+            anhyst::complain!("error: {sentence}");
+            return ExitCode::from(BAD_INPUT);
+        }
+    };
+    match run(&cli.command) {
         Ok(ending) => ending.into(),
         Err(report) => {
             anhyst::complain!("{report:?}");
@@ -25,38 +41,28 @@ fn main() -> ExitCode {
 }
 
 fn run(command: &Command) -> miette::Result<Ending> {
-    if let Some((node, arguments)) = command.node() {
-        return commands::node::run(node, arguments);
-    }
     match command {
         Command::Run(arguments) => commands::run::run(arguments),
         Command::Check(arguments) => commands::check::run(arguments),
         Command::Graph(arguments) => commands::graph::run(arguments),
-        Command::Compare(arguments) => commands::compare::run(arguments),
+        Command::Replay(arguments) => commands::replay::run(arguments),
+        #[cfg(feature = "recorder")]
+        Command::View(arguments) => commands::view::run(arguments),
+        #[cfg(feature = "recorder")]
+        Command::Export(arguments) => commands::export::run(arguments),
         Command::Fit(arguments) => commands::fit::run(arguments),
         Command::Estimate(arguments) => commands::estimate::run(arguments),
-        Command::Paper(arguments) => commands::paper::run(arguments),
         Command::Diagnose(arguments) => commands::diagnose::run(arguments),
-        Command::Study(arguments) => commands::study::run(arguments),
-        Command::Laws(arguments) => commands::laws::run(arguments),
+        Command::Study(study) => commands::study::run(study),
+        Command::Node(arguments) => commands::node::run(arguments),
+        #[cfg(feature = "bridge")]
+        Command::Bridge(arguments) => commands::bridge::run(arguments),
         Command::Interface(arguments) => commands::interface::run(arguments),
         Command::VerifyAmplifier(arguments) => commands::verify_amplifier::run(arguments),
         Command::Doctor(arguments) => commands::doctor::run(arguments),
-        #[cfg(feature = "bridge")]
-        Command::Bridge(arguments) => commands::bridge::run(arguments),
-        #[cfg(not(feature = "bridge"))]
-        Command::Bridge(_) => Err(miette::miette!("this build has no bridge (cargo feature `bridge`)")),
-        Command::Replay(arguments) => commands::replay::run(arguments),
-        #[cfg(feature = "recorder")]
-        Command::Export(arguments) => commands::export::run(arguments),
-        #[cfg(feature = "recorder")]
-        Command::View(arguments) => commands::view::run(arguments),
-        #[cfg(not(feature = "recorder"))]
-        Command::View(_) => Err(miette::miette!("this build has no recorder (cargo feature `recorder`)")),
         Command::Completions { shell } => {
-            clap_complete::generate(*shell, &mut Cli::command(), "anhyst", &mut std::io::stdout());
+            clap_complete::generate(*shell, &mut cli::command(), "anhyst", &mut std::io::stdout());
             Ok(Ending::Held)
         }
-        _ => unreachable!("process subcommands were handled above"),
     }
 }

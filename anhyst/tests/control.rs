@@ -38,7 +38,7 @@ fn compared(effect: Effect, rival: Option<Effect>, scenario: &Scenario) -> Contr
         runner_up: rival.map(|rival| rival.kind().name()).zip(believed.as_ref()),
     };
     let out = folder(effect.kind().name());
-    let compared = control(scenario, models, &out, &|_| {}).expect("the cuts can be made");
+    let compared = control(scenario, models, &out, 2, &|_| {}).expect("the cuts can be made");
     std::fs::remove_dir_all(&out).expect("the folders were there");
     println!("{}\n{}", effect.kind().name(), compared.table());
     compared

@@ -200,7 +200,7 @@ impl Decided {
         own.verdict = Verdict::Unknown;
         own.confidence = 1.0 - crate::score::FAMILY;
         own.gap_after = term.as_ref().map_or(own.gap_before, |term| term.held_out_rms_after);
-        own.runner_up = nearest.map(|nearest| candidate(nearest, nearest.bic));
+        own.runner_up = nearest.map(|nearest| candidate(nearest, answers_bic(found)));
         own.sentence = unknown_sentence(own, nearest, term.as_ref());
         own.unknown_term = term;
     }
@@ -291,15 +291,23 @@ fn candidate(fit: &Fitted, best: f64) -> Candidate {
     }
 }
 
-/// The nominal model and the best of each kind, best first.
+/// The nominal model and the best of each kind, lowest BIC first.
 fn candidates(found: &Found) -> Vec<Candidate> {
     let mut fits: Vec<&Fitted> = vec![&found.nominal.fit];
     for kind in [&found.singles, &found.pairs, &found.calibrated] {
         fits.extend(kind.iter().take(12));
     }
     fits.sort_by(|one, other| one.bic.total_cmp(&other.bic));
-    let best = fits.first().map_or(0.0, |fit| fit.bic);
-    fits.into_iter().map(|fit| candidate(fit, best)).collect()
+    let answer = answers_bic(found);
+    fits.into_iter().map(|fit| candidate(fit, answer)).collect()
+}
+
+/// What every rival's BIC is counted from, in the table as for the runner-up: the winner's, or the lowest where none won.
+fn answers_bic(found: &Found) -> f64 {
+    let winner = found.winner.as_ref().map(|(_, winner)| winner.fit.bic);
+    let kinds = [&found.singles, &found.pairs, &found.calibrated];
+    let all = kinds.into_iter().flatten().map(|fit| fit.bic);
+    winner.unwrap_or_else(|| all.fold(found.nominal.fit.bic, f64::min))
 }
 
 /// e^(−ΔBIC/2) of the winner over the sum of all.

@@ -31,7 +31,11 @@ pub struct GapOver {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GapCell {
     pub label: String,
-    pub share_of_rows: f64,
+    /// None over frequency: there no row is in a cell.
+    pub share_of_rows: Option<f64>,
+    /// Of all places: of the rows, or of the band.
+    #[serde(skip)]
+    pub(crate) share: f64,
     pub share_of_energy: f64,
     /// Rms of the gap within, noise taken off, in the channel's unit.
     pub rms: f64,
@@ -91,10 +95,10 @@ pub(crate) fn sentences(tables: &[GapOver], channels: &[ChannelGap], most: usize
             .cells
             .iter()
             .max_by(|one, other| one.share_of_energy.total_cmp(&other.share_of_energy));
-        let Some(cell) = highest.filter(|cell| cell.share_of_rows > 0.0) else {
+        let Some(cell) = highest.filter(|cell| cell.share > 0.0) else {
             continue;
         };
-        let factor = cell.share_of_energy / cell.share_of_rows;
+        let factor = cell.share_of_energy / cell.share;
         if factor > CONCENTRATED {
             let run = if table.run > 1 || channels.iter().any(|gap| gap.run > 1) {
                 format!("run {}: ", table.run)
@@ -102,12 +106,13 @@ pub(crate) fn sentences(tables: &[GapOver], channels: &[ChannelGap], most: usize
                 String::new()
             };
             let sentence = format!(
-                "{run}{:.0} % of the energy of the {} gap lies at {} {} ({:.0} % of the rows)",
+                "{run}{:.0} % of the energy of the {} gap lies at {} {} ({:.0} % of the {})",
                 100.0 * cell.share_of_energy.min(1.0),
                 table.channel,
                 table.over,
                 cell.label,
-                100.0 * cell.share_of_rows
+                100.0 * cell.share,
+                if cell.share_of_rows.is_some() { "rows" } else { "band" }
             );
             found.push((factor.min(20.0) * cell.share_of_energy, sentence));
         }
@@ -248,7 +253,8 @@ fn cells(
         .filter(|(_, (_, rows))| *rows > 0.0)
         .map(|(cell, (energy, rows))| GapCell {
             label: label(cell),
-            share_of_rows: rows / gap.len() as f64,
+            share_of_rows: Some(rows / gap.len() as f64),
+            share: rows / gap.len() as f64,
             share_of_energy: if total > 0.0 { energy.max(0.0) / total } else { 0.0 },
             rms: (energy.max(0.0) / rows).sqrt(),
         })
@@ -285,7 +291,8 @@ fn spectrum(channel: &Channel, gap: &[f64], tick_s: f64) -> Vec<GapCell> {
         .enumerate()
         .map(|(cell, (energy, rows))| GapCell {
             label: format!("{} to {} Hz", Short(edges[cell]), Short(edges[cell + 1])),
-            share_of_rows: rows / bins,
+            share_of_rows: None,
+            share: rows / bins,
             share_of_energy: if total > 0.0 { energy.max(0.0) / total } else { 0.0 },
             rms: (energy.max(0.0) * scale).sqrt(),
         })

@@ -118,7 +118,11 @@ fn gap(own: &Diagnosis, runs: &[RunSeries]) -> Result<Section, DiagnosisError> {
                 Cell::from(format!("{} {}", over.channel, over.run).as_str()),
                 Cell::from(over.over.as_str()),
                 Cell::from(cell.label.as_str()),
-                Cell::from(format!("{:.0} %", 100.0 * cell.share_of_rows).as_str()),
+                Cell::from(
+                    cell.share_of_rows
+                        .map_or_else(|| "–".to_owned(), |share| format!("{:.0} %", 100.0 * share))
+                        .as_str(),
+                ),
                 Cell::from(format!("{:.0} %", 100.0 * cell.share_of_energy).as_str()),
                 Cell::from(Amount(cell.rms, &own.unit).to_string().as_str()),
             ]);
@@ -128,7 +132,7 @@ fn gap(own: &Diagnosis, runs: &[RunSeries]) -> Result<Section, DiagnosisError> {
 }
 
 fn candidates(own: &Diagnosis) -> Result<Section, DiagnosisError> {
-    let mut table = Table::new(&["explanation", "terms", "BIC over the best", "held-out gap"]);
+    let mut table = Table::new(&["explanation", "terms", "BIC over the answer's", "held-out gap"]);
     for candidate in own.candidates.iter().take(MOST_CANDIDATES) {
         table.rows.push(vec![
             Cell::from(candidate.name.as_str()),

@@ -47,6 +47,12 @@ pub enum IdentifyError {
         "{source_of_data}: neither a field command nor a measured field; name one with --column field=HEADER*SCALE"
     )]
     NoDrive { source_of_data: String },
+    #[error("{source_of_data}: --settle-s {settle_s} {why}")]
+    Settle {
+        source_of_data: String,
+        settle_s: f64,
+        why: String,
+    },
     #[error("the model \"{model}\" has no {parameter}, so it cannot be estimated")]
     NoSuchPart { model: String, parameter: &'static str },
     #[error("the model \"{model}\" cannot be simulated on this run")]

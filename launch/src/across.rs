@@ -2,12 +2,13 @@
 
 use anhyst_ipc::NodeId;
 use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 /// Which part of the run is on this host, and where the other part is.
 #[derive(Debug, Clone, Default, PartialEq, Args)]
 pub struct AcrossArguments {
     /// The nodes of this host, the others run on the other one: `--here plant-sim,amplifier`.
-    #[arg(long, value_delimiter = ',', value_name = "NODE,…", value_parser = node)]
+    #[arg(long, value_delimiter = ',', value_name = "NODE,…", value_parser = one_of(&NodeId::LOOP_ORDER))]
     pub here: Vec<NodeId>,
     /// Wait for the other host's bridge at this Zenoh endpoint: `tcp/10.0.0.1:7447`.
     #[arg(long, value_name = "ENDPOINT", requires = "here", conflicts_with = "connect")]
@@ -26,14 +27,10 @@ pub struct AcrossArguments {
 /// The name of the bridge's process: its report, its log, its place in sentences.
 pub const BRIDGE: &str = "bridge";
 
-fn node(name: &str) -> Result<NodeId, String> {
-    NodeId::LOOP_ORDER
-        .into_iter()
-        .find(|node| node.name() == name)
-        .ok_or_else(|| {
-            let names = NodeId::LOOP_ORDER.map(NodeId::name).join(", ");
-            format!("no such node; there are {names}")
-        })
+/// One of `nodes`, by its name; another name is refused with those that there are.
+pub fn one_of(nodes: &[NodeId]) -> impl TypedValueParser<Value = NodeId> + use<> {
+    let names: Vec<&'static str> = nodes.iter().map(|node| node.name()).collect();
+    PossibleValuesParser::new(names).try_map(|name| NodeId::named(&name).ok_or("no node has this name"))
 }
 
 impl AcrossArguments {

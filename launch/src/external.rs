@@ -2,6 +2,7 @@
 //! and the command that starts one if the user gave it.
 
 use crate::resources::Resources;
+use crate::say::quoted;
 use anhyst_ipc::NodeId;
 use anhyst_scenario::Scenario;
 use std::str::FromStr;
@@ -117,19 +118,20 @@ pub fn announce(
 ) {
     let exports: Vec<String> = environment
         .iter()
-        .map(|(name, value)| format!("{name}={value}"))
+        .map(|(name, value)| format!("{name}={}", quoted(value.as_ref())))
         .collect();
     let value = |wanted: &str| {
         let found = environment.iter().find(|(name, _)| *name == wanted);
-        found.map_or("", |(_, value)| value.as_str())
+        found.map_or(String::new(), |(_, value)| quoted(value.as_ref()))
     };
     let first = process.split('+').next().unwrap_or(process);
     crate::complain!(
-        "{process} is external: start it within {} s, in another terminal, with\n  {} YOUR-DRIVER\nor the simulated one with\n  anhyst {first} {folder}/scenario.ron --out {folder} --service-prefix {} --root {}",
+        "{process} is external: start it within {} s, in another terminal, with\n  {} YOUR-DRIVER\nor the simulated one with\n  anhyst node {first} {scenario} --out {folder} --service-prefix {} --root {}",
         start_limit.as_secs_f64(),
         exports.join(" "),
         value("ANHYST_SERVICE_PREFIX"),
         value("ANHYST_ROOT"),
-        folder = folder.display(),
+        scenario = quoted(&folder.join("scenario.ron")),
+        folder = quoted(folder),
     );
 }

@@ -1,13 +1,15 @@
 //! The folder of a run: what lies where.
 
-use crate::claim::claim;
+use crate::claim::{Claimed, claimed};
 use crate::error::RunError;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 /// Paths within a run's folder; whoever created it has it for itself.
 #[derive(Debug)]
-pub struct RunFolder(PathBuf, #[expect(dead_code, reason = "held for its lock")] Option<File>);
+pub struct RunFolder(
+    PathBuf,
+    #[expect(dead_code, reason = "held for its lock")] Option<Claimed>,
+);
 
 impl RunFolder {
     /// Creates the folder, `wanted` or a new one under `runs/`, takes an earlier run's results out of it, and keeps others out
@@ -16,18 +18,13 @@ impl RunFolder {
     /// # Errors
     /// If the folder cannot be created, or another run is writing to it.
     pub fn create(wanted: Option<&Path>, name: &str) -> Result<Self, RunError> {
-        let named = wanted.map_or_else(|| PathBuf::from("runs"), Path::to_path_buf);
-        let refuse = |cause| RunError::Write { path: named, cause };
-        let make = |path: PathBuf| {
-            std::fs::create_dir_all(&path)?;
-            Ok(path)
+        let claimed = claimed(wanted, name)?;
+        let path = claimed.path.clone();
+        let refuse = |cause| RunError::Write {
+            path: path.clone(),
+            cause,
         };
-        let path = match wanted.map_or_else(|| Self::create_unused(name), |path| make(path.to_owned())) {
-            Ok(path) => path,
-            Err(cause) => return Err(refuse(cause)),
-        };
-        let claimed = claim(&path)?;
-        let folder = Self(path, Some(claimed));
+        let folder = Self(path.clone(), Some(claimed));
         folder.empty().map_err(refuse)?;
         Ok(folder)
     }
@@ -67,24 +64,6 @@ impl RunFolder {
             }
         }
         Ok(())
-    }
-
-    /// Creates `runs/NAME-UTC`, with a counter if two runs start in one second. Creating is the test: of two runs that start at
-    /// once only one gets a name.
-    fn create_unused(name: &str) -> std::io::Result<PathBuf> {
-        let runs = Path::new("runs");
-        std::fs::create_dir_all(runs)?;
-        let time = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S");
-        let mut candidate = runs.join(format!("{name}-{time}"));
-        let mut n = 1;
-        loop {
-            match std::fs::create_dir(&candidate) {
-                Ok(()) => return Ok(candidate),
-                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => n += 1,
-                Err(error) => return Err(error),
-            }
-            candidate = runs.join(format!("{name}-{time}-{n}"));
-        }
     }
 
     /// Makes the folders within it that processes write to.

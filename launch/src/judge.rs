@@ -41,7 +41,7 @@ pub struct Verdict {
     /// When the tolerance was first exceeded, if it was.
     pub first_exceeded_at_s: Option<f64>,
     /// Estimated minus true shape parameter at the end.
-    #[serde(rename = "a_final_error_A_per_m", with = "any_number")]
+    #[serde(alias = "a_final_error_A_per_m", with = "any_number")]
     pub a_final_error_a_per_m: f64,
     /// Root mean square error of the estimated shape parameter.
     #[serde(with = "any_number")]

@@ -191,7 +191,7 @@ fn start_own(
     let across = (name == BRIDGE).then(|| options.across.to_words());
     let mut command = Command::new(std::env::current_exe()?);
     command
-        .arg(nodes.first().map_or(BRIDGE, |node| node.name()))
+        .args(nodes.first().map_or(vec![BRIDGE], |node| vec!["node", node.name()]))
         .arg(folder.scenario())
         .arg("--out")
         .arg(folder.path())

@@ -1,6 +1,6 @@
 //! Running and supervising the processes of a scenario: from its blocks to their reports, and what a run comes to.
 
-mod say;
+pub mod say;
 
 pub mod across;
 mod any_number;

@@ -42,7 +42,7 @@ pub struct Summary {
     /// Rows of the recording.
     pub recorded_rows: u64,
     /// Of a real-time run: what was asked of the system, missed deadlines, distributions, restarts.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default)]
     pub realtime: Option<RealtimeSummary>,
     /// Digest of all tokens of all nodes.
     pub digest: String,
@@ -107,13 +107,29 @@ impl Summary {
     /// # Errors
     /// If a file cannot be written.
     pub fn write(&self, folder: &RunFolder) -> std::io::Result<()> {
-        std::fs::write(folder.summary(), serde_json::to_string_pretty(self)? + "\n")?;
+        std::fs::write(
+            folder.summary(),
+            serde_json::to_string_pretty(&self.for_programs()?)? + "\n",
+        )?;
         let nodes: String = self
             .node_digests
             .iter()
             .map(|(node, digest)| format!("{digest}  {node}\n"))
             .collect();
         std::fs::write(folder.digest(), format!("{}  run\n{nodes}", self.digest))
+    }
+
+    /// As JSON, where a figure that is no finite number is null. (What processes tell each other says which of them it is.)
+    ///
+    /// # Errors
+    /// None in practice: every summary has a JSON form.
+    pub fn for_programs(&self) -> serde_json::Result<serde_json::Value> {
+        let mut summary = serde_json::to_value(self)?;
+        let figures = summary.as_object_mut().into_iter().flatten();
+        for (_, figure) in figures.filter(|(_, figure)| matches!(figure.as_str(), Some("inf" | "-inf" | "NaN"))) {
+            *figure = serde_json::Value::Null;
+        }
+        Ok(summary)
     }
 
     /// The table for people.

@@ -50,6 +50,18 @@ impl FromStr for ColumnMapping {
     }
 }
 
+/// As it is read.
+impl std::fmt::Display for ColumnMapping {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "{}={}", self.quantity.key(), self.header)?;
+        match (self.scale, self.offset) {
+            (None, _) => Ok(()),
+            (Some(scale), None) => write!(formatter, "*{scale:e}"),
+            (Some(scale), Some(offset)) => write!(formatter, "*{scale:e}{offset:+e}"),
+        }
+    }
+}
+
 /// `SCALE`, `SCALE+OFFSET` or `SCALE-OFFSET`; the sign of an exponent is no beginning of an offset.
 fn scale_and_offset(text: &str) -> Option<(f64, Option<f64>)> {
     let number = |part: &str| part.trim().parse::<f64>().ok().filter(|value| value.is_finite());
@@ -251,6 +263,11 @@ mod tests {
     fn scales_and_offsets_are_told_apart() {
         let numbers = |text: &str| {
             let mapping: ColumnMapping = text.parse().ok()?;
+            assert_eq!(
+                mapping.to_string().parse().ok(),
+                Some(mapping.clone()),
+                "{mapping} is another one"
+            );
             Some((mapping.header, mapping.scale, mapping.offset))
         };
         let is = |text, header: &str, scale, offset| {

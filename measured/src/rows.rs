@@ -17,6 +17,16 @@ impl RowRange {
     }
 }
 
+/// As it is read.
+impl std::fmt::Display for RowRange {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.end {
+            u64::MAX => write!(formatter, "{}..", self.first),
+            end => write!(formatter, "{}..{end}", self.first),
+        }
+    }
+}
+
 impl FromStr for RowRange {
     type Err = MeasuredError;
 

@@ -8,6 +8,7 @@ mod error;
 mod external;
 mod faults;
 mod load;
+mod misread;
 mod source;
 mod validate;
 mod wiring;
@@ -15,7 +16,7 @@ mod wiring;
 pub use clock::{Clock, Pacing, Realtime};
 pub use error::ScenarioError;
 pub use faults::{Fault, LinkFault, ProcessFault, ProcessKind};
-pub use load::{Setting, load, load_changed, load_model, to_ron};
+pub use load::{BUILT_IN_AMPLIFIER, Setting, load, load_changed, load_model, to_ron};
 pub use wiring::{Everything, wires};
 
 use anhyst_controller::ControllerSettings;

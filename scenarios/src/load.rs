@@ -1,7 +1,9 @@
 //! From a file to a checked scenario.
 
 use super::derive::{Derived, is_derived};
+use super::misread;
 use super::{MaterialSource, Scenario, ScenarioError, source};
+use anhyst_estimator::LawSettings;
 use anhyst_ipc::Invalid;
 use anhyst_model::{ActuatorModel, AmplifierConstants, Material, ModelError};
 use ron::error::SpannedError;
@@ -80,11 +82,38 @@ pub fn load_changed(
         scenario.rod.two_pole = scenario.rod.two_pole.or(found.rod);
         scenario.material = MaterialSource::Inline(found.material);
     }
+    follow_material(&mut scenario, &text);
     scenario.complete_plant();
     scenario.anchor(folder);
     change(&mut scenario);
     scenario.validate().map_err(|invalid| refuse(&shown, &text, &invalid))?;
     Ok(scenario)
+}
+
+/// The `a` for which the laws' default range and start are.
+const DEFAULTS_ARE_FOR_A_PER_M: f64 = 7012.0;
+
+/// What the text does not say of the estimator's range and start follows the material's `a`, in proportion.
+fn follow_material(scenario: &mut Scenario, text: &str) {
+    let Ok(material) = scenario.material() else {
+        return;
+    };
+    let factor = material.hysteresis.shape_a_per_m / DEFAULTS_ARE_FOR_A_PER_M;
+    let says = |name: &str| source::read(text).is_some_and(|place| place.has(&format!("estimator.law.{name}")));
+    let (says_range, says_start) = (says("range_a_per_m"), says("start_a_per_m"));
+    let (range, start) = match &mut scenario.estimator.law {
+        LawSettings::FixedShape { .. } => return,
+        LawSettings::GaussNewton(own) => (&mut own.range_a_per_m, &mut own.start_a_per_m),
+        LawSettings::Folded(own) | LawSettings::Gradient(own) | LawSettings::Matrix(own) | LawSettings::Scalar(own) => {
+            (&mut own.range_a_per_m, &mut own.start_a_per_m)
+        }
+    };
+    if !says_range {
+        *range = (factor * range.0, factor * range.1);
+    }
+    if !says_start {
+        *start *= factor;
+    }
 }
 
 /// The scenario's final text, with what it is based on and `--set` worked in.
@@ -130,10 +159,37 @@ fn resolve(path: &Path, settings: &[Setting], by: &str, depth: usize) -> Result<
     resolve(&base, &all, &by, depth + 1)
 }
 
+/// What `verify-amplifier` takes unless it is told another scenario.
+pub const BUILT_IN_AMPLIFIER: &str = "built-in/amplifier.ron";
+
+/// Scenarios that are in the program, so that it needs no repository around it: where no file is.
+const BUILT_IN: [(&str, &str); 3] = [
+    (BUILT_IN_AMPLIFIER, include_str!("../amplifier.ron")),
+    ("built-in/milling.ron", include_str!("../milling.ron")),
+    (
+        "built-in/materials/terfenol_nealis_smith.ron",
+        include_str!("../materials/terfenol_nealis_smith.ron"),
+    ),
+];
+
+/// The text of a scenario, a model or a material, without the mark that some editors put before it.
 fn read(path: &Path) -> Result<String, ScenarioError> {
-    std::fs::read_to_string(path).map_err(|cause| ScenarioError::Unreadable {
-        path: path.to_owned(),
-        cause,
+    let text = match (
+        std::fs::read_to_string(path),
+        BUILT_IN.iter().find(|(name, _)| path == Path::new(name)),
+    ) {
+        (Ok(text), _) => text,
+        (Err(_), Some((_, text))) => (*text).to_owned(),
+        (Err(cause), None) => {
+            return Err(ScenarioError::Unreadable {
+                path: path.to_owned(),
+                cause,
+            });
+        }
+    };
+    Ok(match text.strip_prefix('\u{feff}') {
+        Some(text) => text.to_owned(),
+        None => text,
     })
 }
 
@@ -170,12 +226,20 @@ fn parse_model(path: &Path, text: &str) -> Result<ActuatorModel, ScenarioError> 
 
 fn misread(path: &Path, text: &str, error: &SpannedError) -> ScenarioError {
     let start = byte_of(text, error.span.start.line, error.span.start.col);
-    ScenarioError::at(path, text, start..start + 1, error.code.to_string())
+    // The reader stops before the blanks in front of the value.
+    let rest = &text[start..];
+    let start = start + (rest.len() - rest.trim_start_matches([' ', '\t']).len());
+    ScenarioError::at(
+        path,
+        text,
+        start..start + 1,
+        misread::sentence(text, start, &error.code),
+    )
 }
 
 /// A file of a material, or of an actuator's model.
 fn load_material(file: &Path, scenario: &Path, text: &str) -> Result<ActuatorModel, ScenarioError> {
-    if !file.is_file() {
+    if !file.is_file() && !BUILT_IN.iter().any(|(name, _)| file == Path::new(name)) {
         let sentence = format!("the material file {} does not exist", file.display());
         return Err(ScenarioError::at(scenario, text, place_of(text, "material"), sentence));
     }

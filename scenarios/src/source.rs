@@ -50,6 +50,45 @@ impl Place {
         place
     }
 
+    /// True if there is a value at `path`.
+    pub fn has(&self, path: &str) -> bool {
+        let mut place = Some(self);
+        for segment in path.split('.') {
+            place = place.and_then(|place| place.child(segment));
+        }
+        place.is_some()
+    }
+
+    /// The path of the innermost value at a byte: names, and numbers in lists, joined by dots.
+    pub fn path_at(&self, byte: usize) -> String {
+        let mut path = Vec::new();
+        let mut place = self;
+        while let Some((name, inner)) = place
+            .children()
+            .into_iter()
+            .find(|(_, inner)| (inner.value.start..=inner.value.end).contains(&byte))
+        {
+            path.extend(name);
+            place = inner;
+        }
+        path.join(".")
+    }
+
+    /// Values one deeper, with their names; a variant's or newtype's only value has none.
+    fn children(&self) -> Vec<(Option<String>, &Place)> {
+        match &self.kind {
+            Kind::Scalar => Vec::new(),
+            Kind::Struct { fields, .. } => fields.iter().map(|(name, place)| (Some(name.clone()), place)).collect(),
+            Kind::List(items) if items.len() == 1 && matches!(items[0].kind, Kind::Struct { .. }) => {
+                vec![(None, &items[0])]
+            }
+            Kind::List(items) => {
+                let numbered = items.iter().enumerate();
+                numbered.map(|(at, place)| (Some(at.to_string()), place)).collect()
+            }
+        }
+    }
+
     /// True if the value is a struct with a field of this name.
     pub fn has_field(&self, name: &str) -> bool {
         matches!(&self.kind, Kind::Struct { fields, .. } if fields.iter().any(|(field, _)| field == name))

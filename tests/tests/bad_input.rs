@@ -31,7 +31,7 @@ fn bad_scenarios_are_refused_with_place_value_and_limit() {
     )
     .unwrap();
     let line_of = |needle: &str| good.lines().position(|line| line.contains(needle)).unwrap() + 1;
-    let cases: [(&str, &str, &str, &[&str]); 13] = [
+    let cases: [(&str, &str, &str, &[&str]); 14] = [
         (
             "from_a_per_m: 6400.0",
             "from_a_per_m: 6100.0",
@@ -56,8 +56,19 @@ fn bad_scenarios_are_refused_with_place_value_and_limit() {
             "trajectory:",
             &["the rod needs a quasi-static displacement of"],
         ),
-        ("seed: 1,", "sede: 1,", "seed: 1,", &["sede"]),
-        ("seed: 1,", "seed: \"one\",", "seed: 1,", &["Expected integer"]),
+        ("seed: 1,", "sede: 1,", "seed: 1,", &["sede", "is `seed` meant?"]),
+        (
+            "seed: 1,",
+            "seed: \"one\",",
+            "seed: 1,",
+            &["seed: Expected integer: what is wanted is a whole number"],
+        ),
+        (
+            "settling_s: 0.5",
+            "settling_s: \"soon\"",
+            "settling_s",
+            &["expect.settling_s: Expected float: what is wanted is a number in s"],
+        ),
         (
             "tick_s: 5e-5",
             "tick_s: NaN",
@@ -299,5 +310,45 @@ fn bad_options_are_refused() {
         let refused = one_line(Finished::run(&[&base[..], more].concat(), LIMIT).expect(2));
         assert!(refused.err.contains(sentence), "no \"{sentence}\" in: {}", refused.err);
         assert!(!Path::new(&out).exists(), "{more:?}: something was begun");
+    }
+}
+
+/// Guards two traps of editors: a mark before the text is no part of it, whichever file it is; and a file whose text is one long line
+/// does not fill the screen when it is refused.
+#[test]
+fn marks_and_long_lines_do_no_harm() {
+    let root = tempfile::tempdir().unwrap();
+    std::fs::create_dir(root.path().join("materials")).unwrap();
+    for file in ["milling.ron", "materials/terfenol_nealis_smith.ron"] {
+        let text = std::fs::read_to_string(repository().join("scenarios").join(file)).unwrap();
+        std::fs::write(root.path().join(file), format!("\u{feff}{text}")).unwrap();
+    }
+    let scenario = root.path().join("milling.ron");
+    Finished::run(&["check", &scenario.to_string_lossy()], LIMIT).expect(0);
+    let text = std::fs::read_to_string(&scenario).unwrap();
+    let lobes = format!("lobes: [{}", "(1, 1e-9, 0.0), ".repeat(300));
+    let refused = check(
+        &text.replace("lobes: [", &lobes).replace("seed: 1", "seed: x"),
+        root.path(),
+    );
+    assert!(refused.err.len() < 3000, "{}", refused.err.len());
+    // The model's reader is the scenario's.
+    let model = root.path().join("model.ron");
+    let nominal = std::fs::read_to_string(repository().join("scenarios/models/nominal.ron")).unwrap();
+    std::fs::write(
+        &model,
+        format!(
+            "\u{feff}{}",
+            nominal.replace("damping_per_s: 7889.9", "damping_per_s: low")
+        ),
+    )
+    .unwrap();
+    let data = root.path().join("run.csv");
+    std::fs::write(&data, "time_s\n").unwrap();
+    let arguments = ["--model", &model.to_string_lossy(), "--data", &data.to_string_lossy()];
+    for command in ["estimate", "diagnose"] {
+        let refused = one_line(Finished::run(&[&[command][..], &arguments].concat(), LIMIT).expect(2));
+        let sentence = "rod.damping_per_s: Expected float: what is wanted is a number in 1/s";
+        assert!(refused.err.contains(sentence), "{command}: {}", refused.err);
     }
 }

@@ -307,7 +307,13 @@ fn a_process_without_its_launcher_ends_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let (out, root) = (folder.path().to_string_lossy(), memory.root.to_string_lossy());
     let place = ["--out", &out, "--service-prefix", &memory.prefix, "--root", &root];
-    let start = ["guard", "scenarios/milling.ron", "--end-with-launcher", "4294967"];
+    let start = [
+        "node",
+        "guard",
+        "scenarios/milling.ron",
+        "--end-with-launcher",
+        "4294967",
+    ];
     let finished = Finished::run(&[&start[..], &place].concat(), LIMIT).expect(3);
     assert_has(&finished.err, &["the launcher with process number 4294967 has gone"]);
 }

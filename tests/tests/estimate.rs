@@ -105,10 +105,10 @@ fn what_cannot_be_estimated_is_refused() {
     let out = out.to_string_lossy();
     let common = ["estimate", "--model", model, "--data", &data, "--out", &out];
     for (more, said) in [
-        (&["--law", "magic"][..], "there is no such law"),
-        (&["--parameters", "a,b"], "there is no such parameter"),
+        (&["--law", "gaus-newton"][..], "a similar value exists: 'gauss-newton'"),
+        (&["--parameters", "a,b"], "possible values: Ms, a, k, alpha, c"),
         (&["--parameters", "a,a"], "stands twice"),
-        (&["--range", "7300..6300"], "lower edge"),
+        (&["--range-a-per-m", "7300..6300"], "lower edge"),
         (
             &["--column", "displacement=nothing"],
             "there is no column \"nothing\", which was named for the displacement",

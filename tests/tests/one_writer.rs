@@ -102,7 +102,8 @@ fn a_comparison_has_its_folder_for_itself() {
     std::fs::create_dir(&earlier).unwrap();
     std::fs::write(root.path().join("notes"), "kept").unwrap();
     let short = ["--set", "duration_s=0.1", "--set", "expect.settling_s=0.05"];
-    let compare = [&["compare", "scenarios/milling.ron", "--out", &out], &short[..]].concat();
+    let twice = ["run", "scenarios/milling.ron", "scenarios/milling.ron", "--out", &out];
+    let compare = [&twice[..], &short[..]].concat();
     let other = std::fs::File::open(root.path()).unwrap();
     other.try_lock().unwrap();
     let refused = Finished::run(&compare, LIMIT).expect(2);

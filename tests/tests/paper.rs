@@ -6,7 +6,7 @@ use anhyst_tests::{Finished, LIMIT};
 fn the_page_stands_alone_and_the_estimates_arrive() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_string_lossy();
-    let finished = Finished::run(&["paper", "--out", &out, "--json"], LIMIT).expect(0);
+    let finished = Finished::run(&["study", "paper", "--out", &out, "--json"], LIMIT).expect(0);
     let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
     assert!(
         !page.contains("http://") || !page.contains("src=\"http"),
@@ -46,8 +46,9 @@ fn the_page_stands_alone_and_the_estimates_arrive() {
 #[test]
 fn laws_are_compared() {
     let arguments = [
+        "study",
         "laws",
-        "--laws",
+        "--law",
         "folded,gauss-newton",
         "--excitation",
         "milling",
@@ -62,6 +63,10 @@ fn laws_are_compared() {
         // Drifting by 200 A/m per second the lag stays below 5 A/m.
         assert!(entry["error_rms_a_per_m"].as_f64().unwrap() < 5.0, "{entry}");
     }
-    let refused = Finished::run(&["laws", "--laws", "magic"], LIMIT).expect(2);
-    assert!(refused.err.contains("there is no such law"), "{}", refused.err);
+    let refused = Finished::run(&["study", "laws", "--law", "magic"], LIMIT).expect(2);
+    assert!(
+        refused.err.contains("possible values: folded, gauss-newton"),
+        "{}",
+        refused.err
+    );
 }

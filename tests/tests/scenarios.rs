@@ -39,7 +39,7 @@ fn assert_reached(summary: &Value, rms_m: f64, max_m: f64) {
 fn milling_holds_20_nm_while_a_drifts() {
     let summary = run("scenarios/milling.ron");
     assert_reached(&summary, 3.26e-9, 13.6e-9);
-    assert!(number(&summary, "a_final_error_A_per_m").abs() < 2.6, "{summary}");
+    assert!(number(&summary, "a_final_error_a_per_m").abs() < 2.6, "{summary}");
     // Lag while a rises by 200 A/m per second.
     assert!(number(&summary, "a_error_rms_a_per_m") < 2.6, "{summary}");
     assert_eq!(summary["held"], true);
@@ -78,7 +78,7 @@ fn a_measured_material_is_cut() {
 fn the_adaptive_loop_beats_a_fixed_inverse_and_a_pid_alone() {
     let scenarios =
         ["pid_alone", "feedforward_only", "fixed_inverse"].map(|name| format!("scenarios/milling_{name}.ron"));
-    let mut arguments = vec!["compare", "--json"];
+    let mut arguments = vec!["run", "--json"];
     arguments.extend(scenarios.iter().map(String::as_str));
     arguments.push("scenarios/milling.ron");
     let finished = Finished::run(&arguments, LIMIT).expect(0);

@@ -2,17 +2,29 @@
 
 use super::Ending;
 use super::node::{end_with_launcher, meeting};
-use crate::arguments::BridgeArguments;
+use crate::arguments::ProcessArguments;
 use anhyst_bridge::{BridgeError, BridgeSettings, End};
-use anhyst_launch::across::BRIDGE;
+use anhyst_launch::across::{AcrossArguments, BRIDGE};
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
 use anhyst_launch::process::Meeting;
 use anhyst_launch::report::{Failure, ProcessReport};
 use anhyst_launch::signals;
 use anhyst_scenario::{Scenario, load, wires};
+use clap::Args;
 use std::path::PathBuf;
 use std::time::Duration;
+
+/// `bridge`
+#[derive(Debug, Args)]
+pub struct BridgeArguments {
+    /// As for the processes of this host.
+    #[command(flatten)]
+    pub node: ProcessArguments,
+    /// Where the border runs.
+    #[command(flatten)]
+    pub across: AcrossArguments,
+}
 
 /// Runs the command.
 ///
@@ -26,7 +38,7 @@ pub fn run(arguments: &BridgeArguments) -> miette::Result<Ending> {
         .across
         .validate()
         .map_err(|sentence| miette::miette!("{sentence}"))?;
-    let scenario = load(&node.scenario, &node.settings)?;
+    let scenario = load(&node.scenario.scenario, &node.scenario.set.settings)?;
     super::part::validate_clock(&scenario)?;
     let agreement = scenario
         .agreement()

@@ -1,16 +1,28 @@
 //! `anhyst check`: is this scenario usable?
 
 use super::Ending;
-use crate::arguments::CheckArguments;
+use crate::arguments::ScenarioArguments;
 use anhyst_launch::error::RunError;
 use anhyst_scenario::{load, to_ron};
+use clap::Args;
+
+/// `check`
+#[derive(Debug, Args)]
+pub struct CheckArguments {
+    /// What to check.
+    #[command(flatten)]
+    pub scenario: ScenarioArguments,
+    /// Print the effective scenario.
+    #[arg(long)]
+    pub print: bool,
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// The first thing that is wrong with the scenario.
 pub fn run(arguments: &CheckArguments) -> miette::Result<Ending> {
-    let scenario = load(&arguments.scenario.scenario, &arguments.scenario.settings)?;
+    let scenario = load(&arguments.scenario.scenario, &arguments.scenario.set.settings)?;
     if arguments.print {
         crate::say!(
             "{}",

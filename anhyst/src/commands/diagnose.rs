@@ -1,51 +1,49 @@
 //! `anhyst diagnose`: where model and measurement disagree, named, added to the model, and shown.
 
-use super::Ending;
+use super::{Ending, json, save, stem};
+use crate::arguments::{JsonArgument, OutArgument, SettleArgument, TableArguments, ThreadsArgument};
 use crate::control::{Control, Models, control, section, ticks};
 use anhyst_diagnosis::{DiagnoseOptions, Diagnosed, Diagnosis, DiagnosisError, amended_text, diagnose, page};
 use anhyst_launch::error::RunError;
+use anhyst_launch::say::quoted;
 use anhyst_launch::table::plain_table;
-use anhyst_measured::{ColumnMapping, MeasuredError, MeasuredRun, RowRange, RunReadOptions};
+use anhyst_measured::{MeasuredError, MeasuredRun};
 use anhyst_model::ActuatorModel;
-use anhyst_scenario::{Scenario, load};
+use anhyst_scenario::{Scenario, load, load_model};
 use clap::Args;
-use ron::extensions::Extensions;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// `diagnose`
 #[derive(Debug, Args)]
 pub struct DiagnoseArguments {
-    /// Actuator model (RON), as scenarios/models/nominal.ron.
-    #[arg(long)]
+    /// Model of the actuator (RON), as scenarios/models/nominal.ron, or a material alone for sweeps of magnetization or strain.
+    #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
     /// Measured run (CSV or Parquet); several are explained together.
-    #[arg(long, required = true)]
+    #[arg(long, value_name = "FILE", required = true)]
     pub data: Vec<PathBuf>,
-    /// Folder of the results: diagnosis.json, amended.ron, report.html, diagnosis.rrd.
-    #[arg(long)]
-    pub out: PathBuf,
-    /// Name a column: `--column displacement=disp_um*1e-6`
-    #[arg(long = "column", value_name = "QUANTITY=HEADER[*SCALE]")]
-    pub columns: Vec<ColumnMapping>,
-    /// Only these rows, counted from 0 after the header: `--rows 200..1139`
-    #[arg(long, value_name = "FROM..TO")]
-    pub rows: Option<RowRange>,
+    /// What of them is read.
+    #[command(flatten)]
+    pub table: TableArguments,
+    /// How they begin.
+    #[command(flatten)]
+    pub settle: SettleArgument,
     /// The model's numbers were fitted to measurements: zeros are free, and parameters may have to be calibrated.
     #[arg(long)]
     pub fitted_model: bool,
-    /// Simulate the first seconds and do not compare them: a start from an unknown state.
-    #[arg(long, default_value_t = 0.0, value_name = "SECONDS")]
-    pub settle: f64,
     /// Make the cut of this scenario on a plant that has what was found: with the old model, the amended one, and the runner-up.
     #[arg(long, value_name = "SCENARIO.ron")]
     pub control: Option<PathBuf>,
-    /// Threads (default: one a core).
-    #[arg(long, default_value_t = 0)]
-    pub threads: usize,
-    /// Print the diagnosis as JSON.
-    #[arg(long)]
-    pub json: bool,
+    /// Where the results go.
+    #[command(flatten)]
+    pub out: OutArgument,
+    /// For the search.
+    #[command(flatten)]
+    pub threads: ThreadsArgument,
+    /// How the diagnosis is printed.
+    #[command(flatten)]
+    pub json: JsonArgument,
 }
 
 /// Runs the command.
@@ -56,11 +54,7 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
     let model = load_model(&arguments.model)?;
     // Before the minutes that the search takes: a scenario with a mistake in it is told now.
     let cut = arguments.control.as_ref().map(|file| load(file, &[])).transpose()?;
-    let reading = RunReadOptions {
-        mappings: arguments.columns.clone(),
-        rows: arguments.rows,
-        drop_rows: Vec::new(),
-    };
+    let reading = arguments.table.of_run();
     let runs = arguments
         .data
         .iter()
@@ -68,11 +62,15 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
         .collect::<Result<Vec<_>, _>>()
         .map_err(|error: MeasuredError| miette::miette!("{error}"))?;
     let options = DiagnoseOptions {
-        threads: arguments.threads,
+        threads: arguments.threads.count(),
         fitted_model: arguments.fitted_model,
-        settle_s: arguments.settle,
+        settle_s: arguments.settle.settle_s,
     };
-    let bar = super::progress_bar(100, "diagnose");
+    // Before the work, so that a typing error costs nothing.
+    let first = arguments.data.first().map_or_else(String::new, |file| stem(file));
+    let results = arguments.out.claim(&format!("diagnose-{first}"))?;
+    let out = &results.path;
+    let bar = super::share_bar("diagnose");
     let found = diagnose(&model, &runs, &options, &mut |stage, share| {
         bar.set_prefix(stage);
         bar.set_position((100.0 * share) as u64);
@@ -80,17 +78,23 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
     .map_err(|error: DiagnosisError| miette::miette!("{error}"))?;
     bar.finish_and_clear();
     let compared = match &cut {
-        Some(scenario) => in_the_loop(scenario, &model, &found, arguments)?,
+        Some(scenario) => in_the_loop(
+            scenario,
+            &model,
+            &found,
+            &out.join("control"),
+            arguments.threads.count(),
+        )?,
         None => None,
     };
     let written = Written {
         diagnosis: &found.diagnosis,
         control: compared.as_ref(),
     };
-    let json = serde_json::to_string_pretty(&written).map_err(|error| RunError::Setup(error.to_string()))?;
-    write(&found, &json, compared.as_ref(), arguments)?;
-    if arguments.json {
-        crate::say!("{json}");
+    let text = json(&written)?;
+    write(&found, &text, compared.as_ref(), &command(arguments, out), out)?;
+    if arguments.json.json {
+        crate::say!("{text}");
         return Ok(Ending::Held);
     }
     print(&found.diagnosis);
@@ -103,7 +107,7 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
     } else if arguments.control.is_some() {
         crate::say!("\nNothing was named, so there is no other model to make the cut with.");
     }
-    crate::say!("\nresults: {}", arguments.out.display());
+    crate::say!("\nresults: {}", out.display());
     Ok(Ending::Held)
 }
 
@@ -112,7 +116,6 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
 struct Written<'a> {
     #[serde(flatten)]
     diagnosis: &'a Diagnosis,
-    #[serde(skip_serializing_if = "Option::is_none")]
     control: Option<&'a Control>,
 }
 
@@ -121,7 +124,8 @@ fn in_the_loop(
     scenario: &Scenario,
     old: &ActuatorModel,
     found: &Diagnosed,
-    arguments: &DiagnoseArguments,
+    out: &Path,
+    threads: usize,
 ) -> miette::Result<Option<Control>> {
     if found.amended == *old {
         return Ok(None);
@@ -135,48 +139,42 @@ fn in_the_loop(
         amended: &found.amended,
         runner_up,
     };
-    let compared = control(scenario, models, &arguments.out.join("control"), &|done| bar.inc(done));
+    let compared = control(scenario, models, out, threads, &|done| bar.inc(done));
     bar.finish_and_clear();
     Ok(Some(compared?))
 }
 
-/// Reads and checks a model file.
-pub fn load_model(file: &Path) -> miette::Result<ActuatorModel> {
-    let text =
-        std::fs::read_to_string(file).map_err(|cause| miette::miette!("{} cannot be read: {cause}", file.display()))?;
-    let options = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
-    let model: ActuatorModel = options
-        .from_str(&text)
-        .map_err(|error| miette::miette!("{}: {error}", file.display()))?;
-    model
-        .validate()
-        .map_err(|error| miette::miette!("{}: {error}", file.display()))?;
-    Ok(model)
+/// The line that makes the diagnosis again; whatever was said of the data is in it.
+fn command(arguments: &DiagnoseArguments, out: &Path) -> String {
+    let DiagnoseArguments {
+        model,
+        data,
+        table,
+        settle,
+        fitted_model,
+        control,
+        ..
+    } = arguments;
+    let mut words = vec![format!("anhyst diagnose --model {}", quoted(model))];
+    words.extend(data.iter().map(|file| format!("--data {}", quoted(file))));
+    let option = |name: &str, value: &dyn std::fmt::Display| format!("{name} {}", quoted(value.to_string().as_ref()));
+    words.extend(table.columns.iter().map(|column| option("--column", column)));
+    words.extend(table.rows.iter().map(|rows| option("--rows", rows)));
+    words.extend(table.drop_rows.iter().map(|rows| option("--drop-rows", rows)));
+    if settle.settle_s > 0.0 {
+        words.push(option("--settle-s", &settle.settle_s));
+    }
+    if *fitted_model {
+        words.push("--fitted-model".into());
+    }
+    words.extend(control.iter().map(|scenario| format!("--control {}", quoted(scenario))));
+    words.push(format!("--out {}", quoted(out)));
+    words.join(" ")
 }
 
-fn write(
-    found: &Diagnosed,
-    json: &str,
-    compared: Option<&Control>,
-    arguments: &DiagnoseArguments,
-) -> miette::Result<()> {
+fn write(found: &Diagnosed, json: &str, compared: Option<&Control>, command: &str, out: &Path) -> miette::Result<()> {
     let setup = |error: DiagnosisError| RunError::Setup(error.to_string());
-    let out = &arguments.out;
-    let data: Vec<String> = arguments
-        .data
-        .iter()
-        .map(|file| format!("--data {}", file.display()))
-        .collect();
-    let mut command = format!(
-        "anhyst diagnose --model {} {} --out {}",
-        arguments.model.display(),
-        data.join(" "),
-        out.display()
-    );
-    if let Some(scenario) = &arguments.control {
-        command += &format!(" --control {}", scenario.display());
-    }
-    let mut page = page(found, &command).map_err(setup)?;
+    let mut page = page(found, command).map_err(setup)?;
     if let Some(compared) = compared {
         // Behind the answer.
         page.sections.insert(1, section(compared));
@@ -188,16 +186,19 @@ fn write(
         ("report.html", page.html()),
     ];
     for (file, text) in texts {
-        let path = out.join(file);
-        std::fs::create_dir_all(out)
-            .and_then(|()| std::fs::write(&path, text))
-            .map_err(|cause| RunError::Write { path, cause })?;
+        save(out, file, &text)?;
     }
-    if let Some(experiment) = &found.diagnosis.experiment
-        && experiment.drive.is_some()
-    {
-        let path = out.join("experiment.ron");
-        std::fs::write(&path, &experiment.scenario).map_err(|cause| RunError::Write { path, cause })?;
+    let experiment = found.diagnosis.experiment.as_ref();
+    match experiment.filter(|experiment| experiment.drive.is_some()) {
+        Some(experiment) => save(out, "experiment.ron", &experiment.scenario)?,
+        // That of an earlier diagnosis is not this one's advice.
+        None => {
+            let path = out.join("experiment.ron");
+            match std::fs::remove_file(&path) {
+                Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => Err(RunError::Write { path, cause })?,
+                _ => {}
+            }
+        }
     }
     #[cfg(feature = "recorder")]
     crate::diagnosis_album::album(found)

@@ -1,11 +1,36 @@
 //! `anhyst doctor`: is this machine fit to run the loop, and has a crashed run left something?
 
 use super::Ending;
-use crate::arguments::DoctorArguments;
+use crate::arguments::{JsonArgument, SetArguments};
 use anhyst_launch::disk::mebibytes;
 use anhyst_launch::error::RunError;
 use anhyst_launch::resources;
+use clap::Args;
 use serde::Serialize;
+use std::path::PathBuf;
+
+/// `doctor`
+#[derive(Debug, Args)]
+pub struct DoctorArguments {
+    /// Remove what crashed runs have left.
+    #[arg(long)]
+    pub clean: bool,
+    /// Run this scenario in real time, and a ring of the same processes whose blocks do nothing, and compare them.
+    #[arg(long, value_name = "SCENARIO", conflicts_with = "clean")]
+    pub realtime: Option<PathBuf>,
+    /// Length of each of the two runs.
+    #[arg(long, default_value_t = 60.0, value_name = "S", requires = "realtime")]
+    pub duration_s: f64,
+    /// Ticks per second.
+    #[arg(long, default_value_t = 5000.0, value_name = "HZ", requires = "realtime")]
+    pub rate_hz: f64,
+    /// What is changed in the scenario.
+    #[command(flatten)]
+    pub set: SetArguments,
+    /// How the findings are printed.
+    #[command(flatten)]
+    pub json: JsonArgument,
+}
 
 /// One finding.
 #[derive(Debug, Serialize)]
@@ -22,6 +47,11 @@ struct Finding {
 pub fn run(arguments: &DoctorArguments) -> miette::Result<Ending> {
     if let Some(scenario) = &arguments.realtime {
         return super::doctor_realtime::run(scenario, arguments);
+    }
+    if !arguments.set.settings.is_empty() {
+        return Err(miette::miette!(
+            "--set changes the scenario of --realtime, and none is given"
+        ));
     }
     let failed = |cause: std::io::Error| RunError::Setup(format!("shared memory cannot be inspected: {cause}"));
     let leftovers = resources::leftovers().map_err(failed)?;
@@ -48,11 +78,8 @@ pub fn run(arguments: &DoctorArguments) -> miette::Result<Ending> {
         });
     }
     let good = findings.iter().all(|finding| finding.good);
-    if arguments.json {
-        crate::say!(
-            "{}",
-            serde_json::to_string_pretty(&findings).map_err(|error| RunError::Setup(error.to_string()))?
-        );
+    if arguments.json.json {
+        crate::say!("{}", super::json(&findings)?);
     } else {
         for finding in &findings {
             crate::say!(

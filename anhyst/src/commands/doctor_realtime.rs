@@ -1,8 +1,8 @@
 //! `anhyst doctor --realtime SCENARIO`: the loop in real time on this machine, beside a ring of the same processes, messages
 //! and wiring whose blocks do nothing. The ratio tells what is the loop's and what the machine's.
 
+use super::doctor::DoctorArguments;
 use super::{Ending, progress_bar};
-use crate::arguments::DoctorArguments;
 use anhyst_ipc::LatencySummary;
 use anhyst_launch::across::AcrossArguments;
 use anhyst_launch::embedded::prepare;
@@ -43,20 +43,17 @@ struct Compared {
 /// A scenario that cannot be used at this rate, or a process that failed.
 pub fn run(path: &Path, arguments: &DoctorArguments) -> miette::Result<Ending> {
     anhyst_launch::signals::install();
-    let scenario = load(path, &arguments.settings)?;
+    let scenario = load(path, &arguments.set.settings)?;
     resources::sweep();
     let run_one = |empty_blocks| one(&timed(&scenario, arguments, empty_blocks)?);
     let compared = Compared {
         rate_hz: arguments.rate_hz,
-        seconds: arguments.seconds,
+        seconds: arguments.duration_s,
         real: run_one(false)?,
         empty: run_one(true)?,
     };
-    if arguments.json {
-        crate::say!(
-            "{}",
-            serde_json::to_string_pretty(&compared).map_err(|error| RunError::Setup(error.to_string()))?
-        );
+    if arguments.json.json {
+        crate::say!("{}", super::json(&compared)?);
     } else {
         crate::say!("{}", compared.table());
     }
@@ -67,7 +64,7 @@ pub fn run(path: &Path, arguments: &DoctorArguments) -> miette::Result<Ending> {
 fn timed(scenario: &Scenario, arguments: &DoctorArguments, empty_blocks: bool) -> Result<Scenario, RunError> {
     let mut timed = scenario.clone();
     timed.tick_s = 1.0 / arguments.rate_hz;
-    timed.duration_s = arguments.seconds;
+    timed.duration_s = arguments.duration_s;
     timed.recording.on = false;
     timed.clock = Clock::Realtime(Realtime {
         empty_blocks,

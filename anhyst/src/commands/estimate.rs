@@ -1,15 +1,17 @@
 //! `anhyst estimate`: parameters of a model from a measured run, by the laws of the loop, off line.
 
-use super::Ending;
+use super::{Ending, json, save, stem};
+use crate::arguments::{JsonArgument, OutArgument, SettleArgument, TableArguments, ThreadsArgument};
 use crate::estimate::{Choices, Estimated, one_parameter, picture, several_parameters};
 use anhyst_estimator::LawSettings;
 use anhyst_launch::error::RunError;
 use anhyst_launch::table::plain_table;
-use anhyst_measured::{ColumnMapping, MeasuredError, MeasuredRun, RowRange, RunReadOptions};
+use anhyst_measured::{MeasuredError, MeasuredRun};
 use anhyst_model::{HysteresisParameter, NominalParameter};
 use anhyst_report::figure::svg;
 use anhyst_scenario::load_model;
 use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use comfy_table::CellAlignment;
 use std::path::{Path, PathBuf};
 
@@ -17,41 +19,41 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 pub struct EstimateArguments {
     /// Model of the actuator (RON): an actuator, or a material alone for sweeps of magnetization or strain.
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
     /// Measured run (CSV with a header, or Parquet).
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     pub data: PathBuf,
-    /// Folder of the results: estimate.json, estimate.svg, estimate.rrd.
-    #[arg(long)]
-    pub out: PathBuf,
-    /// folded, gauss-newton, matrix, scalar or gradient; several parameters: gauss-newton.
-    #[arg(long, default_value = "gauss-newton")]
+    /// What of it is read.
+    #[command(flatten)]
+    pub table: TableArguments,
+    /// How it begins.
+    #[command(flatten)]
+    pub settle: SettleArgument,
+    /// By which law; several parameters: gauss-newton.
+    #[arg(long, default_value = "gauss-newton", value_parser = PossibleValuesParser::new(LawSettings::ADAPTIVE))]
     pub law: String,
-    /// Which parameters, of Ms, a, k, alpha, c, and w, damping, stiffness of a rod.
-    #[arg(long, value_delimiter = ',', default_value = "a")]
-    pub parameters: Vec<String>,
-    /// Range of a, A/m: `--range 6300..7300` (default: 10 % to either side of the model's).
+    /// Which parameters, commas between.
+    #[arg(long, value_name = "PARAMETER,…", value_delimiter = ',', default_value = "a", value_parser = parameter())]
+    pub parameters: Vec<NominalParameter>,
+    /// Range of a: `--range-a-per-m 6300..7300` (default: 10 % to either side of the model's).
     #[arg(long, value_parser = range, value_name = "FROM..TO")]
-    pub range: Option<(f64, f64)>,
-    /// First estimate of a, A/m (default: the model's).
-    #[arg(long)]
-    pub start: Option<f64>,
+    pub range_a_per_m: Option<(f64, f64)>,
+    /// First estimate of a (default: the model's).
+    #[arg(long, value_name = "A_PER_M")]
+    pub start_a_per_m: Option<f64>,
     /// a wanders by the root of this times the time, (A/m)²/s; 0: it is constant.
-    #[arg(long, default_value_t = 0.0)]
-    pub drift_variance: f64,
-    /// Name a column: `--column displacement=probe*1e-6`.
-    #[arg(long = "column", value_name = "QUANTITY=HEADER[*SCALE]")]
-    pub columns: Vec<ColumnMapping>,
-    /// Use these rows only, counted from 0 after the header: `--rows 0..570`.
-    #[arg(long, value_name = "FROM..TO")]
-    pub rows: Option<RowRange>,
-    /// Leave rows out.
-    #[arg(long, value_name = "FROM..TO")]
-    pub drop_rows: Vec<RowRange>,
-    /// Print estimate.json instead of a table.
-    #[arg(long)]
-    pub json: bool,
+    #[arg(long, default_value_t = 0.0, value_name = "VARIANCE")]
+    pub drift_variance_per_s: f64,
+    /// Where the results go.
+    #[command(flatten)]
+    pub out: OutArgument,
+    /// For the models of the bank.
+    #[command(flatten)]
+    pub threads: ThreadsArgument,
+    /// How estimate.json is printed.
+    #[command(flatten)]
+    pub json: JsonArgument,
 }
 
 fn range(text: &str) -> Result<(f64, f64), String> {
@@ -73,85 +75,62 @@ fn range(text: &str) -> Result<(f64, f64), String> {
 /// # Errors
 /// Bad data, a bad model, or a result that cannot be written.
 pub fn run(arguments: &EstimateArguments) -> miette::Result<Ending> {
-    let parameters = parameters(&arguments.parameters)?;
+    let parameters = &arguments.parameters;
+    for (at, parameter) in parameters.iter().enumerate() {
+        if parameters[..at].contains(parameter) {
+            return Err(miette::miette!("--parameters: {} stands twice", parameter.symbol()));
+        }
+    }
     let model = load_model(&arguments.model)?;
-    let reading = RunReadOptions {
-        mappings: arguments.columns.clone(),
-        rows: arguments.rows,
-        drop_rows: arguments.drop_rows.clone(),
-    };
     let refused = |error: MeasuredError| miette::miette!("{error}");
-    let measured = MeasuredRun::read(&arguments.data, &reading).map_err(refused)?;
+    let measured = MeasuredRun::read(&arguments.data, &arguments.table.of_run()).map_err(refused)?;
     let choices = Choices {
         law: arguments.law.clone(),
-        range_a_per_m: arguments.range,
-        start_a_per_m: arguments.start,
-        drift_variance_per_s: arguments.drift_variance,
+        range_a_per_m: arguments.range_a_per_m,
+        start_a_per_m: arguments.start_a_per_m,
+        drift_variance_per_s: arguments.drift_variance_per_s,
+        settle_s: arguments.settle.settle_s,
+        threads: arguments.threads.count(),
     };
     if !(choices.drift_variance_per_s >= 0.0 && choices.drift_variance_per_s.is_finite()) {
         let given = choices.drift_variance_per_s;
         return Err(miette::miette!(
-            "--drift-variance {given} (A/m)²/s must be finite and not below 0"
+            "--drift-variance-per-s {given} (A/m)²/s must be finite and not below 0"
         ));
     }
     // The results' folder is made before the work, so that a typing error costs nothing.
-    make_folder(&arguments.out)?;
-    let bar = super::progress_bar(0, "estimate");
-    let found = if parameters == [NominalParameter::Hysteresis(HysteresisParameter::Shape)] {
+    let results = arguments.out.claim(&format!("estimate-{}", stem(&arguments.data)))?;
+    let out = &results.path;
+    let bar = super::long_bar(0, "estimate", "samples");
+    let found = if *parameters == [NominalParameter::Hysteresis(HysteresisParameter::Shape)] {
         let members = LawSettings::named(&choices.law).map_or(1, |law| law.members());
         bar.set_length((members * measured.len()) as u64);
         one_parameter(&measured, &model, &choices, |samples| bar.inc(samples))?
     } else {
-        several_parameters(&measured, &model, &choices, &parameters)?
+        several_parameters(&measured, &model, &choices, parameters)?
     };
     bar.finish_and_clear();
-    write(&found, &measured, &model.name, &arguments.out)?;
-    if arguments.json {
-        crate::say!("{}", json(&found)?);
+    write(&found, &measured, &model.name, out)?;
+    if arguments.json.json {
+        crate::say!("{}", json(&found.report)?);
     } else {
-        print(&found, &arguments.out);
+        print(&found, out);
     }
     Ok(Ending::Held)
 }
 
-fn parameters(names: &[String]) -> miette::Result<Vec<NominalParameter>> {
-    let mut parameters = Vec::new();
-    for name in names {
-        let parameter = NominalParameter::from_symbol(name).ok_or_else(|| {
-            let known = NominalParameter::ALL.map(NominalParameter::symbol).join(", ");
-            miette::miette!("--parameters {name}: there is no such parameter; there are {known}")
-        })?;
-        if parameters.contains(&parameter) {
-            return Err(miette::miette!("--parameters: {name} stands twice"));
-        }
-        parameters.push(parameter);
-    }
-    Ok(parameters)
-}
-
-fn make_folder(out: &Path) -> Result<(), RunError> {
-    std::fs::create_dir_all(out).map_err(|cause| RunError::Write {
-        path: out.to_owned(),
-        cause,
-    })
-}
-
-fn json(found: &Estimated) -> Result<String, RunError> {
-    serde_json::to_string_pretty(&found.report).map_err(|error| RunError::Setup(error.to_string()))
+/// One of the parameters, by its symbol.
+fn parameter() -> impl TypedValueParser<Value = NominalParameter> {
+    PossibleValuesParser::new(NominalParameter::ALL.map(NominalParameter::symbol))
+        .try_map(|symbol| NominalParameter::from_symbol(&symbol).ok_or("no parameter has this symbol"))
 }
 
 fn write(found: &Estimated, measured: &MeasuredRun, model: &str, out: &Path) -> Result<(), RunError> {
-    let save = |file: &str, text: String| {
-        let path = out.join(file);
-        std::fs::write(&path, text).map_err(|cause| RunError::Write { path, cause })
-    };
-    save("estimate.json", json(found)? + "\n")?;
+    save(out, "estimate.json", &(json(&found.report)? + "\n"))?;
     let panels = picture(found, measured);
     let drawn = svg(&format!("{model}: {}", found.report.law), &panels);
-    save(
-        "estimate.svg",
-        drawn.map_err(|error| RunError::Setup(error.to_string()))?,
-    )?;
+    let drawn = drawn.map_err(|error| RunError::Setup(error.to_string()))?;
+    save(out, "estimate.svg", &drawn)?;
     #[cfg(feature = "recorder")]
     anhyst_recorder::Album {
         name: model.into(),

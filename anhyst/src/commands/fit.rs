@@ -1,11 +1,12 @@
 //! `anhyst fit`: a material from measured loops, with standard deviations, warnings and a picture.
 
-use super::Ending;
+use super::{Ending, json, save, stem};
+use crate::arguments::{JsonArgument, OutArgument, TableArguments};
 use crate::fit_picture::picture;
 use anhyst_identify::{Curves, Fit, FitOptions, FitReport, Fixed, IdentifyError, Progress, fit, material_text};
 use anhyst_launch::error::RunError;
 use anhyst_launch::table::plain_table;
-use anhyst_measured::{ColumnMapping, MeasuredError, MeasuredLoops, ReadOptions, RowRange};
+use anhyst_measured::{MeasuredError, MeasuredLoops};
 use anhyst_model::Anhysteretic;
 use anhyst_scenario::to_ron;
 use clap::{Args, ValueEnum};
@@ -14,14 +15,15 @@ use std::path::{Path, PathBuf};
 /// `fit`
 #[derive(Debug, Args)]
 pub struct FitArguments {
-    /// Measured loops (CSV with a header).
-    pub data: PathBuf,
-    /// Name a column: `--column field=H_raw*1000` (quantities: loop, time, field, flux, magnetization, strain).
-    #[arg(long = "column", value_name = "QUANTITY=HEADER[*SCALE]")]
-    pub columns: Vec<ColumnMapping>,
-    /// Leave rows out, counted from 0 after the header: `--drop-rows 1139..`
-    #[arg(long, value_name = "FROM..TO")]
-    pub drop_rows: Vec<RowRange>,
+    /// Measured loops (CSV with a header); the same as --data.
+    #[arg(value_name = "DATA", required_unless_present = "data", conflicts_with = "data")]
+    pub loops: Option<PathBuf>,
+    /// Measured loops (CSV with a header); quantities: loop, time, field, flux, magnetization, strain.
+    #[arg(long, value_name = "FILE")]
+    pub data: Option<PathBuf>,
+    /// What of them is read.
+    #[command(flatten)]
+    pub table: TableArguments,
     /// Hold a parameter: `--fix alpha=-0.01`
     #[arg(long, value_name = "PARAMETER=VALUE")]
     pub fix: Vec<Fixed>,
@@ -40,12 +42,12 @@ pub struct FitArguments {
     /// Name of the material (default: the file's).
     #[arg(long)]
     pub name: Option<String>,
-    /// Folder of the results: material.ron (without strain: hysteresis.ron), fit.json, fit.svg (default: runs/fit-NAME).
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// Print the report as JSON.
-    #[arg(long)]
-    pub json: bool,
+    /// Where the results go.
+    #[command(flatten)]
+    pub out: OutArgument,
+    /// How the report is printed.
+    #[command(flatten)]
+    pub json: JsonArgument,
 }
 
 /// The anhysteretic curves to try.
@@ -64,12 +66,16 @@ pub enum Curve {
 /// # Errors
 /// Bad data, or a result that cannot be written.
 pub fn run(arguments: &FitArguments) -> miette::Result<Ending> {
-    let reading = ReadOptions {
-        mappings: arguments.columns.clone(),
-        drop_rows: arguments.drop_rows.clone(),
-    };
-    let measured =
-        MeasuredLoops::read(&arguments.data, &reading).map_err(|error: MeasuredError| miette::miette!("{error}"))?;
+    let data = arguments.data.as_ref().or(arguments.loops.as_ref());
+    let data = data.ok_or_else(|| miette::miette!("--data names no file"))?;
+    let name = arguments.name.clone().unwrap_or_else(|| stem(data));
+    if name.trim().is_empty() || name.contains(['/', '\n', '"', '\\']) || name.starts_with('.') {
+        return Err(miette::miette!(
+            "--name {name:?} names a folder and a material: it must not be empty, begin with '.', or hold / \\ \" or a line break"
+        ));
+    }
+    let measured = MeasuredLoops::read(data, &arguments.table.of_loops())
+        .map_err(|error: MeasuredError| miette::miette!("{error}"))?;
     let options = FitOptions {
         curves: match arguments.curve {
             Curve::Both => Curves::Both,
@@ -82,30 +88,15 @@ pub fn run(arguments: &FitArguments) -> miette::Result<Ending> {
         strain_weight: arguments.strain_weight,
         ..FitOptions::default()
     };
-    let bar = super::progress_bar(1, "fit");
+    let bar = super::long_bar(1, "fit", "parameter sets");
     let found = fit(&measured, &options, &mut |progress| show(&bar, progress))
         .map_err(|error: IdentifyError| miette::miette!("{error}"))?;
     bar.finish_and_clear();
-    let stem = arguments
-        .data
-        .file_stem()
-        .map_or_else(|| "loops".into(), |stem| stem.to_string_lossy().into_owned());
-    let name = arguments.name.clone().unwrap_or(stem);
-    if name.trim().is_empty() || name.contains(['/', '\n', '"', '\\']) || name.starts_with('.') {
-        return Err(miette::miette!(
-            "--name {name:?} names a folder and a material: it must not be empty, begin with '.', or hold / \\ \" or a line break"
-        ));
-    }
-    let out = arguments
-        .out
-        .clone()
-        .unwrap_or_else(|| Path::new("runs").join(format!("fit-{name}")));
-    write(&found, &name, &out)?;
-    if arguments.json {
-        crate::say!(
-            "{}",
-            serde_json::to_string_pretty(&found.report).map_err(|error| RunError::Setup(error.to_string()))?
-        );
+    let results = arguments.out.claim(&format!("fit-{name}"))?;
+    let out = &results.path;
+    write(&found, &name, out)?;
+    if arguments.json.json {
+        crate::say!("{}", json(&found.report)?);
     } else {
         print_report(&found.report);
         crate::say!("\nresults: {}", out.display());
@@ -133,17 +124,11 @@ fn write(found: &Fit, name: &str, out: &Path) -> Result<(), RunError> {
             to_ron(&found.hysteresis).map_err(|error| setup(error.to_string()))? + "\n",
         )
     };
-    let report = serde_json::to_string_pretty(&found.report).map_err(|error| setup(error.to_string()))? + "\n";
+    let report = json(&found.report)? + "\n";
     let drawing = picture(found).map_err(|error| setup(error.to_string()))?;
-    let save = |file: &str, text: &str| {
-        let path = out.join(file);
-        std::fs::create_dir_all(out)
-            .and_then(|()| std::fs::write(&path, text))
-            .map_err(|cause| RunError::Write { path, cause })
-    };
-    save(file, &text)?;
-    save("fit.json", &report)?;
-    save("fit.svg", &drawing)
+    save(out, file, &text)?;
+    save(out, "fit.json", &report)?;
+    save(out, "fit.svg", &drawing)
 }
 
 fn print_report(report: &FitReport) {

@@ -1,16 +1,25 @@
 //! `anhyst graph`: the wiring, drawn from the blocks' types and the scenario's placement.
 
 use super::Ending;
-use crate::arguments::GraphArguments;
+use crate::arguments::ScenarioArguments;
 use anhyst_scenario::{Scenario, load, wires};
+use clap::Args;
 use std::fmt::Write;
+
+/// `graph`
+#[derive(Debug, Args)]
+pub struct GraphArguments {
+    /// Whose wiring.
+    #[command(flatten)]
+    pub scenario: ScenarioArguments,
+}
 
 /// Runs the command.
 ///
 /// # Errors
 /// A bad scenario.
 pub fn run(arguments: &GraphArguments) -> miette::Result<Ending> {
-    let scenario = load(&arguments.scenario.scenario, &arguments.scenario.settings)?;
+    let scenario = load(&arguments.scenario.scenario, &arguments.scenario.set.settings)?;
     crate::say!("{}", mermaid(&scenario).trim_end());
     Ok(Ending::Held)
 }

@@ -1,22 +1,22 @@
 //! `anhyst interface`: the contract between the processes of a run, for people and for other languages.
 
 use super::Ending;
+use crate::arguments::JsonArgument;
 use anhyst_conformance::interface;
-use anhyst_launch::error::RunError;
 use clap::Args;
 
 /// `interface`
 #[derive(Debug, Args)]
 pub struct InterfaceArguments {
     /// Print a C header: the structs, their sizes asserted, and the functions of the driver library.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "json")]
     pub c_header: bool,
     /// Print a Python module: the structs for ctypes and iceoryx2.
-    #[arg(long, conflicts_with = "c_header")]
+    #[arg(long, conflicts_with_all = ["c_header", "json"])]
     pub python: bool,
-    /// Print all of it as JSON, for generators of your own.
-    #[arg(long, conflicts_with_all = ["c_header", "python"])]
-    pub json: bool,
+    /// For generators of your own.
+    #[command(flatten)]
+    pub json: JsonArgument,
 }
 
 /// Runs the command.
@@ -28,8 +28,8 @@ pub fn run(arguments: &InterfaceArguments) -> miette::Result<Ending> {
         interface::c_header()
     } else if arguments.python {
         interface::python()
-    } else if arguments.json {
-        interface::json().map_err(|error| RunError::Setup(error.to_string()))?
+    } else if arguments.json.json {
+        interface::json().map_err(|error| miette::miette!("{error}"))?
     } else {
         interface::markdown()
     };

@@ -3,7 +3,6 @@
 #[cfg(feature = "bridge")]
 pub mod bridge;
 pub mod check;
-pub mod compare;
 pub mod diagnose;
 pub mod doctor;
 pub mod doctor_realtime;
@@ -13,19 +12,21 @@ pub mod export;
 pub mod fit;
 pub mod graph;
 pub mod interface;
-pub mod laws;
 pub mod node;
-pub mod paper;
 pub mod part;
 pub mod replay;
 #[cfg(feature = "recorder")]
 pub mod replay_recording;
 pub mod run;
+pub mod several;
 pub mod study;
 pub mod verify_amplifier;
 #[cfg(feature = "recorder")]
 pub mod view;
 
+use anhyst_launch::error::RunError;
+use serde::Serialize;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// How a command ended; the process's exit status.
@@ -49,13 +50,42 @@ impl From<Ending> for ExitCode {
     }
 }
 
+/// Any result as JSON. A number that is none is null there.
+///
+/// # Errors
+/// If it has no JSON form; ours always have.
+pub fn json(value: &impl Serialize) -> Result<String, RunError> {
+    serde_json::to_string_pretty(value).map_err(|error| RunError::Setup(error.to_string()))
+}
+
+/// Writes a text into the folder of the results.
+///
+/// # Errors
+/// What the system says.
+pub fn save(out: &Path, file: &str, text: &str) -> Result<(), RunError> {
+    let path = out.join(file);
+    std::fs::write(&path, text).map_err(|cause| RunError::Write { path, cause })
+}
+
+/// The name of a file without its ending.
+pub fn stem(file: &Path) -> String {
+    file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
 /// A progress bar over `length` ticks; silent when the output is not a terminal.
 pub fn progress_bar(length: u64, name: &str) -> indicatif::ProgressBar {
-    bar(
-        length,
-        name,
-        "{prefix} {bar:40} {percent:>3} % {pos}/{len} ticks, {per_sec}, {eta} left",
-    )
+    long_bar(length, name, "ticks")
+}
+
+/// The same over `length` of anything that there are many of.
+pub fn long_bar(length: u64, name: &str, unit: &str) -> indicatif::ProgressBar {
+    let template = format!("{{prefix}} {{bar:40}} {{percent:>3}} % {{pos}}/{{len}} {unit}, {{per_sec}}, {{eta}} left");
+    bar(length, name, &template)
+}
+
+/// A progress bar over the hundredths of a work whose steps differ.
+pub fn share_bar(name: &str) -> indicatif::ProgressBar {
+    bar(100, name, "{prefix} {bar:40} {percent:>3} %, {eta} left")
 }
 
 /// A progress bar over `length` pieces of work that take seconds each.

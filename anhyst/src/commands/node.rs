@@ -1,23 +1,43 @@
-//! One process of a run: `anhyst controller SCENARIO`, started by the launcher or by hand.
+//! One process of a run: `anhyst node controller SCENARIO`, started by the launcher or by hand.
 
 use super::Ending;
-use crate::arguments::NodeArguments;
+use crate::arguments::ProcessArguments;
 use anhyst_ipc::NodeId;
+use anhyst_launch::across::one_of;
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
 use anhyst_launch::process::{self, Meeting};
 use anhyst_launch::report::{self, Failure};
 use anhyst_launch::{resources, signals};
 use anhyst_scenario::{load, to_ron};
+use clap::Args;
 use std::time::Duration;
 
-/// Runs the process that `node` belongs to.
+/// Prefix of the resources of processes that are started by hand, unless they are told another.
+const BY_HAND: &str = "anhyst_hand_";
+
+/// `node`
+#[derive(Debug, Args)]
+pub struct NodeArguments {
+    /// Which node; its process runs, with whatever shares it.
+    #[arg(value_name = "NODE", value_parser = one_of(&NodeId::LOOP_ORDER))]
+    pub node: NodeId,
+    /// How its process is run.
+    #[command(flatten)]
+    pub process: ProcessArguments,
+}
+
+/// Runs the process that the node belongs to.
 ///
 /// # Errors
 /// Bad input, or what prevented the process from starting.
-pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
+pub fn run(arguments: &NodeArguments) -> miette::Result<Ending> {
+    let NodeArguments {
+        node,
+        process: arguments,
+    } = arguments;
     signals::install();
-    run_process(node, arguments).or_else(|report| {
+    run_process(*node, arguments).or_else(|report| {
         let supervised = arguments.end_with_launcher.is_some();
         // Another process did not come, or not as it should, or there is no room for results: the scenario is good.
         match report.downcast::<RunError>() {
@@ -35,7 +55,7 @@ pub fn run(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
 ///
 /// # Errors
 /// If that launcher has gone already.
-pub fn end_with_launcher(arguments: &NodeArguments) -> miette::Result<()> {
+pub fn end_with_launcher(arguments: &ProcessArguments) -> miette::Result<()> {
     let Some(launcher) = arguments.end_with_launcher else {
         return Ok(());
     };
@@ -50,9 +70,9 @@ pub fn end_with_launcher(arguments: &NodeArguments) -> miette::Result<()> {
     Ok(())
 }
 
-fn run_process(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending> {
+fn run_process(node: NodeId, arguments: &ProcessArguments) -> miette::Result<Ending> {
     end_with_launcher(arguments)?;
-    let mut scenario = load(&arguments.scenario, &arguments.settings)?;
+    let mut scenario = load(&arguments.scenario.scenario, &arguments.scenario.set.settings)?;
     let effective = to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?;
     let agreement = scenario
         .agreement()
@@ -80,7 +100,7 @@ fn run_process(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending
     let by_hand = arguments.end_with_launcher.is_none();
     // So that nobody takes what it opens for leftovers.
     let _claimed = by_hand.then(|| resources::Claim::shared(&meeting.prefix));
-    if node == NodeId::Recorder && arguments.end_with_launcher.is_none() {
+    if node == NodeId::Recorder && by_hand {
         // By hand there is no launcher to write it; replay needs it.
         let path = folder.scenario();
         std::fs::write(&path, effective).map_err(|cause| RunError::Write { path, cause })?;
@@ -103,25 +123,21 @@ fn run_process(node: NodeId, arguments: &NodeArguments) -> miette::Result<Ending
 /// Where the processes of this host meet.
 ///
 /// # Errors
-/// If the start limit or the length of the names cannot be used.
-pub fn meeting(arguments: &NodeArguments, agreement: u64) -> miette::Result<Meeting> {
-    let start_limit_s = arguments.start_limit_s;
-    if !(0.1..=86_400.0).contains(&start_limit_s) {
-        return Err(miette::miette!(
-            "--start-limit-s {start_limit_s} is outside [0.1, 86400] s"
-        ));
-    }
-    let root = arguments
+/// If the names are too long.
+pub fn meeting(arguments: &ProcessArguments, agreement: u64) -> miette::Result<Meeting> {
+    let told = &arguments.meeting;
+    let prefix = told.service_prefix.clone().unwrap_or_else(|| BY_HAND.into());
+    let root = told
         .root
         .clone()
         .unwrap_or_else(|| resources::user_root().join(resources::HAND));
-    resources::check_length(&root, &arguments.service_prefix).map_err(|sentence| miette::miette!("{sentence}"))?;
+    resources::check_length(&root, &prefix).map_err(|sentence| miette::miette!("{sentence}"))?;
     Ok(Meeting {
-        prefix: arguments.service_prefix.clone(),
+        prefix,
         root,
         agreement,
         yields: arguments.yields,
-        start_limit: Duration::from_secs_f64(start_limit_s),
+        start_limit: Duration::from_secs_f64(told.start_limit_s),
         rejoin: arguments.rejoin,
         supervised: arguments.end_with_launcher.is_some(),
     })

@@ -1,7 +1,7 @@
 //! The part of a run that is on this host, when the other part is on another one.
 
 use super::Ending;
-use crate::arguments::RunArguments;
+use super::run::RunArguments;
 use anhyst_ipc::{NodeId, NodeReport};
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
@@ -13,24 +13,17 @@ use anhyst_scenario::{Placement, Scenario};
 /// # Errors
 /// A sentence.
 pub fn validate(arguments: &RunArguments, scenario: &Scenario) -> miette::Result<()> {
-    arguments
-        .across
-        .validate()
-        .map_err(|sentence| miette::miette!("{sentence}"))?;
-    if arguments.across.is_part() && (arguments.embedded || scenario.placement == Placement::Embedded) {
+    let across = &arguments.alone.across;
+    if !across.is_part() {
+        return Ok(());
+    }
+    across.validate().map_err(|sentence| miette::miette!("{sentence}"))?;
+    if arguments.embedded || scenario.placement == Placement::Embedded {
         return Err(miette::miette!(
             "an embedded run has all nodes in one process: --here cannot name a part of it"
         ));
     }
-    if arguments.across.is_part() && cfg!(not(feature = "bridge")) {
-        return Err(miette::miette!(
-            "this build has no bridge (cargo feature `bridge`): it cannot run a part"
-        ));
-    }
-    if arguments.across.is_part() {
-        validate_clock(scenario)?;
-    }
-    Ok(())
+    validate_clock(scenario)
 }
 
 /// Refuses a clock that a link between hosts cannot keep: the bridge checks that every tick of every channel crosses, and

@@ -2,12 +2,28 @@
 //! come from its token logs, those of a lockstep run from its recording.
 
 use super::Ending;
-use crate::arguments::ReplayArguments;
+use crate::arguments::JsonArgument;
 use anhyst_ipc::NodeId;
+use anhyst_launch::across::one_of;
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
 use anhyst_launch::realtime::{self, Logs, Replayed};
 use anhyst_scenario::{Scenario, load};
+use clap::Args;
+use std::path::PathBuf;
+
+/// `replay`
+#[derive(Debug, Args)]
+pub struct ReplayArguments {
+    /// Folder of the recorded run.
+    pub run: PathBuf,
+    /// Which node (default: every node that the recording can feed).
+    #[arg(long, value_name = "NODE", value_parser = one_of(&NODES))]
+    pub node: Option<NodeId>,
+    /// How the result is printed.
+    #[command(flatten)]
+    pub json: JsonArgument,
+}
 
 /// The nodes whose inputs and outputs a recording holds.
 const NODES: [NodeId; 6] = [
@@ -22,22 +38,11 @@ const NODES: [NodeId; 6] = [
 /// Runs the command.
 ///
 /// # Errors
-/// A run without recording, an unknown node.
+/// A run without recording.
 pub fn run(arguments: &ReplayArguments) -> miette::Result<Ending> {
     let folder = RunFolder::open(&arguments.run);
     let scenario = load(&folder.scenario(), &[])?;
-    let nodes = match &arguments.node {
-        None => NODES.to_vec(),
-        Some(name) => NODES.into_iter().filter(|node| node.name() == name).collect(),
-    };
-    if nodes.is_empty() {
-        let known: Vec<&str> = NODES.iter().map(|node| node.name()).collect();
-        return Err(miette::miette!(
-            "{} is no node that can be replayed; there are {}",
-            arguments.node.as_deref().unwrap_or_default(),
-            known.join(", ")
-        ));
-    }
+    let nodes = arguments.node.map_or_else(|| NODES.to_vec(), |node| vec![node]);
     let (replayed, held_ticks) = if scenario.clock.realtime().is_some() {
         let foreign = scenario.external_nodes();
         let logs = Logs::open_but(&folder, &foreign)?;
@@ -53,11 +58,8 @@ pub fn run(arguments: &ReplayArguments) -> miette::Result<Ending> {
     } else {
         from_recording(&nodes, &scenario, &folder)?
     };
-    if arguments.json {
-        crate::say!(
-            "{}",
-            serde_json::to_string_pretty(&replayed).map_err(|error| RunError::Setup(error.to_string()))?
-        );
+    if arguments.json.json {
+        crate::say!("{}", super::json(&replayed)?);
     } else {
         for result in &replayed {
             match &result.difference {

@@ -1,47 +1,43 @@
 //! `anhyst verify-amplifier`: a conformance run against whatever process is plugged in as amplifier.
 
-use super::{Ending, progress_bar};
+use super::{Ending, json, progress_bar, save};
+use crate::arguments::{JsonArgument, MeetingArguments, OutArgument, SetArguments};
 use anhyst_conformance::amplifier::{
     Bound, DRIVER, Driver, Expectation, Outcome, Report, Test, Tested, Tolerances, short, test, tester_nodes, ticks,
 };
 use anhyst_ipc::{Invalid, SharedSettings, Wait};
-use anhyst_launch::claim::claim;
+use anhyst_launch::claim::Claimed;
 use anhyst_launch::error::RunError;
 use anhyst_launch::external;
 use anhyst_launch::resources::Resources;
+use anhyst_launch::say::quoted;
 use anhyst_launch::table::plain_table;
 use anhyst_launch::{resources, signals};
 use anhyst_report::ReportError;
-use anhyst_scenario::{Clock, Placement, Scenario, Setting, load, to_ron};
+use anhyst_scenario::{BUILT_IN_AMPLIFIER, Clock, Placement, Scenario, load, to_ron};
 use clap::Args;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// `verify-amplifier`
 #[derive(Debug, Args)]
 pub struct VerifyAmplifierArguments {
-    /// Scenario whose amplifier the process must be like.
-    #[arg(default_value = "scenarios/amplifier.ron")]
+    /// Scenario whose amplifier the process must be like; the one that is built in is scenarios/amplifier.ron: 3 kHz, 30 kA/m,
+    /// 40 MA/(m s), ticks of 50 µs.
+    #[arg(default_value = BUILT_IN_AMPLIFIER)]
     pub scenario: PathBuf,
-    /// Change a value of the scenario.
-    #[arg(long = "set", value_name = "PATH=VALUE")]
-    pub settings: Vec<Setting>,
-    /// Folder of the results: amplifier.json, report.html, the effective scenario, the process's log.
-    #[arg(long)]
-    pub out: PathBuf,
-    /// Prefix of the iceoryx2 resources where the process listens (default: one that nobody else has).
-    #[arg(long)]
-    pub service_prefix: Option<String>,
-    /// Directory of iceoryx2's files (default: one that nobody else has).
-    #[arg(long)]
-    pub root: Option<PathBuf>,
+    /// What is changed in it.
+    #[command(flatten)]
+    pub set: SetArguments,
+    /// Where the results go.
+    #[command(flatten)]
+    pub out: OutArgument,
+    /// Where the process listens, and how long it may take to appear.
+    #[command(flatten)]
+    pub meeting: MeetingArguments,
     /// Start the process with this shell command; where to meet is in its environment, see docs/verify-amplifier.md.
     #[arg(long, value_name = "COMMAND")]
     pub command: Option<String>,
-    /// How long to wait for the process to appear, in seconds.
-    #[arg(long, default_value_t = 60.0)]
-    pub start_limit_s: f64,
     /// Bandwidth that the amplifier must have, instead of the scenario's.
     #[arg(long, value_name = "HZ")]
     pub bandwidth_hz: Option<f64>,
@@ -64,11 +60,11 @@ pub struct VerifyAmplifierArguments {
     #[arg(long)]
     pub paced: bool,
     /// Polls before the waiting tester sleeps.
-    #[arg(long, default_value_t = 20)]
+    #[arg(long, default_value_t = super::run::YIELDS_SHARED, value_name = "POLLS")]
     pub yields: u32,
-    /// Print the report as JSON instead of a table.
-    #[arg(long)]
-    pub json: bool,
+    /// How the report is printed.
+    #[command(flatten)]
+    pub json: JsonArgument,
 }
 
 /// A run of the scenario must be longer than the test, so that no process comes to the end by itself.
@@ -80,17 +76,18 @@ const SPARE_TICKS: usize = 100_000;
 /// Bad input, or results that cannot be written.
 pub fn run(arguments: &VerifyAmplifierArguments) -> miette::Result<Ending> {
     signals::install();
-    let (scenario, agreement, path, _claimed) = effective(arguments)?;
-    let expected = expectation(&scenario, arguments.tolerances);
     let resources = meeting_place(arguments)?;
+    // Before the scenario is there: a driver by hand, which waits for that, must not come first.
     let _names = resources.claim().map_err(|sentence| miette::miette!("{sentence}"))?;
+    let (scenario, agreement, path, results) = effective(arguments)?;
+    let expected = expectation(&scenario, arguments);
     // Under names that a user chose a driver may be there already.
-    if arguments.service_prefix.is_none() && arguments.root.is_none() {
+    if arguments.meeting.service_prefix.is_none() && arguments.meeting.root.is_none() {
         resources::sweep();
     }
     let environment = environment(&scenario, agreement, &path, &resources, arguments);
     announce(&environment, &path, &resources, arguments);
-    let driver = start(&environment, arguments)?;
+    let driver = start(&environment, &results.path, arguments)?;
     let meeting = SharedSettings {
         prefix: resources.prefix.clone(),
         root: resources.root.clone(),
@@ -101,7 +98,7 @@ pub fn run(arguments: &VerifyAmplifierArguments) -> miette::Result<Ending> {
             yields: arguments.yields,
         },
         receive_limit: Duration::from_secs_f64(expected.answer_limit_s()),
-        start_limit: Duration::from_secs_f64(arguments.start_limit_s),
+        start_limit: Duration::from_secs_f64(arguments.meeting.start_limit_s),
     };
     let bar = progress_bar(ticks(&expected)? as u64, DRIVER);
     let tested = test(
@@ -119,7 +116,7 @@ pub fn run(arguments: &VerifyAmplifierArguments) -> miette::Result<Ending> {
     resources
         .remove()
         .map_err(|cause| RunError::Setup(format!("shared memory cannot be removed: {cause}")))?;
-    finish(tested?, &expected, arguments)
+    finish(tested?, &expected, &results.path, arguments)
 }
 
 fn tester_name() -> String {
@@ -127,16 +124,10 @@ fn tester_name() -> String {
     names.join("+")
 }
 
-/// The scenario as both sides must have it: one process stands for all others, and the options are in it. The file that keeps
-/// others out of its folder comes last.
-fn effective(arguments: &VerifyAmplifierArguments) -> miette::Result<(Scenario, u64, PathBuf, File)> {
-    let start_limit_s = arguments.start_limit_s;
-    if !(0.1..=86_400.0).contains(&start_limit_s) {
-        return Err(miette::miette!(
-            "--start-limit-s {start_limit_s} is outside [0.1, 86400] s"
-        ));
-    }
-    let mut scenario = load(&arguments.scenario, &arguments.settings)?;
+/// The scenario as both sides must have it, where it stands, and the folder that is kept from others: one process stands for all others,
+/// and the options are in it.
+fn effective(arguments: &VerifyAmplifierArguments) -> miette::Result<(Scenario, u64, PathBuf, Claimed)> {
+    let mut scenario = load(&arguments.scenario, &arguments.set.settings)?;
     let amplifier = &mut scenario.amplifier;
     amplifier.bandwidth_hz = arguments.bandwidth_hz.or(amplifier.bandwidth_hz);
     amplifier.field_limit_a_per_m = arguments.limit_a_per_m.or(amplifier.field_limit_a_per_m);
@@ -155,12 +146,11 @@ fn effective(arguments: &VerifyAmplifierArguments) -> miette::Result<(Scenario, 
         scenario.clock = Clock::Lockstep { receive_limit_s };
     }
     scenario.validate().map_err(RunError::from)?;
-    let expected = expectation(&scenario, arguments.tolerances);
+    let expected = expectation(&scenario, arguments);
     let test_s = (ticks(&expected)? + SPARE_TICKS) as f64 * scenario.tick_s;
     scenario.duration_s = scenario.duration_s.max(test_s);
-    std::fs::create_dir_all(&arguments.out).map_err(refused(&arguments.out))?;
-    let claimed = claim(&arguments.out)?;
-    let path = std::path::absolute(arguments.out.join("scenario.ron")).map_err(refused(&arguments.out))?;
+    let claimed = arguments.out.claim("amplifier")?;
+    let path = std::path::absolute(claimed.path.join("scenario.ron")).map_err(refused(&claimed.path))?;
     let written = to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?;
     std::fs::write(&path, written).map_err(refused(&path))?;
     // What a process of ours makes of the file is what must agree.
@@ -181,7 +171,7 @@ fn receive_limit_s(scenario: &Scenario) -> f64 {
     scenario.clock.receive_limit_s()
 }
 
-fn expectation(scenario: &Scenario, tolerances: Tolerances) -> Expectation {
+fn expectation(scenario: &Scenario, arguments: &VerifyAmplifierArguments) -> Expectation {
     Expectation {
         tick_s: scenario.tick_s,
         amplifier: scenario.amplifier,
@@ -193,13 +183,17 @@ fn expectation(scenario: &Scenario, tolerances: Tolerances) -> Expectation {
         safe_field_a_per_m: scenario.watchdog.safe_field_a_per_m,
         ramp_time_s: scenario.watchdog.ramp_time_s,
         silence_s: receive_limit_s(scenario),
-        tolerances,
+        paced: arguments.paced,
+        tolerances: arguments.tolerances,
     }
 }
 
 fn meeting_place(arguments: &VerifyAmplifierArguments) -> miette::Result<Resources> {
-    Resources::chosen(arguments.service_prefix.as_deref(), arguments.root.as_deref())
-        .map_err(|sentence| miette::miette!("{sentence}"))
+    Resources::chosen(
+        arguments.meeting.service_prefix.as_deref(),
+        arguments.meeting.root.as_deref(),
+    )
+    .map_err(|sentence| miette::miette!("{sentence}"))
 }
 
 /// What a driver is told, as environment variables: those of a run, and what a process of ours wants besides.
@@ -210,7 +204,7 @@ fn environment(
     resources: &Resources,
     arguments: &VerifyAmplifierArguments,
 ) -> Vec<(&'static str, String)> {
-    let start_limit = Duration::from_secs_f64(arguments.start_limit_s);
+    let start_limit = Duration::from_secs_f64(arguments.meeting.start_limit_s);
     let limit_s = receive_limit_s(scenario);
     let mut told = external::environment(DRIVER, scenario, resources, limit_s, start_limit, arguments.yields);
     told.push(("ANHYST_AGREEMENT", agreement.to_string()));
@@ -230,34 +224,40 @@ fn announce(
     }
     let exports: Vec<String> = environment
         .iter()
-        .map(|(name, value)| format!("{name}={value}"))
+        .map(|(name, value)| format!("{name}={}", quoted(value.as_ref())))
         .collect();
-    let (prefix, root) = (&resources.prefix, resources.root.display());
+    let (prefix, root) = (&resources.prefix, quoted(&resources.root));
     crate::complain!("service prefix: {prefix}\nroot: {root}");
     crate::complain!(
         "start the amplifier within {} s, in another terminal: your own driver with\n  {} YOUR-DRIVER\nor the simulated one with\n  \
-         anhyst amplifier {} --out {} --service-prefix {prefix} --root {root}",
-        arguments.start_limit_s,
+         anhyst node amplifier {} --out {} --service-prefix {prefix} --root {root}",
+        arguments.meeting.start_limit_s,
         exports.join(" "),
-        scenario.display(),
-        arguments.out.join("amplifier").display(),
+        quoted(scenario),
+        quoted(&scenario.with_file_name("amplifier")),
     );
 }
 
 fn start(
     environment: &[(&'static str, String)],
+    out: &Path,
     arguments: &VerifyAmplifierArguments,
 ) -> miette::Result<Option<Driver>> {
     let Some(command) = &arguments.command else {
         return Ok(None);
     };
-    let log = arguments.out.join("driver.log");
+    let log = out.join("driver.log");
     let driver = Driver::start(command, environment, &log)
         .map_err(|cause| RunError::Setup(format!("\"{command}\" could not be started: {cause}")))?;
     Ok(Some(driver))
 }
 
-fn finish(tested: Tested, expected: &Expectation, arguments: &VerifyAmplifierArguments) -> miette::Result<Ending> {
+fn finish(
+    tested: Tested,
+    expected: &Expectation,
+    out: &Path,
+    arguments: &VerifyAmplifierArguments,
+) -> miette::Result<Ending> {
     let report = Report::new(
         tested.findings,
         tested.gone,
@@ -265,20 +265,21 @@ fn finish(tested: Tested, expected: &Expectation, arguments: &VerifyAmplifierArg
         tested.ticks,
         arguments.command.as_deref(),
     );
-    let json = serde_json::to_string_pretty(&report).map_err(|error| RunError::Setup(error.to_string()))?;
-    let path = arguments.out.join("amplifier.json");
-    std::fs::write(&path, &json).map_err(refused(&path))?;
-    let line = format!("anhyst verify-amplifier {}", arguments.scenario.display());
+    let text = json(&report)?;
+    save(out, "amplifier.json", &text)?;
+    let mut line = format!("anhyst verify-amplifier {}", quoted(&arguments.scenario));
+    if let Some(command) = &arguments.command {
+        line += &format!(" --command {}", quoted(command.as_ref()));
+    }
     let html = report
         .html(&tested.pictures, &line)
         .map_err(|error: ReportError| miette::miette!("{error}"))?;
-    let path = arguments.out.join("report.html");
-    std::fs::write(&path, html).map_err(refused(&path))?;
-    if arguments.json {
-        crate::say!("{json}");
+    save(out, "report.html", &html)?;
+    if arguments.json.json {
+        crate::say!("{text}");
     } else {
         print_table(&report);
-        crate::say!("results: {}", arguments.out.display());
+        crate::say!("results: {}", out.display());
     }
     Ok(match report.outcome {
         Outcome::Passed => Ending::Held,
@@ -305,6 +306,9 @@ fn print_table(report: &Report) {
     }
     for check in report.checks.iter().filter(|check| !check.passed) {
         crate::say!("FAIL {}: {}", check.name, check.sentence);
+    }
+    for check in &report.warnings {
+        crate::say!("{}", check.warning());
     }
     for check in &report.not_judged {
         crate::say!("not judged {}: {}", check.name, check.sentence);

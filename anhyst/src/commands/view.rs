@@ -1,8 +1,16 @@
 //! `anhyst view RUN`: the recording in the Rerun viewer.
 
 use super::Ending;
-use crate::arguments::ViewArguments;
 use anhyst_launch::folder::RunFolder;
+use clap::Args;
+use std::path::PathBuf;
+
+/// `view`
+#[derive(Debug, Args)]
+pub struct ViewArguments {
+    /// Folder of the run, or a recording.
+    pub run: PathBuf,
+}
 
 /// Runs the command.
 ///

@@ -62,7 +62,7 @@ pub struct Models<'a> {
     pub runner_up: Option<(&'a str, &'a ActuatorModel)>,
 }
 
-/// Makes all cuts, side by side. `progress` hears finished ticks of all of them; folders go under `out`.
+/// Makes all cuts, `threads` side by side. `progress` hears finished ticks of all of them; folders go under `out`.
 ///
 /// # Errors
 /// A cut that failed while it ran, or results that cannot be written. A cut that a model refuses is told in its place.
@@ -70,6 +70,7 @@ pub fn control(
     scenario: &Scenario,
     models: Models,
     out: &Path,
+    threads: usize,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Control, RunError> {
     let mut beliefs = vec![("old", models.old), ("amended", models.amended)];
@@ -80,27 +81,31 @@ pub fn control(
         .iter()
         .flat_map(|&feedback| beliefs.iter().map(move |&(name, belief)| (name, belief, feedback)))
         .collect();
-    let cuts = parallel::map(&work, |index, &(name, belief, feedback)| -> Result<Cut, RunError> {
-        let folder = format!("{}-{}", index + 1, if feedback { "feedback" } else { "feedforward" });
-        let own = variant(scenario, &folder, models.amended, belief, feedback);
-        let mut cut = Cut {
-            believes: name.to_owned(),
-            feedback,
-            error_rms_m: None,
-            error_max_m: None,
-            ratio: None,
-            refused: None,
-        };
-        match own {
-            Ok(own) => {
-                let summary = run(&own, &out.join(folder), progress)?;
-                cut.error_rms_m = Some(summary.verdict.error_rms_m);
-                cut.error_max_m = Some(summary.verdict.error_max_m);
+    let cuts = parallel::map(
+        threads,
+        &work,
+        |index, &(name, belief, feedback)| -> Result<Cut, RunError> {
+            let folder = format!("{}-{}", index + 1, if feedback { "feedback" } else { "feedforward" });
+            let own = variant(scenario, &folder, models.amended, belief, feedback);
+            let mut cut = Cut {
+                believes: name.to_owned(),
+                feedback,
+                error_rms_m: None,
+                error_max_m: None,
+                ratio: None,
+                refused: None,
+            };
+            match own {
+                Ok(own) => {
+                    let summary = run(&own, &out.join(folder), progress)?;
+                    cut.error_rms_m = Some(summary.verdict.error_rms_m);
+                    cut.error_max_m = Some(summary.verdict.error_max_m);
+                }
+                Err(error) => cut.refused = Some(error.to_string()),
             }
-            Err(error) => cut.refused = Some(error.to_string()),
-        }
-        Ok(cut)
-    });
+            Ok(cut)
+        },
+    );
     let mut cuts = cuts.into_iter().collect::<Result<Vec<_>, RunError>>()?;
     compare(&mut cuts);
     let effects = models.amended.effects.iter().map(|effect| effect.kind());

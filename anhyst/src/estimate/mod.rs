@@ -28,6 +28,10 @@ pub struct Choices {
     pub start_a_per_m: Option<f64>,
     /// How fast `a` may wander, (A/m)²/s.
     pub drift_variance_per_s: f64,
+    /// The first seconds are simulated and not compared.
+    pub settle_s: f64,
+    /// Threads that work side by side.
+    pub threads: usize,
 }
 
 /// What came out, with its course.
@@ -39,7 +43,7 @@ pub struct Estimated {
     pub abscissa: Vec<f64>,
     /// Each parameter's symbol and course: value and standard deviation (0: none is known there) at every row.
     pub courses: Vec<(String, Vec<[f64; 2]>)>,
-    /// What the model with the final estimate gives along the whole run.
+    /// What the model gives along the whole run: with the final estimate, or along the course of one that drifts.
     pub predicted: Vec<f64>,
 }
 

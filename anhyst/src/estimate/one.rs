@@ -43,7 +43,7 @@ pub fn one_parameter(
     choices: &Choices,
     progress: impl Fn(u64) + Sync,
 ) -> Result<Estimated, RunError> {
-    let observed = Observed::of(run, model).map_err(refused)?;
+    let observed = Observed::of(run, model, choices.settle_s).map_err(refused)?;
     let nominal = model.material.hysteresis.shape_a_per_m;
     let range = choices
         .range_a_per_m
@@ -66,7 +66,7 @@ pub fn one_parameter(
     probe
         .validate()
         .map_err(|invalid| RunError::Setup(invalid.to_string()))?;
-    let predicted = predict(&observed, model, range, probe.members(), progress)?;
+    let predicted = predict(&observed, model, range, (probe.members(), choices.threads), progress)?;
     let unit_m = unit_m(&observed);
     let sensitivity = predicted.sensitivity(start) * unit_m;
     let settings =
@@ -87,7 +87,9 @@ pub fn one_parameter(
         course = predicted.follow(&observed, &mut law, unit_m, offset);
     }
     let seconds = began.elapsed().as_secs_f64();
-    finish(run, model, choices, &observed, course, (seconds, offset))
+    // What wanders is judged where it was, not with where it ended.
+    let along = (choices.drift_variance_per_s > 0.0).then(|| predicted.along(&course));
+    finish(run, model, choices, &observed, course, (seconds, offset, along))
 }
 
 fn named(law: &str) -> Result<LawSettings, RunError> {
@@ -148,11 +150,11 @@ fn predict(
     observed: &Observed,
     model: &ActuatorModel,
     (lower, upper): (f64, f64),
-    members: usize,
+    (members, threads): (usize, usize),
     progress: impl Fn(u64) + Sync,
 ) -> Result<Predicted, RunError> {
     let grid = Grid::new(lower, upper, members);
-    let runs = parallel::map(grid.shapes_a_per_m(), |_, &shape| {
+    let runs = parallel::map(threads, grid.shapes_a_per_m(), |_, &shape| {
         let mut member = model.clone();
         member.material.hysteresis.shape_a_per_m = shape;
         let mut outputs = ActuatorOutputs::default();
@@ -196,11 +198,24 @@ impl Predicted {
     /// Mean of measured minus predicted at a shape.
     fn offset(&self, observed: &Observed, shape_a_per_m: f64) -> f64 {
         let mut row = vec![0.0; self.outputs.len()];
-        let left = observed.measured.iter().enumerate().map(|(sample, measured)| {
+        let compared = observed.measured.iter().enumerate().skip(observed.settled);
+        let left = compared.map(|(sample, measured)| {
             self.row(sample, 1.0, &mut row);
             measured - self.grid.smooth(&row, shape_a_per_m).value
         });
-        left.sum::<f64>() / observed.len().max(1) as f64
+        left.sum::<f64>() / (observed.len() - observed.settled).max(1) as f64
+    }
+
+    /// The output where the course of the estimate was at each sample.
+    fn along(&self, course: &Course) -> Vec<f64> {
+        let mut row = vec![0.0; self.outputs.len()];
+        let samples = course.rows.iter().enumerate();
+        samples
+            .map(|(sample, [value, _])| {
+                self.row(sample, 1.0, &mut row);
+                self.grid.smooth(&row, *value).value
+            })
+            .collect()
     }
 
     fn row(&self, sample: usize, unit_m: f64, row: &mut [f64]) {
@@ -228,7 +243,9 @@ impl Predicted {
             at_edge: false,
             least_errors_a_per_m: [f64::INFINITY; 2],
         };
-        for (sample, &measured) in observed.measured.iter().enumerate() {
+        let unknown_sd = self.grid.upper_a_per_m() - self.grid.lower_a_per_m();
+        course.rows.resize(observed.settled, [course.value, unknown_sd]);
+        for (sample, &measured) in observed.measured.iter().enumerate().skip(observed.settled) {
             self.row(sample, unit_m, &mut displacements_m);
             for (place, member) in strains.iter_mut().zip(&self.strains) {
                 *place = member[sample];
@@ -249,10 +266,7 @@ impl Predicted {
             (course.value, course.sd) = (found.shape_a_per_m, sd);
             (course.informed, course.at_edge) = (seen.informed, found.at_edge);
             course.least_errors_a_per_m = [seen.least_error_above_a_per_m, seen.least_error_below_a_per_m];
-            course.rows.push([
-                course.value,
-                sd.min(self.grid.upper_a_per_m() - self.grid.lower_a_per_m()),
-            ]);
+            course.rows.push([course.value, sd.min(unknown_sd)]);
         }
         course
     }
@@ -264,15 +278,21 @@ fn finish(
     choices: &Choices,
     observed: &Observed,
     course: Course,
-    (seconds, offset): (f64, f64),
+    (seconds, offset, along): (f64, f64, Option<Vec<f64>>),
 ) -> Result<Estimated, RunError> {
     let mut outputs = ActuatorOutputs::default();
     observed.simulate(model, &mut outputs).map_err(refused)?;
     let before = residual_rms(observed, observed.output.of(&outputs));
-    let mut amended = model.clone();
-    amended.material.hysteresis.shape_a_per_m = course.value;
-    observed.simulate(&amended, &mut outputs).map_err(refused)?;
-    let predicted = observed.output.of(&outputs).to_vec();
+    let mut notes = notes(observed, offset);
+    let predicted = if let Some(along) = along {
+        notes.push("a drifts: what is left is judged along its course; the value is that at the end".to_owned());
+        along
+    } else {
+        let mut amended = model.clone();
+        amended.material.hysteresis.shape_a_per_m = course.value;
+        observed.simulate(&amended, &mut outputs).map_err(refused)?;
+        observed.output.of(&outputs).to_vec()
+    };
     let after = residual_rms(observed, &predicted);
     // An estimate that wanders is judged along its course, not with where it ends.
     if choices.drift_variance_per_s == 0.0 {
@@ -297,7 +317,7 @@ fn finish(
         residual_rms_after: after,
         data: run.source.clone(),
         data_hash: run.data_hash.clone(),
-        notes: notes(observed, offset),
+        notes,
         warnings: warnings(observed, choices, &course, after),
     };
     Ok(Estimated {
@@ -324,7 +344,7 @@ fn warnings(observed: &Observed, choices: &Choices, course: &Course, after: f64)
     let mut warnings = Vec::new();
     if course.at_edge {
         warnings.push(format!(
-            "a ended at the edge of its range, {:.1} A/m: give a wider one with --range",
+            "a ended at the edge of its range, {:.1} A/m: give a wider one with --range-a-per-m",
             course.value
         ));
     }
@@ -380,13 +400,10 @@ pub fn unexplained(observed: &Observed, after: f64, known: bool, warnings: &mut 
 
 /// rms of measured minus predicted; for strain and magnetization without their means, whose zeros are the instruments'.
 pub fn residual_rms(observed: &Observed, predicted: &[f64]) -> f64 {
-    let count = observed.len().max(1) as f64;
+    let count = (observed.len() - observed.settled).max(1) as f64;
     let left = || {
-        observed
-            .measured
-            .iter()
-            .zip(predicted)
-            .map(|(measured, predicted)| measured - predicted)
+        let compared = observed.measured.iter().zip(predicted).skip(observed.settled);
+        compared.map(|(measured, predicted)| measured - predicted)
     };
     let mean = match observed.output {
         Output::Displacement => 0.0,

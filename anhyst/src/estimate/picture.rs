@@ -51,7 +51,7 @@ pub fn picture(found: &Estimated, measured: &MeasuredRun) -> Vec<Panel> {
         .map(|(seen, predicted)| seen - predicted)
         .collect();
     panels.push(panel(
-        "measured, and predicted with the final estimate",
+        "measured, and predicted with the estimate",
         abscissa,
         ordinate,
         vec![

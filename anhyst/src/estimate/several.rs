@@ -25,7 +25,7 @@ pub fn several_parameters(
             choices.law
         )));
     }
-    let observed = Observed::of(run, model).map_err(refused)?;
+    let observed = Observed::of(run, model, choices.settle_s).map_err(refused)?;
     let began = Instant::now();
     let found = several(&observed, model, parameters).map_err(refused)?;
     let mut outputs = ActuatorOutputs::default();

@@ -18,6 +18,8 @@ pub struct Expectation {
     pub ramp_time_s: f64,
     /// Silence after which the process must take nobody for alive.
     pub silence_s: f64,
+    /// Commands come by the wall clock: how long answers take is the amplifier's then, and judged.
+    pub paced: bool,
     /// How exact.
     pub tolerances: Tolerances,
 }
@@ -49,7 +51,8 @@ pub struct Tolerances {
     /// How near the safe field counts as there, and how near the command counts as back, as a share of the range.
     #[arg(long, default_value_t = 0.01, value_name = "SHARE")]
     pub return_tolerance: f64,
-    /// Longest median from command to answer, in seconds; 99 of 100 answers may take 20 times as long (default: one tick).
+    /// Longest median from command to answer, in seconds; 99 of 100 answers may take 20 times as long (default: one tick, and only a warning
+    /// without --paced).
     #[arg(long, value_name = "S")]
     pub latency_limit_s: Option<f64>,
 }
@@ -65,6 +68,11 @@ impl Expectation {
     /// Longest median from sending to the answer.
     pub fn latency_median_limit_s(&self) -> f64 {
         self.tolerances.latency_limit_s.unwrap_or(self.tick_s)
+    }
+
+    /// Whether it is judged how long half of all answers, and 99 of 100, take: else it is this machine's business.
+    pub fn judges_latency(&self) -> bool {
+        self.paced || self.tolerances.latency_limit_s.is_some()
     }
 
     /// Longest time from sending to the answer that 99 of 100 keep.

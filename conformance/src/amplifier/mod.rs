@@ -20,6 +20,7 @@ pub use report::{Outcome, Report, short};
 
 use anhyst_ipc::{LinkError, NodeId, SharedSettings};
 use anhyst_launch::error::RunError;
+use anhyst_launch::say::quoted;
 use anhyst_scenario::wires;
 use bench::{Bench, Foreign, Met};
 use judge::{Curves, Evidence, judge};
@@ -122,7 +123,7 @@ fn absent(test: &Test, error: LinkError) -> Result<Tested, RunError> {
         (Some(how), _) => format!("{DRIVER} {how}, before the first tick"),
         (None, LinkError::Stopped { .. }) => format!("stopped on request while waiting for {DRIVER}"),
         (None, error @ LinkError::Absent { .. }) => {
-            let (prefix, root) = (&test.meeting.prefix, test.meeting.root.display());
+            let (prefix, root) = (&test.meeting.prefix, quoted(&test.meeting.root));
             format!(
                 "{error}: start its driver with ANHYST_SERVICE_PREFIX={prefix} ANHYST_ROOT={root}, or give --command or a \
                  longer --start-limit-s"

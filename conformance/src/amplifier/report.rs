@@ -32,6 +32,8 @@ pub struct Report {
     pub checks: Vec<Check>,
     /// What was not judged, and why.
     pub not_judged: Vec<NotJudged>,
+    /// What would not hold if it were judged.
+    pub warnings: Vec<Check>,
     /// What was expected.
     pub expected: Expectation,
     /// Ticks that were commanded.
@@ -76,6 +78,7 @@ impl Report {
             sentence,
             checks: findings.checks,
             not_judged: findings.not_judged,
+            warnings: findings.warnings,
             expected: expected.clone(),
             ticks,
             command: command.map(str::to_owned),
@@ -110,6 +113,9 @@ impl Report {
             }
             checks = checks.table(table);
         }
+        for check in &self.warnings {
+            checks = checks.paragraph(&check.warning());
+        }
         let mut page = Page::new("An amplifier, verified", &self.sentence).section(checks);
         page.sections[0].badge = Some(Badge::of(
             self.passed,
@@ -126,6 +132,19 @@ impl Report {
             page = page.fact("process started with", command);
         }
         Ok(page.html())
+    }
+}
+
+impl Check {
+    /// What is said of it where it is not judged.
+    pub fn warning(&self) -> String {
+        format!(
+            "Warning, {}: {}; {} {} would be the limit with --paced.",
+            self.name,
+            self.sentence,
+            short(self.limit),
+            self.unit
+        )
     }
 }
 

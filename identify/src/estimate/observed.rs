@@ -81,6 +81,8 @@ pub struct Observed {
     pub output: Output,
     /// The measured output.
     pub measured: Vec<f64>,
+    /// Samples at the beginning that are simulated and not compared.
+    pub settled: usize,
     /// rms of its noise.
     pub noise: f64,
     /// What was decided on the way, in sentences.
@@ -91,12 +93,13 @@ impl Observed {
     /// Chooses drive and output.
     ///
     /// # Errors
-    /// A run without field or command, or without an output that the model has.
-    pub fn of(run: &MeasuredRun, model: &ActuatorModel) -> Result<Self, IdentifyError> {
+    /// A run without field or command, without an output that the model has, or with nothing left to compare after `settle_s`.
+    pub fn of(run: &MeasuredRun, model: &ActuatorModel, settle_s: f64) -> Result<Self, IdentifyError> {
         let mut notes = Vec::new();
         let output = choose_output(run, model)?;
         let (drive_a_per_m, drive) = choose_drive(run, &mut notes)?;
         let measured = run.series(output.quantity()).unwrap_or_default().to_vec();
+        let settled = settled(run, settle_s)?;
         let floor = run.noise(output.quantity());
         let noise = floor.map_or(0.0, |floor: NoiseFloor| floor.rms);
         if run.tick_s.is_none() {
@@ -113,6 +116,7 @@ impl Observed {
             temperature_k: run.series(Quantity::Temperature).map(<[f64]>::to_vec),
             output,
             measured,
+            settled,
             noise,
             notes,
         })
@@ -173,6 +177,33 @@ impl Observed {
         let shares = (1..=APPROACH).map(|point| point as f64 / APPROACH as f64);
         let out = shares.clone().map(|share| far * share);
         out.chain(shares.map(|share| far + (first - far) * share)).collect()
+    }
+}
+
+fn settled(run: &MeasuredRun, settle_s: f64) -> Result<usize, IdentifyError> {
+    let refuse = |why: String| {
+        Err(IdentifyError::Settle {
+            source_of_data: run.source.clone(),
+            settle_s,
+            why,
+        })
+    };
+    let Some(time_s) = &run.time_s else {
+        return if settle_s > 0.0 {
+            refuse("is for runs over time, and this one has none".into())
+        } else {
+            Ok(0)
+        };
+    };
+    let begin_s = time_s.first().copied().unwrap_or_default();
+    let settled = time_s.iter().take_while(|time_s| **time_s - begin_s < settle_s).count();
+    if settled < time_s.len() {
+        Ok(settled)
+    } else {
+        refuse(format!(
+            "leaves nothing of {:.3} s to compare",
+            time_s.last().copied().unwrap_or_default() - begin_s
+        ))
     }
 }
 

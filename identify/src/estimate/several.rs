@@ -71,7 +71,7 @@ pub fn several(
         series.iter().all(|value| value.is_finite()).then_some(series)
     };
     let measured: Vec<f64> = observed.measured.iter().map(|value| value / noise).collect();
-    let rows = [0..measured.len()];
+    let rows = [observed.settled..measured.len()];
     let mut linear = Vec::new();
     if observed.output != Output::Displacement {
         linear.push(vec![1.0 / noise; measured.len()]);

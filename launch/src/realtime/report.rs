@@ -108,7 +108,7 @@ pub struct RealtimeSummary {
     /// Processes that were started again.
     pub restarts: Vec<Restart>,
     /// Foreign processes, as their readers saw them.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default)]
     pub external: Vec<ForeignCount>,
 }
 

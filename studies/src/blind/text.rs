@@ -61,7 +61,7 @@ fn made_of(results: &Results) -> String {
 
 fn percent(value: f64) -> String {
     if value.is_nan() {
-        "-".to_owned()
+        "–".to_owned()
     } else {
         format!("{:.1} %", 100.0 * value)
     }
@@ -79,7 +79,10 @@ fn bars(bars: &[Bar]) -> String {
             bar.name.clone(),
             format!("{} of {}", bar.share.count, bar.share.of),
             percent(bar.share.value()),
-            format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high),
+            match bar.held {
+                None => "–".to_owned(),
+                Some(_) => format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high),
+            },
             wanted,
             verdict(bar).to_owned(),
         ]

@@ -40,7 +40,7 @@ fn page(figures: &[Figure]) -> Result<Page, RunError> {
     let lead = "Figures 2, 4, 5, 6 and 7 of Nealis and Smith, Nonlinear Adaptive Parameter Estimation Algorithms for Hysteresis Models of \
                 Magnetostrictive Actuators, computed with the derived equations; beside them what the printed errata cost. The errata \
                 themselves are in `docs/paper-notes.md`.";
-    let mut page = Page::new("The paper, computed", lead).command("anhyst paper");
+    let mut page = Page::new("The paper, computed", lead).command("anhyst study paper");
     for figure in figures {
         page = page.section(section(figure)?);
     }

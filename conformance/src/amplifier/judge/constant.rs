@@ -19,7 +19,7 @@ const KNOWN: [(f64, &str); 4] = [
 const KNOWN_WITHIN: f64 = 0.05;
 
 pub fn judge(evidence: &Evidence, findings: &mut Findings) -> Option<Levels> {
-    let names = ["offset", "sign", "unit", "gain", "noise"];
+    let names = ["sign", "unit", "gain", "offset", "noise"];
     let levels = levels(evidence);
     let Some(levels) = levels else {
         findings.skip(&names, &evidence.unreached());
@@ -30,16 +30,6 @@ pub fn judge(evidence: &Evidence, findings: &mut Findings) -> Option<Levels> {
         return None;
     }
     let expected = evidence.expected;
-    findings.at_most(
-        "offset",
-        levels.offset_a_per_m.abs(),
-        expected.share_a_per_m(expected.tolerances.offset_tolerance),
-        "A/m",
-        format!(
-            "at a command of zero the mean field is {:.3} A/m",
-            levels.offset_a_per_m
-        ),
-    );
     let words = if levels.gain < 0.0 {
         "the field has the opposite sign"
     } else {
@@ -53,6 +43,16 @@ pub fn judge(evidence: &Evidence, findings: &mut Findings) -> Option<Levels> {
         format!("{words} of the command"),
     );
     gain(evidence, levels.gain.abs(), findings);
+    findings.at_most(
+        "offset",
+        levels.offset_a_per_m.abs(),
+        expected.share_a_per_m(expected.tolerances.offset_tolerance),
+        "A/m",
+        format!(
+            "at a command of zero the mean field is {:.3} A/m",
+            levels.offset_a_per_m
+        ),
+    );
     findings.at_most(
         "noise",
         levels.noise_a_per_m,

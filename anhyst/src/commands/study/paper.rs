@@ -1,21 +1,20 @@
-//! `anhyst paper`: the paper's figures, computed, on one page.
+//! `anhyst study paper`: the paper's figures, computed, on one page.
 
-use super::Ending;
-use anhyst_launch::error::RunError;
+use crate::arguments::{JsonArgument, OutArgument};
+use crate::commands::{Ending, count_bar, json};
 use anhyst_launch::table::plain_table;
 use anhyst_studies::paper::{Figure, figures, publish};
 use clap::Args;
-use std::path::PathBuf;
 
 /// `paper`
 #[derive(Debug, Args)]
 pub struct PaperArguments {
-    /// Folder of the results: index.html, figure-N.svg, figure-N.png, paper.rrd.
-    #[arg(long, default_value = "runs/paper")]
-    pub out: PathBuf,
-    /// Print the figures behind the figures as JSON.
-    #[arg(long)]
-    pub json: bool,
+    /// Where the results go.
+    #[command(flatten)]
+    pub out: OutArgument,
+    /// How the figures behind the figures are printed.
+    #[command(flatten)]
+    pub json: JsonArgument,
 }
 
 /// How many figures there are.
@@ -26,21 +25,17 @@ const FIGURES: u64 = 5;
 /// # Errors
 /// A result that cannot be written.
 pub fn run(arguments: &PaperArguments) -> miette::Result<Ending> {
-    std::fs::create_dir_all(&arguments.out).map_err(|cause| RunError::Write {
-        path: arguments.out.clone(),
-        cause,
-    })?;
-    let bar = super::count_bar(FIGURES, "paper");
+    let results = arguments.out.claim("paper")?;
+    let bar = count_bar(FIGURES, "paper");
     let figures = figures(|| bar.inc(1))?;
     bar.finish_and_clear();
-    publish(&figures, &arguments.out)?;
-    if arguments.json {
+    publish(&figures, &results.path)?;
+    if arguments.json.json {
         let found: Vec<_> = figures.iter().map(|figure| (figure.number, &figure.findings)).collect();
-        let text = serde_json::to_string_pretty(&found).map_err(|error| RunError::Setup(error.to_string()))?;
-        crate::say!("{text}");
+        crate::say!("{}", json(&found)?);
     } else {
         print(&figures);
-        crate::say!("\nresults: {}", arguments.out.join("index.html").display());
+        crate::say!("\nresults: {}", results.path.join("index.html").display());
     }
     Ok(Ending::Held)
 }

@@ -1,50 +1,54 @@
-//! `anhyst compare A.ron B.ron …`: the same cut under several structures, in one table.
+//! `anhyst run A.ron B.ron …`: the same cut under several structures, in one table.
 //!
 //! Each scenario runs embedded and unrecorded; the result does not depend on that. Scenarios run side by side, one a core.
 
 use super::Ending;
 use super::progress_bar;
-use crate::arguments::CompareArguments;
-use anhyst_launch::claim::claim;
+use super::run::RunArguments;
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
-use anhyst_launch::signals;
 use anhyst_launch::summary::Summary;
 use anhyst_launch::table::plain_table;
 use anhyst_scenario::{Placement, Scenario, load_changed};
 use comfy_table::CellAlignment;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Runs the command. What the scenarios expect is shown, not judged: comparisons are made with some that fail.
 ///
 /// # Errors
 /// A bad scenario, or a run that failed.
-pub fn run(arguments: &CompareArguments) -> miette::Result<Ending> {
-    signals::install();
+pub fn run(paths: &[PathBuf], arguments: &RunArguments) -> miette::Result<Ending> {
     let mut scenarios = Vec::new();
-    for path in &arguments.scenarios {
-        let scenario = load_changed(path, &arguments.settings, |scenario| {
+    for path in paths {
+        let scenario = load_changed(path, &arguments.set.settings, |scenario| {
             scenario.placement = Placement::Embedded;
             scenario.external.clear();
             scenario.recording.on = false;
         })?;
         scenarios.push(scenario);
     }
-    let refuse = |cause| RunError::Write {
-        path: arguments.out.clone(),
+    let results = arguments.out.claim("compare")?;
+    remove_earlier(&results.path).map_err(|cause| RunError::Write {
+        path: results.path.clone(),
         cause,
-    };
-    std::fs::create_dir_all(&arguments.out).map_err(refuse)?;
-    let _claimed = claim(&arguments.out)?;
-    remove_earlier(&arguments.out).map_err(refuse)?;
-    let summaries = run_all(&scenarios, &arguments.out)?;
-    if arguments.json {
-        crate::say!(
-            "{}",
-            serde_json::to_string_pretty(&summaries).map_err(|error| RunError::Setup(error.to_string()))?
-        );
+    })?;
+    let bar = progress_bar(scenarios.iter().map(Scenario::ticks).sum(), "compare");
+    let summaries = crate::parallel::map(arguments.threads.count(), &scenarios, |i, scenario| {
+        let mut last = 0;
+        let out = results.path.join(format!("{}-{}", i + 1, scenario.name));
+        run_one(scenario, &out, &mut |tick| {
+            bar.inc(tick - std::mem::replace(&mut last, tick))
+        })
+    });
+    bar.finish_and_clear();
+    let summaries = summaries.into_iter().collect::<Result<Vec<_>, RunError>>()?;
+    if arguments.json.json {
+        let summaries: Result<Vec<_>, _> = summaries.iter().map(Summary::for_programs).collect();
+        let summaries = summaries.map_err(|error| RunError::Setup(error.to_string()))?;
+        crate::say!("{}", super::json(&summaries)?);
     } else {
         print_table(&summaries);
+        crate::say!("results: {}", results.path.display());
     }
     Ok(Ending::Held)
 }
@@ -63,20 +67,6 @@ fn remove_earlier(out: &Path) -> std::io::Result<()> {
         }
     }
     Ok(())
-}
-
-fn run_all(scenarios: &[Scenario], out: &Path) -> Result<Vec<Summary>, RunError> {
-    let bar = progress_bar(scenarios.iter().map(Scenario::ticks).sum(), "compare");
-    let summaries = crate::parallel::map(scenarios, |i, scenario| {
-        let mut last = 0;
-        run_one(
-            scenario,
-            &out.join(format!("{}-{}", i + 1, scenario.name)),
-            &mut |tick| bar.inc(tick - std::mem::replace(&mut last, tick)),
-        )
-    });
-    bar.finish_and_clear();
-    summaries.into_iter().collect()
 }
 
 fn run_one(scenario: &Scenario, out: &Path, progress: &mut dyn FnMut(u64)) -> Result<Summary, RunError> {

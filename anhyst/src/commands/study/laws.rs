@@ -1,11 +1,13 @@
-//! `anhyst laws`: every estimation law under every motion, noise and drift, in one table.
+//! `anhyst study laws`: every estimation law under every motion, noise and drift, in one table.
 
-use super::Ending;
+use crate::arguments::{JsonArgument, ThreadsArgument};
+use crate::commands::{Ending, count_bar, json};
 use crate::parallel;
 use anhyst_estimator::LawSettings;
 use anhyst_launch::error::RunError;
 use anhyst_launch::table::plain_table;
 use anhyst_studies::laws::{Case, Excitation, Reached, run as run_case};
+use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 use comfy_table::CellAlignment;
 use serde::Serialize;
@@ -14,29 +16,32 @@ use serde::Serialize;
 #[derive(Debug, Args)]
 pub struct LawsArguments {
     /// Which laws.
-    #[arg(long, value_delimiter = ',', default_values = LawSettings::ADAPTIVE)]
-    pub laws: Vec<String>,
+    #[arg(long, value_name = "LAW,…", value_delimiter = ',', default_values = LawSettings::ADAPTIVE, value_parser = PossibleValuesParser::new(LawSettings::ADAPTIVE))]
+    pub law: Vec<String>,
     /// Which motions.
-    #[arg(long, value_delimiter = ',', value_enum, default_values_t = [Excitation::Ramp, Excitation::Sine, Excitation::Milling])]
+    #[arg(long, value_name = "MOTION,…", value_delimiter = ',', value_enum, default_values_t = [Excitation::Ramp, Excitation::Sine, Excitation::Milling])]
     pub excitation: Vec<Excitation>,
-    /// rms noise of the displacement sensor, nm.
-    #[arg(long, value_delimiter = ',', default_values_t = [0.0, 10.0, 50.0])]
+    /// rms noise of the displacement sensor.
+    #[arg(long, value_name = "NM,…", value_delimiter = ',', default_values_t = [0.0, 10.0, 50.0])]
     pub noise_nm: Vec<f64>,
-    /// Drifts of the true `a`, A/m per s.
-    #[arg(long, value_delimiter = ',', default_values_t = [0.0, 200.0])]
-    pub drift: Vec<f64>,
+    /// Drifts of the true `a`.
+    #[arg(long, value_name = "A_PER_M_S,…", value_delimiter = ',', default_values_t = [0.0, 200.0])]
+    pub drift_a_per_m_s: Vec<f64>,
     /// Length of each run.
-    #[arg(long, default_value_t = 3.0)]
-    pub seconds: f64,
+    #[arg(long, default_value_t = 3.0, value_name = "S")]
+    pub duration_s: f64,
     /// Of the noise.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Print the table as Markdown.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "json")]
     pub markdown: bool,
-    /// Print JSON, with biases and shares of held ticks.
-    #[arg(long, conflicts_with = "markdown")]
-    pub json: bool,
+    /// For the runs.
+    #[command(flatten)]
+    pub threads: ThreadsArgument,
+    /// With biases and shares of held ticks.
+    #[command(flatten)]
+    pub json: JsonArgument,
 }
 
 /// One figure of the table.
@@ -59,22 +64,22 @@ pub fn run(arguments: &LawsArguments) -> miette::Result<Ending> {
     let mut work = Vec::new();
     for &excitation in &arguments.excitation {
         for &noise_nm in &arguments.noise_nm {
-            for &drift_a_per_m_s in &arguments.drift {
+            for &drift_a_per_m_s in &arguments.drift_a_per_m_s {
                 let case = Case {
                     excitation,
                     noise_m: noise_nm * 1e-9,
                     drift_a_per_m_s,
-                    seconds: arguments.seconds,
+                    seconds: arguments.duration_s,
                     seed: arguments.seed,
                 };
-                for name in &arguments.laws {
+                for name in &arguments.law {
                     work.push((case, noise_nm, name.as_str(), law(name)?));
                 }
             }
         }
     }
-    let bar = super::count_bar(work.len() as u64, "laws");
-    let found = parallel::map(&work, |_, (case, noise_nm, name, law)| {
+    let bar = count_bar(work.len() as u64, "laws");
+    let found = parallel::map(arguments.threads.count(), &work, |_, (case, noise_nm, name, law)| {
         let reached = run_case(case, *law);
         bar.inc(1);
         reached.map(|reached| Entry {
@@ -87,9 +92,8 @@ pub fn run(arguments: &LawsArguments) -> miette::Result<Ending> {
     });
     bar.finish_and_clear();
     let entries = found.into_iter().collect::<Result<Vec<_>, RunError>>()?;
-    if arguments.json {
-        let text = serde_json::to_string_pretty(&entries).map_err(|error| RunError::Setup(error.to_string()))?;
-        crate::say!("{text}");
+    if arguments.json.json {
+        crate::say!("{}", json(&entries)?);
     } else {
         print_table(arguments, &entries);
     }
@@ -99,15 +103,15 @@ pub fn run(arguments: &LawsArguments) -> miette::Result<Ending> {
 fn law(name: &str) -> miette::Result<LawSettings> {
     LawSettings::named(name).ok_or_else(|| {
         let known = LawSettings::ADAPTIVE.join(", ");
-        miette::miette!("--laws {name}: there is no such law; there are {known}")
+        miette::miette!("--law {name}: there is no such law; there are {known}")
     })
 }
 
 fn check(arguments: &LawsArguments) -> miette::Result<()> {
-    let seconds = arguments.seconds;
+    let seconds = arguments.duration_s;
     if !(0.1..=100.0).contains(&seconds) {
         return Err(miette::miette!(
-            "--seconds {seconds}: a run is between 0.1 and 100 s long"
+            "--duration-s {seconds}: a run is between 0.1 and 100 s long"
         ));
     }
     for noise in &arguments.noise_nm {
@@ -117,10 +121,10 @@ fn check(arguments: &LawsArguments) -> miette::Result<()> {
     }
     // What drifts must stay within the laws' range, [6300, 7300] A/m, around its middle.
     let most = 750.0 / seconds;
-    for drift in &arguments.drift {
+    for drift in &arguments.drift_a_per_m_s {
         if drift.is_nan() || drift.abs() > most {
             return Err(miette::miette!(
-                "--drift {drift}: within {seconds} s `a` would leave the laws' range; at most {most:.0} A/m per s"
+                "--drift-a-per-m-s {drift}: within {seconds} s `a` would leave the laws' range; at most {most:.0} A/m per s"
             ));
         }
     }
@@ -133,8 +137,8 @@ fn print_table(arguments: &LawsArguments, entries: &[Entry<'_>]) {
         table.load_style(comfy_table::presets::ASCII_MARKDOWN);
     }
     let header = ["motion", "noise, nm", "drift, A/m per s"].map(str::to_owned);
-    table.set_header(header.into_iter().chain(arguments.laws.iter().cloned()));
-    for row in entries.chunks(arguments.laws.len()) {
+    table.set_header(header.into_iter().chain(arguments.law.iter().cloned()));
+    for row in entries.chunks(arguments.law.len()) {
         let Some(first) = row.first() else { continue };
         let motion = first
             .excitation
@@ -150,7 +154,7 @@ fn print_table(arguments: &LawsArguments, entries: &[Entry<'_>]) {
     crate::say!(
         "\nrms of estimated minus true a in A/m over the second half of {} s at 20 kHz; start 6800, truth 7012 A/m or drifting \
          around 6900; (h): held for more than half of that time",
-        arguments.seconds
+        arguments.duration_s
     );
 }
 

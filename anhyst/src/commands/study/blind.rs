@@ -1,11 +1,14 @@
-//! `anhyst study`: the blind study of the diagnosis, rerun on all cores.
+//! `anhyst study blind`: the blind study of the diagnosis, rerun on all cores.
 //!
 //! Every finished run is a line of DIR/runs.jsonl, so that an interrupted study goes on where it was.
 
-use super::Ending;
+use crate::arguments::{JsonArgument, ThreadsArgument};
+use crate::commands::{Ending, count_bar, json, save};
 use anhyst_launch::error::RunError;
+use anhyst_launch::say::quoted;
 use anhyst_launch::table::plain_table;
 use anhyst_model::ActuatorModel;
+use anhyst_scenario::load_model;
 use anhyst_studies::blind::{Bar, Case, Plan, Results, StudyRun, markdown, study};
 use clap::Args;
 use std::collections::HashMap;
@@ -18,11 +21,11 @@ const RUNS: &str = "runs.jsonl";
 /// What a table says of a share of nothing.
 const NONE: &str = "–";
 
-/// `study`
+/// `study blind`
 #[derive(Debug, Args)]
-pub struct StudyArguments {
+pub struct BlindArguments {
     /// Nominal model (RON), as scenarios/models/nominal.ron (default: the same numbers, built in).
-    #[arg(long)]
+    #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
     /// Runs with one effect of the library, or another value of a nominal parameter.
     #[arg(long, default_value_t = 300)]
@@ -44,28 +47,28 @@ pub struct StudyArguments {
     pub first_seed: u64,
     /// Samples of a run, at 10 kHz.
     #[arg(long, default_value_t = 16_000, value_parser = clap::value_parser!(u64).range(1000..=1_000_000))]
-    pub rows: u64,
-    /// Runs side by side (default: one a core).
-    #[arg(long, default_value_t = 0)]
-    pub threads: usize,
-    /// Folder of the results: runs.jsonl, study.json, study.md. Runs that are there already are not made again, so keep to one model.
-    #[arg(long, default_value = "runs/study")]
+    pub samples: u64,
+    /// For the runs.
+    #[command(flatten)]
+    pub threads: ThreadsArgument,
+    /// Folder of the results. Runs that are there already are not made again, so keep to one model.
+    #[arg(long, default_value = "runs/study", value_name = "FOLDER")]
     pub out: PathBuf,
     /// Exit status 1 if a bar does not hold.
     #[arg(long)]
     pub require: bool,
-    /// Print the results as JSON.
-    #[arg(long)]
-    pub json: bool,
+    /// How the results are printed.
+    #[command(flatten)]
+    pub json: JsonArgument,
 }
 
 /// Runs the command.
 ///
 /// # Errors
 /// A bad model, or a result that cannot be written.
-pub fn run(arguments: &StudyArguments) -> miette::Result<Ending> {
+pub fn run(arguments: &BlindArguments) -> miette::Result<Ending> {
     let model = match &arguments.model {
-        Some(file) => super::diagnose::load_model(file)?,
+        Some(file) => load_model(file)?,
         None => ActuatorModel::terfenol_d(),
     };
     let plan = Plan {
@@ -75,17 +78,17 @@ pub fn run(arguments: &StudyArguments) -> miette::Result<Ending> {
         pairs: arguments.pairs,
         limits: arguments.limits,
         first_seed: arguments.first_seed,
-        rows: arguments.rows as usize,
+        rows: arguments.samples as usize,
     };
     let runs = all_runs(arguments, &model, &plan)?;
     let results = Results::new(plan, &model.name, runs);
-    let json = serde_json::to_string_pretty(&results).map_err(|error| RunError::Setup(error.to_string()))?;
+    let made = json(&results)?;
     let text = markdown(&results, &command(arguments));
-    for (file, text) in [("study.json", format!("{json}\n")), ("study.md", text)] {
-        write(&arguments.out.join(file), &text)?;
+    for (file, text) in [("study.json", format!("{made}\n")), ("study.md", text)] {
+        save(&arguments.out, file, &text)?;
     }
-    if arguments.json {
-        crate::say!("{json}");
+    if arguments.json.json {
+        crate::say!("{made}");
     } else {
         print(&results);
         crate::say!("\nresults: {}", arguments.out.display());
@@ -98,33 +101,33 @@ pub fn run(arguments: &StudyArguments) -> miette::Result<Ending> {
 }
 
 /// The line that makes the study again, wherever its results go.
-fn command(arguments: &StudyArguments) -> String {
-    let StudyArguments {
+fn command(arguments: &BlindArguments) -> String {
+    let BlindArguments {
         singles,
         none,
         unlisted,
         pairs,
         limits,
         first_seed,
-        rows,
+        samples,
         ..
     } = arguments;
     let model = arguments
         .model
         .as_ref()
-        .map_or(String::new(), |file| format!(" --model {}", file.display()));
+        .map_or(String::new(), |file| format!(" --model {}", quoted(file)));
     let sweep = if *limits > 0 {
         format!(" --limits {limits}")
     } else {
         String::new()
     };
     format!(
-        "anhyst study{model} --singles {singles} --none {none} --unlisted {unlisted} --pairs {pairs}{sweep} --first-seed {first_seed} --rows {rows}"
+        "anhyst study blind{model} --singles {singles} --none {none} --unlisted {unlisted} --pairs {pairs}{sweep} --first-seed {first_seed} --samples {samples}"
     )
 }
 
 /// Those that the folder holds, and the rest made now.
-fn all_runs(arguments: &StudyArguments, model: &ActuatorModel, plan: &Plan) -> miette::Result<Vec<StudyRun>> {
+fn all_runs(arguments: &BlindArguments, model: &ActuatorModel, plan: &Plan) -> miette::Result<Vec<StudyRun>> {
     let path = arguments.out.join(RUNS);
     let mut present = read(&path)?;
     let cases = plan.cases();
@@ -141,12 +144,8 @@ fn all_runs(arguments: &StudyArguments, model: &ActuatorModel, plan: &Plan) -> m
     std::fs::create_dir_all(&arguments.out).map_err(cause)?;
     let file = std::fs::OpenOptions::new().create(true).append(true).open(&path);
     let file = Mutex::new(file.map_err(cause)?);
-    let bar = super::count_bar(missing.len() as u64, "study");
-    let threads = match arguments.threads {
-        0 => anhyst_identify::parallel::available(),
-        threads => threads,
-    };
-    let made = anhyst_identify::parallel::map(threads, &missing, |case| {
+    let bar = count_bar(missing.len() as u64, "study");
+    let made = anhyst_identify::parallel::map(arguments.threads.count(), &missing, |case| {
         let run = studied(case, model, plan.rows);
         let kept = keep(&file, &run);
         bar.inc(1);
@@ -184,13 +183,6 @@ fn read(path: &Path) -> miette::Result<HashMap<(u64, usize), StudyRun>> {
         .lines()
         .filter_map(|line| serde_json::from_str::<StudyRun>(line).ok());
     Ok(runs.map(|run| ((run.seed, run.rows), run)).collect())
-}
-
-fn write(path: &Path, text: &str) -> Result<(), RunError> {
-    std::fs::write(path, text).map_err(|cause| RunError::Write {
-        path: path.to_owned(),
-        cause,
-    })
 }
 
 fn print(results: &Results) {

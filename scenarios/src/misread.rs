@@ -1,0 +1,132 @@
+//! What is said of a text that is no good RON, or not of the form that a field has: the field, its unit, and what is wanted.
+
+use super::source;
+use ron::Error;
+
+/// Endings of fields' names and the units that they say; the longer before the shorter.
+const UNITS: [(&str, &str); 26] = [
+    ("_m_per_a_per_m", "m per A/m"),
+    ("_n_s_per_m2", "N s/m²"),
+    ("_n_s_per_m", "N s/m"),
+    ("_n_per_m2", "N/m²"),
+    ("_n_per_m", "N/m"),
+    ("_a_per_m_s", "A/(m s)"),
+    ("_a_per_m", "A/m"),
+    ("_kg_per_m3", "kg/m³"),
+    ("_per_kg", "1/kg"),
+    ("_per_s2", "1/s²"),
+    ("_per_s", "1/s"),
+    ("_per_k", "1/K"),
+    ("_m_per_s", "m/s"),
+    ("_pa", "Pa"),
+    ("_hz", "Hz"),
+    ("_rpm", "rpm"),
+    ("_deg", "degrees"),
+    ("_us", "µs"),
+    ("_kg", "kg"),
+    ("_ticks", "ticks"),
+    ("_w", "W"),
+    ("_n", "N"),
+    ("_k", "K"),
+    ("_t", "T"),
+    ("_m", "m"),
+    ("_s", "s"),
+];
+
+/// So alike a known name must be to what was written to be meant by it.
+const ALIKE: f64 = 0.8;
+
+/// The sentence for an error at a byte of a text.
+pub fn sentence(text: &str, byte: usize, error: &Error) -> String {
+    let field = source::read(text).map(|place| place.path_at(byte)).unwrap_or_default();
+    let unit = UNITS.iter().find(|(ending, _)| field.ends_with(ending));
+    let of_unit = unit.map_or_else(String::new, |(_, unit)| format!(" in {unit}"));
+    let wanted = match error {
+        Error::ExpectedInteger => "a whole number".to_owned(),
+        Error::ExpectedFloat => format!("a number{of_unit}, such as 2.5 or 1e-3"),
+        Error::ExpectedBoolean => "true or false".to_owned(),
+        Error::ExpectedString => "a text in \"quotes\"".to_owned(),
+        Error::ExpectedArray => "a list, as [1.0, 2.0]".to_owned(),
+        Error::ExpectedOption => format!("None, or a value{of_unit}"),
+        Error::ExpectedStructLike | Error::ExpectedNamedStructLike(_) => {
+            "fields in brackets, as (name: value)".to_owned()
+        }
+        Error::ExpectedMap => "a map, as { \"name\": value }".to_owned(),
+        Error::NoSuchStructField { expected, found, .. } => return unknown(error, found, expected),
+        Error::NoSuchEnumVariant { expected, found, .. } => return unknown(error, found, expected),
+        _ => String::new(),
+    };
+    let named = if field.is_empty() {
+        String::new()
+    } else {
+        format!("{field}: ")
+    };
+    if wanted.is_empty() {
+        format!("{named}{error}")
+    } else {
+        format!("{named}{error}: what is wanted is {wanted}")
+    }
+}
+
+/// A name that nothing has, and the one that is likely meant.
+fn unknown(error: &Error, found: &str, expected: &[&str]) -> String {
+    let alike = |name: &&str| strsim::jaro_winkler(name, found);
+    match expected.iter().max_by(|one, other| alike(one).total_cmp(&alike(other))) {
+        Some(nearest) if alike(nearest) >= ALIKE => format!("{error}; is `{nearest}` meant?"),
+        _ => error.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde::Deserialize;
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "only read")]
+    struct Outer {
+        seed: u64,
+        inner: Vec<Inner>,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    #[expect(dead_code, reason = "only read")]
+    struct Inner {
+        rate_a_per_m_s: f64,
+    }
+
+    fn said(text: &str) -> String {
+        let error = ron::from_str::<Outer>(text).unwrap_err();
+        let lines: usize = text
+            .split_inclusive('\n')
+            .take(error.span.start.line - 1)
+            .map(str::len)
+            .sum();
+        let begin = lines + error.span.start.col - 1;
+        let blanks = text[begin..].len() - text[begin..].trim_start().len();
+        super::sentence(text, begin + blanks, &error.code)
+    }
+
+    /// Guards what a newcomer reads: which field, in which unit, of which form.
+    #[test]
+    fn field_unit_and_form_are_said() {
+        for (text, words) in [
+            (
+                "(seed: \"one\", inner: [])",
+                &["seed: Expected integer", "a whole number"][..],
+            ),
+            (
+                "(\n seed: 1,\n inner: [(rate_a_per_m_s: 1), (rate_a_per_m_s: fast)])",
+                &["inner.1.rate_a_per_m_s", "Expected float", "a number in A/(m s)"],
+            ),
+            ("(sede: 1, inner: [])", &["sede", "is `seed` meant?"]),
+            ("(seed: 1, inner: 3)", &["inner: Expected", "a list"]),
+        ] {
+            let said = said(text);
+            for word in words {
+                assert!(said.contains(word), "no \"{word}\" in: {said}");
+            }
+        }
+    }
+}
