@@ -12,9 +12,9 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Simulator;
 use super::coordinate::Coordinate;
 use super::covariance::Covariance;
+use super::simulator::Simulator;
 use super::span::{Span, dot};
 use crate::parallel;
 

@@ -6,21 +6,11 @@
 pub mod coordinate;
 pub mod covariance;
 pub mod least_squares;
+mod simulator;
 pub mod span;
 
 pub use coordinate::Coordinate;
 pub use covariance::Covariance;
 pub use least_squares::{Problem, Solution, Stop};
+pub use simulator::Simulator;
 pub use span::{Span, dot};
-
-/// Anything that can be run freely under a set of values, in the order of a problem's coordinates.
-pub trait Simulator: Sync {
-    /// All rows, over their noise; None where the model refuses the values.
-    fn outputs(&self, values: &[f64]) -> Option<Vec<f64>>;
-}
-
-impl<F: Fn(&[f64]) -> Option<Vec<f64>> + Sync> Simulator for F {
-    fn outputs(&self, values: &[f64]) -> Option<Vec<f64>> {
-        self(values)
-    }
-}

@@ -5,9 +5,11 @@
 //! follows from a row.
 
 mod nominal;
+mod rows;
 mod spec;
 
-pub use nominal::{NominalParameter, REVERSIBILITY_BOUNDS};
+pub use nominal::NominalParameter;
+pub use rows::REVERSIBILITY_BOUNDS;
 pub use spec::{ParameterRole, ParameterSpec, Screening, Signal};
 
-pub(crate) use nominal::HYSTERESIS;
+pub(crate) use rows::HYSTERESIS;
