@@ -184,7 +184,7 @@ fn a_command_that_ends_before_it_takes_part_is_named() {
 /// It gives up long before our processes do.
 #[test]
 fn a_driver_that_gives_up_because_another_hangs_is_not_blamed() {
-    let command = driver_command("DRIVER_PATIENCE_MS=200");
+    let command = driver_command("DRIVER_PATIENCE_MS=2000");
     let mut run = Run::begin(&["--external-command", &command]);
     run.wait_until_at_work();
     run.signal("controller", Signal::STOP);
@@ -193,7 +193,7 @@ fn a_driver_that_gives_up_because_another_hangs_is_not_blamed() {
 
 #[test]
 fn a_driver_that_gives_up_because_another_died_is_not_blamed() {
-    let command = driver_command("DRIVER_PATIENCE_MS=200");
+    let command = driver_command("DRIVER_PATIENCE_MS=2000");
     let mut run = Run::begin(&["--external-command", &command]);
     run.wait_until_at_work();
     run.signal("inverse", Signal::KILL);

@@ -97,11 +97,12 @@ impl Peer {
 pub fn notify_sleepers(readers: &[Rc<Peer>]) -> Result<(), LinkError> {
     // Pairs with the fence in `Waker::sleep`.
     fence(Ordering::SeqCst);
-    let sleepers = readers.iter().filter(|reader| reader.status.asleep());
-    sleepers.fold(Ok(()), |outcome, sleeper| {
+    let mut outcome = Ok(());
+    for sleeper in readers.iter().filter(|reader| reader.status.asleep()) {
         let notified = sleeper.notifier.notify().map_err(refused("notify a process"));
-        outcome.and(notified.map(|_| ()))
-    })
+        outcome = outcome.and(notified.map(|_| ()));
+    }
+    outcome
 }
 
 /// How a process rests between two looks.
