@@ -87,7 +87,7 @@ impl RodStage {
                 let motion = LinearMotion::Elements(RodElementsPropagator::new(&elements, tick_s)?);
                 let constants = elements.constants();
                 let compliance = constants.static_compliance_m_per_n();
-                return Ok(LinearRod::new(constants.force_per_strain_n(), 1.0, compliance, motion));
+                return Ok(LinearRod::stage(constants.force_per_strain_n(), 1.0, compliance, motion));
             }
             Some(ActuatorRod::TwoPole(two_pole)) => two_pole,
         };
@@ -103,7 +103,7 @@ impl RodStage {
         }
         let motion = LinearMotion::TwoPole(TwoPolePropagator::new(two_pole, tick_s)?, RodMotion::default());
         let compliance = 1.0 / two_pole.stiffness_per_s2;
-        Ok(LinearRod::new(
+        Ok(LinearRod::stage(
             two_pole.gain,
             two_pole.force_gain_per_kg,
             compliance,
@@ -144,7 +144,7 @@ impl RodStage {
 }
 
 impl LinearRod {
-    fn new(per_strain: f64, per_force: f64, compliance: f64, motion: LinearMotion) -> RodStage {
+    fn stage(per_strain: f64, per_force: f64, compliance: f64, motion: LinearMotion) -> RodStage {
         RodStage::Linear(LinearRod {
             per_strain,
             per_force,
