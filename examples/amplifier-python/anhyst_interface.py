@@ -19,6 +19,7 @@ ASLEEP = 1  # 1: ring the bell after sending to this process; 0: it is awake and
 TICK = 2  # Ticks finished: the heartbeat
 AGREEMENT = 3  # Fingerprint of the scenario; 0: has not read it, goes along with any
 EPOCH = 4  # In real time, from the plant's process: CLOCK_MONOTONIC in ns at which tick 0 begins; 0: not known (yet)
+WAIT = 5  # Optional. The token that the process waited for last: tick << 16 | (reader + 1) << 8 | channel + 1, in the order of the nodes and channels above; 0: none
 
 NODES = ("plant-sim", "estimator", "controller", "inverse", "guard", "amplifier", "recorder")
 BELL_SERVICE = "bell/{}"

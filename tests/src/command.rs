@@ -95,7 +95,7 @@ impl Finished {
     }
 }
 
-/// The launcher's living children: process number and subcommand.
+/// The launcher's living children: process number and name.
 pub fn children(launcher: u32) -> Vec<(u32, String)> {
     let processes = std::fs::read_dir("/proc").into_iter().flatten().flatten();
     processes
@@ -103,7 +103,9 @@ pub fn children(launcher: u32) -> Vec<(u32, String)> {
         .filter(|pid| parent(*pid) == Some(launcher))
         .filter_map(|pid| {
             let command = std::fs::read_to_string(format!("/proc/{pid}/cmdline")).ok()?;
-            Some((pid, command.split('\0').nth(1)?.to_owned()))
+            let mut words = command.split('\0').skip(1);
+            let name = words.find(|word| *word != "node")?;
+            Some((pid, name.to_owned()))
         })
         .collect()
 }

@@ -211,6 +211,7 @@ fn by_hand(run: &Run) -> Child {
     Command::new(anhyst())
         .current_dir(repository())
         .args([
+            "node",
             "amplifier",
             &scenario.to_string_lossy(),
             "--out",

@@ -173,7 +173,7 @@ fn a_whole_plant_can_be_external() {
     let short = ["--set", "duration_s=0.2", "--set", "expect.settling_s=0.1"];
     let expected = digest(&ours, &short);
     let command = format!(
-        "plant={} plant-sim {run}/scenario.ron --out {run}/theirs --service-prefix $ANHYST_SERVICE_PREFIX --root $ANHYST_ROOT",
+        "plant={} node plant-sim {run}/scenario.ron --out {run}/theirs --service-prefix $ANHYST_SERVICE_PREFIX --root $ANHYST_ROOT",
         anhyst().display(),
         run = theirs.display()
     );
