@@ -4,7 +4,7 @@
 
 use crate::RecorderError;
 use crate::error::Writing as _;
-use rerun::{RecordingStream};
+use rerun::RecordingStream;
 use rerun_types::archetypes::{LineStrips2D, Points2D, Transform3D};
 use rerun_types::components::{Color, Radius};
 

@@ -7,9 +7,9 @@ use crate::error::Writing as _;
 use crate::row::{Presence, Row};
 use crate::run::RunInfo;
 use crate::tokens::TIMELINE;
-use rerun::{RecordingStream};
+use rerun::RecordingStream;
 use rerun::log::TimeColumn;
-use rerun_types::archetypes::{LineStrips2D};
+use rerun_types::archetypes::LineStrips2D;
 use rerun_types::components::{Color, Radius};
 
 /// Least distance of two points of a strip, as a fraction of the box's height.

@@ -12,10 +12,10 @@ use crate::run::Level;
 use crate::tokens::{self, TICK_ENTITY, TIMELINE, send_wide};
 use crate::{RecorderError, RecorderSettings, RunInfo};
 use anhyst_ipc::{CoilField, Demand, Estimate, FieldCommand, Measurement, SafeField, Truth};
-use rerun::{RecordingStream, RecordingStreamBuilder};
 use rerun::log::TimeColumn;
+use rerun::{RecordingStream, RecordingStreamBuilder};
 use rerun_types::archetypes::{Scalars, SeriesLines, TextLog};
-use rerun_types::components::{Color};
+use rerun_types::components::Color;
 
 /// The application's name: recordings and layouts of the same name belong together.
 pub(crate) const APPLICATION: &str = "anhyst";
@@ -114,7 +114,9 @@ impl Stream {
             let flags = FLAGS.iter().filter(|flag| flag.channel == channel);
             let states = std::iter::once((idle, None)).chain(flags.map(|flag| (flag.state, Some(flag.level))));
             let (values, colors): (Vec<_>, Vec<_>) = states.map(|(state, level)| (state, state_color(level))).unzip();
-            let looks = rerun_types::archetypes::StateConfiguration::new().with_values(values).with_colors(colors);
+            let looks = rerun_types::archetypes::StateConfiguration::new()
+                .with_values(values)
+                .with_colors(colors);
             stream
                 .log_static(lane_entity(channel), &looks)
                 .writing("the looks of the states")?;

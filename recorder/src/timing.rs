@@ -10,9 +10,9 @@ use crate::row::Row;
 use crate::run::RunInfo;
 use crate::tokens::TIMELINE;
 use anhyst_ipc::{Latency, Message, NodeId};
-use rerun::{RecordingStream};
+use rerun::RecordingStream;
 use rerun_types::archetypes::{BarChart, TextDocument};
-use rerun_types::components::{Color};
+use rerun_types::components::Color;
 
 /// Where the histograms of periods are.
 pub(crate) const PERIODS: &str = "timing/period";

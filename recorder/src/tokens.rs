@@ -3,7 +3,7 @@
 use crate::RecorderError;
 use crate::error::Writing as _;
 use anhyst_ipc::{Channel, Message};
-use rerun::{RecordingStream};
+use rerun::RecordingStream;
 use rerun::log::TimeColumn;
 use rerun_types::archetypes::{Scalars, SeriesLines};
 

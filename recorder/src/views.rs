@@ -12,11 +12,11 @@ use rerun::blueprint::{
     BarChartView, ContainerLike, Horizontal, Spatial2DView, StateTimelineView, Tabs, TextDocumentView, TextLogView,
     TimeSeriesView, Vertical,
 };
-use rerun_types::datatypes::{Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange};
+use rerun::{AsComponents, SerializedComponentBatch};
 use rerun_types::blueprint::archetypes::{
     PlotLegend, ScalarAxis, TextLogColumns, TimeAxis, VisibleTimeRanges, VisualBounds2D,
 };
-use rerun::{AsComponents, SerializedComponentBatch};
+use rerun_types::datatypes::{Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange};
 
 /// A property of a view.
 pub(crate) struct Property {

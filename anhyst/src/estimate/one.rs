@@ -436,6 +436,7 @@ mod tests {
             temperature_k: None,
             output: Output::Magnetization,
             measured: vec![0.0],
+            settled: 0,
             noise: 0.0,
             notes: Vec::new(),
         };

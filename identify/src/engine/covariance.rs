@@ -140,8 +140,8 @@ mod tests {
     fn known_cases_come_out() {
         let residual: Vec<f64> = (0..1000).map(|k| if k % 2 == 0 { 0.3 } else { -0.3 }).collect();
         let columns = [vec![1.0; 1000], vec![0.0; 1000], vec![0.0; 1000]];
-        let rows = [0..1000];
-        let found = Covariance::of(&columns, &[None, Some(0.7), None], &residual, &rows);
+        let rows = std::slice::from_ref(&(0..1000));
+        let found = Covariance::of(&columns, &[None, Some(0.7), None], &residual, rows);
         assert!((found.standard_deviation(0) / (0.3 / 1000.0_f64.sqrt()) - 1.0).abs() < 2e-3);
         assert!((found.standard_deviation(1) - 0.7).abs() < 1e-12);
         assert!(found.standard_deviation(2).is_infinite());

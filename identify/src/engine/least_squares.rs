@@ -348,7 +348,7 @@ mod tests {
         };
         let solution = problem.solve(&[4.0]).unwrap();
         assert!((solution.values[0] - 1.5).abs() < 1e-6);
-        let covariance = solution.covariance(problem.coordinates, &[0..10]);
+        let covariance = solution.covariance(problem.coordinates, std::slice::from_ref(&(0..10)));
         assert!((covariance.standard_deviation(0) - 0.2).abs() < 1e-6);
     }
 }

@@ -71,14 +71,15 @@ pub fn several(
         series.iter().all(|value| value.is_finite()).then_some(series)
     };
     let measured: Vec<f64> = observed.measured.iter().map(|value| value / noise).collect();
-    let rows = [observed.settled..measured.len()];
+    let compared = observed.settled..measured.len();
+    let rows = std::slice::from_ref(&compared);
     let mut linear = Vec::new();
     if observed.output != Output::Displacement {
         linear.push(vec![1.0 / noise; measured.len()]);
     }
     let problem = Problem {
         measured: &measured,
-        training: &rows,
+        training: rows,
         linear: &linear,
         coordinates: &coordinates,
         simulator: &simulator,
@@ -93,7 +94,7 @@ pub fn several(
         model: model.name.clone(),
     };
     let solution = problem.solve(&start).ok_or_else(unusable)?;
-    let covariance = solution.covariance(&coordinates, &rows);
+    let covariance = solution.covariance(&coordinates, rows);
     let mut warnings = Vec::new();
     for (index, one) in parameters.iter().enumerate() {
         for (before, other) in parameters[..index].iter().enumerate() {

@@ -87,7 +87,12 @@ impl RodStage {
                 let motion = LinearMotion::Elements(RodElementsPropagator::new(&elements, tick_s)?);
                 let constants = elements.constants();
                 let compliance = constants.static_compliance_m_per_n();
-                return Ok(LinearRod::stage(constants.force_per_strain_n(), 1.0, compliance, motion));
+                return Ok(LinearRod::stage(
+                    constants.force_per_strain_n(),
+                    1.0,
+                    compliance,
+                    motion,
+                ));
             }
             Some(ActuatorRod::TwoPole(two_pole)) => two_pole,
         };
