@@ -45,7 +45,7 @@ fn constants_of_material_and_rod_come_back_beside_an_effect() {
     std::fs::write(&file, text).unwrap();
     let run = MeasuredRun::read(&file, &RunReadOptions::default()).unwrap();
     std::fs::remove_file(&file).unwrap();
-    let observed = Observed::of(&run, &nominal).unwrap();
+    let observed = Observed::of(&run, &nominal, 0.0).unwrap();
     let found = several(&observed, &nominal, &asked).unwrap();
     assert!(found.warnings.is_empty(), "{:?}", found.warnings);
     for (parameter, value, deviation) in found.parameters {
@@ -75,8 +75,9 @@ fn a_soft_magnet_sweep_never_ends_worse_than_it_began() {
         pinning_a_per_m: 17.0,
         coupling: 1.2e-4,
         reversibility: 0.7,
+        cubic_coupling_m2_per_a2: 0.0,
     };
-    let observed = Observed::of(&run, &model).unwrap();
+    let observed = Observed::of(&run, &model, 0.0).unwrap();
     let rms = |model: &ActuatorModel| {
         let mut outputs = ActuatorOutputs::default();
         observed.simulate(model, &mut outputs).unwrap();
