@@ -84,6 +84,7 @@ fn what_is_said_to_be_made_up_for_is() {
         effect(EffectKind::AmplifierBandwidth, &[1e-4]),
         effect(EffectKind::CoilHeating, &[5.0, 100.0]),
         effect(EffectKind::BiasShift, &[500.0]),
+        effect(EffectKind::Prestress, &[5e-14]),
         effect(EffectKind::ThermalExpansion, &[1.0, 20.0, 12e-6]),
         effect(EffectKind::LoadChange, &[0.1, 0.1]),
         effect(EffectKind::Stiffening, &[1e7]),

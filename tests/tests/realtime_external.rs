@@ -220,14 +220,15 @@ fn a_restarted_estimator_does_not_keep_a_driver_waiting() {
     assert_eq!(log, "", "the amplifier came to its end by itself");
 }
 
-/// Guards the end: dead is seen by the launcher, hung by whoever reads; both are told by name, and the current dies.
+/// Guards the end: dead is seen by the launcher, hung by whoever reads; both are told by name, and the current dies. What a
+/// program in Python says of its tick is a heartbeat, so that it died *after* that tick is all that is known.
 #[test]
 fn an_amplifier_that_dies_or_hangs_ends_the_run_by_name() {
     let _alone = alone();
     let Some(python) = python() else { return };
     let root = tempfile::tempdir().unwrap();
     for (signal, told) in [
-        (Signal::KILL, "amplifier was killed by signal 9 at tick "),
+        (Signal::KILL, "amplifier was killed by signal 9 after tick "),
         (Signal::STOP, "amplifier does not answer at tick "),
     ] {
         let out = root.path().join(format!("{}", signal.as_raw()));
