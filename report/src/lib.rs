@@ -1,12 +1,13 @@
-//! Results to look at: charts as SVG or PNG, and self-contained HTML pages of text, tables and charts.
+//! Results to look at: charts as SVG or to zoom into, tables for terminal, page and document, self-contained HTML pages.
 //!
 //! Nothing here knows what it shows.
 
-#[cfg(feature = "recorder")]
-pub mod album;
+pub mod chart;
+pub mod decomposition;
 mod error;
-pub mod figure;
+pub mod number;
 pub mod page;
-pub mod plot;
+mod picture;
+pub mod table;
 
 pub use error::ReportError;

@@ -1,9 +1,8 @@
 //! What a page is made of.
 
-use super::badge::{Badge, Verdict};
-use super::table::Table;
-use crate::error::ReportError;
-use crate::plot::Figure;
+use super::bars::{Bars, Shares};
+use crate::chart::Figure;
+use crate::table::{Badge, Table, Verdict};
 
 /// A page. Make it with [`Page::new`], add sections, and take [`Page::html`].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,11 +32,13 @@ pub enum Block {
     /// As it is, in letters of one width.
     Code(String),
     Table(Table),
-    /// SVG text of [`Figure::svg`], which is put in as it is.
-    Picture {
-        svg: String,
+    /// Charts to zoom into.
+    Figure {
+        figure: Figure,
         caption: String,
     },
+    Shares(Shares),
+    Bars(Bars),
     /// Two columns with a heading each: what the paper says, what we get.
     Beside {
         left: Note,
@@ -123,11 +124,10 @@ impl Section {
         self.block(Block::Table(table))
     }
 
-    /// Draws the figure, size in pixels.
-    pub fn figure(self, figure: &Figure, size: (u32, u32), caption: &str) -> Result<Self, ReportError> {
-        let svg = figure.svg(size.0, size.1)?;
+    #[must_use]
+    pub fn figure(self, figure: Figure, caption: &str) -> Self {
         let caption = caption.to_owned();
-        Ok(self.block(Block::Picture { svg, caption }))
+        self.block(Block::Figure { figure, caption })
     }
 
     /// Two texts side by side under their headings.

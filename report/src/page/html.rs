@@ -2,16 +2,17 @@
 
 use std::fmt::{Display, Formatter};
 
-use super::badge::{Badge, Verdict};
 use super::document::{Block, Footer, Note, Page, Section, slug};
-use super::table::{Cell, Table};
+use super::{bars, interactive};
+use crate::chart::Figure;
+use crate::table::{Badge, Cell, Table, Verdict};
 
 const STYLE: &str = include_str!("style.css");
 /// A page with this many sections opens with links to them.
 const SECTIONS_WITH_LINKS: usize = 3;
 
 /// Text that means itself.
-struct Plain<'a>(&'a str);
+pub(super) struct Plain<'a>(pub &'a str);
 
 impl Display for Plain<'_> {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> std::fmt::Result {
@@ -68,6 +69,7 @@ impl Page {
         let ids = ids(&self.sections);
         let sections: String = self.sections.iter().zip(&ids).map(|(of, id)| section(of, id)).collect();
         let title = Plain(&self.title);
+        let scripts = scripts(self);
         let lead = if self.lead.is_empty() {
             String::new()
         } else {
@@ -76,12 +78,32 @@ impl Page {
         format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\"/>\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>\n\
-         <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<main>\n\
-         <header>\n<h1>{title}</h1>\n{lead}</header>\n{}{sections}{}</main>\n</body>\n</html>\n",
+         <title>{title}</title>\n<style>\n{STYLE}{}</style>\n</head>\n<body>\n<main>\n\
+         <header>\n<h1>{title}</h1>\n{lead}</header>\n{}{sections}{}</main>\n{scripts}</body>\n</html>\n",
+            if scripts.is_empty() {
+                ""
+            } else {
+                interactive::LIBRARY_STYLE
+            },
             links(self, &ids),
             footer(&self.footer)
         )
     }
+}
+
+/// What draws the charts, after their data; nothing for a page without any.
+fn scripts(page: &Page) -> String {
+    let mut blocks = page.sections.iter().flat_map(|section| &section.blocks);
+    if !blocks.any(|block| matches!(block, Block::Figure { .. })) {
+        return String::new();
+    }
+    // Scripts hold signs that mean something else in XML.
+    let script = |text: &str| format!("<script>/*<![CDATA[*/\n{text}\n/*]]>*/</script>\n");
+    format!(
+        "<!-- uPlot, which draws the charts:\n{}\n-->\n{}<noscript><p>The charts need JavaScript; nothing is fetched.</p></noscript>\n",
+        interactive::LIBRARY_LICENSE,
+        interactive::SCRIPTS.map(script).concat()
+    )
 }
 
 fn links(page: &Page, ids: &[String]) -> String {
@@ -122,7 +144,9 @@ fn block(block: &Block) -> String {
         }
         Block::Code(text) => format!("<pre><code>{}</code></pre>\n", Plain(text)),
         Block::Table(of) => table(of),
-        Block::Picture { svg, caption } => picture(svg, caption),
+        Block::Figure { figure: of, caption } => figure(of, caption),
+        Block::Shares(of) => bars::shares(of),
+        Block::Bars(of) => bars::bars(of),
         Block::Beside { left, right, badge: of } => {
             let mark = of
                 .as_ref()
@@ -154,16 +178,14 @@ fn badge(badge: &Badge) -> String {
     format!("<span class=\"badge {class}\">{sign}{}</span>", Plain(&badge.text))
 }
 
-/// The picture within the page: an inline SVG needs no name space, and a name for those who cannot see it.
-fn picture(svg: &str, caption: &str) -> String {
-    let start = svg.find("<svg").unwrap_or(0);
-    let named = format!("<svg role=\"img\" aria-label=\"{}\"", Plain(caption));
-    let inline = svg[start..]
-        .replacen("<svg", &named, 1)
-        .replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
+fn figure(figure: &Figure, caption: &str) -> String {
+    let title = match figure.title.as_str() {
+        "" => String::new(),
+        title => format!("<h3>{}</h3>\n", Plain(title)),
+    };
     format!(
-        "<figure>\n{}\n<figcaption>{}</figcaption>\n</figure>\n",
-        inline.trim_end(),
+        "<figure>\n{title}{}<figcaption>{}</figcaption>\n</figure>\n",
+        interactive::charts(figure),
         Prose(caption)
     )
 }

@@ -1,10 +1,10 @@
 //! One coordinate system on a canvas: grid, bands, series, markers, axes, names.
 
 use super::canvas::{Canvas, Hold, Rectangle, Text};
-use super::chart::{Axis, Band, Direction, Legend, Line, Marker, Panel, Style};
-use super::palette::{AXIS, Colour, GRID, INK, PAPER};
-use super::scale::Scale;
-use super::thin;
+use crate::chart::role::{AXIS, Colour, GRID, INK};
+use crate::chart::scale::Scale;
+use crate::chart::thin;
+use crate::chart::{Band, Chart, Curve, Direction, Marker, Style};
 use crate::error::ReportError;
 
 const TITLE_SIZE: f64 = 13.0;
@@ -20,7 +20,7 @@ const ROOM: (f64, f64) = (0.015, 0.06);
 const X_SPACING: f64 = 85.0;
 const Y_SPACING: f64 = 42.0;
 const LINE_WIDTH: f64 = 1.4;
-const LONGEST_DASHED: f64 = 10_000.0;
+const MAX_DASHED: f64 = 10_000.0;
 const HAIR: f64 = 1.0;
 const DOT: f64 = 1.8;
 const BAND_OPACITY: f64 = 0.2;
@@ -31,25 +31,20 @@ const ENTRY_GAP: f64 = 16.0;
 type Drawn = Result<(), ReportError>;
 
 /// A panel with its axes and the rectangle between them.
-struct Plot<'a> {
-    panel: &'a Panel,
+struct Plot {
     x: Scale,
     y: Scale,
     inside: Rectangle,
 }
 
 /// Draws a panel within a rectangle.
-pub(super) fn draw(canvas: &mut dyn Canvas, panel: &Panel, place: Rectangle) -> Drawn {
+pub(super) fn draw(canvas: &Canvas, panel: &Chart, place: Rectangle) -> Drawn {
     let names = entries(panel);
-    let rows = match panel.legend {
-        Legend::Above => rows_of(canvas, &names, place.width() - 2.0 * EDGE),
-        _ => Vec::new(),
-    };
+    let rows = rows_of(canvas, &names, place.width() - 2.0 * EDGE);
     let heading = if panel.title.is_empty() { 0.0 } else { LINE_HEIGHT + 3.0 };
     let top = place.top + EDGE + heading + rows.len() as f64 * LINE_HEIGHT;
     let bottom = (place.bottom - EDGE - BELOW).max(top + 1.0);
-    let y_values = lines_y(panel).chain(markers(panel, Direction::Horizontal));
-    let y = Scale::new(&panel.y, y_values, ROOM.1, bottom - top, Y_SPACING);
+    let y = Scale::new(&panel.y, panel.ordinates(), ROOM.1, bottom - top, Y_SPACING);
     let widest = y
         .ticks
         .iter()
@@ -62,12 +57,11 @@ pub(super) fn draw(canvas: &mut dyn Canvas, panel: &Panel, place: Rectangle) -> 
         top,
         bottom,
     };
-    let x_values = lines_x(panel).chain(markers(panel, Direction::Vertical));
-    let x = Scale::new(&panel.x, x_values, ROOM.0, inside.width(), X_SPACING);
-    let plot = Plot { panel, x, y, inside };
+    let x = Scale::new(&panel.x, panel.abscissas(), ROOM.0, inside.width(), X_SPACING);
+    let plot = Plot { x, y, inside };
     plot.grid(canvas)?;
     panel.bands.iter().try_for_each(|band| plot.band(canvas, band))?;
-    panel.lines.iter().try_for_each(|line| plot.line(canvas, line))?;
+    panel.curves.iter().try_for_each(|line| plot.curve(canvas, line))?;
     panel
         .markers
         .iter()
@@ -83,37 +77,10 @@ pub(super) fn draw(canvas: &mut dyn Canvas, panel: &Panel, place: Rectangle) -> 
             x += name.width(canvas);
         }
     }
-    plot.boxed_legend(canvas, &names)
+    Ok(())
 }
 
-/// Abscissas of what can be drawn: a point without a logarithm must not stretch the other axis.
-fn lines_x(panel: &Panel) -> impl Iterator<Item = f64> {
-    let bands = panel
-        .bands
-        .iter()
-        .flat_map(|band| band.points.iter().map(|point| point.0));
-    points(panel).map(|point| point.0).chain(bands)
-}
-
-fn lines_y(panel: &Panel) -> impl Iterator<Item = f64> {
-    let bands = panel.bands.iter().flat_map(|band| band.points.iter());
-    points(panel)
-        .map(|point| point.1)
-        .chain(bands.flat_map(|point| [point.1, point.2]))
-}
-
-fn points(panel: &Panel) -> impl Iterator<Item = (f64, f64)> {
-    let stands = |axis: &Axis, value: f64| value.is_finite() && (value > 0.0 || !axis.logarithmic);
-    let all = panel.lines.iter().flat_map(|line| line.points.iter().copied());
-    all.filter(move |point| stands(&panel.x, point.0) && stands(&panel.y, point.1))
-}
-
-fn markers(panel: &Panel, direction: Direction) -> impl Iterator<Item = f64> {
-    let along = panel.markers.iter().filter(move |marker| marker.direction == direction);
-    along.map(|marker| marker.at)
-}
-
-impl Plot<'_> {
+impl Plot {
     fn at(&self, (x, y): (f64, f64)) -> (f64, f64) {
         let Rectangle { left, bottom, .. } = self.inside;
         let (right, up) = (
@@ -138,7 +105,7 @@ impl Plot<'_> {
         (left..=right).contains(&x) && (top..=bottom).contains(&y)
     }
 
-    fn grid(&self, canvas: &mut dyn Canvas) -> Drawn {
+    fn grid(&self, canvas: &Canvas) -> Drawn {
         let [left, right, top, bottom] = self.sides();
         for (share, _) in &self.x.ticks {
             let x = left + share * self.inside.width();
@@ -151,7 +118,7 @@ impl Plot<'_> {
         Ok(())
     }
 
-    fn axes(&self, canvas: &mut dyn Canvas, place: Rectangle) -> Drawn {
+    fn axes(&self, canvas: &Canvas, place: Rectangle) -> Drawn {
         let [left, right, top, bottom] = self.sides();
         canvas.path(&[(left, top), (left, bottom), (right, bottom)], AXIS, HAIR)?;
         for (share, text) in &self.x.ticks {
@@ -171,9 +138,9 @@ impl Plot<'_> {
         canvas.text(&beside.held(Hold::Middle).upright())
     }
 
-    fn line(&self, canvas: &mut dyn Canvas, line: &Line) -> Drawn {
+    fn curve(&self, canvas: &Canvas, line: &Curve) -> Drawn {
         let colour = line.role.colour();
-        let on_canvas = line.points.iter().map(|point| self.at(*point));
+        let on_canvas = line.points.iter().map(|point| self.at((*point).into()));
         if line.style == Style::Points {
             let seen: Vec<_> = on_canvas.filter(|point| self.holds(*point)).collect();
             return thin::points(&seen)
@@ -193,7 +160,7 @@ impl Plot<'_> {
         Ok(())
     }
 
-    fn band(&self, canvas: &mut dyn Canvas, band: &Band) -> Drawn {
+    fn band(&self, canvas: &Canvas, band: &Band) -> Drawn {
         let [left, right, top, bottom] = self.sides();
         let inside = |(x, y): (f64, f64)| (x.clamp(left, right), y.clamp(top, bottom));
         let edge = |of: fn(&(f64, f64, f64)) -> (f64, f64)| band.points.iter().map(of).map(|point| self.at(point));
@@ -207,9 +174,9 @@ impl Plot<'_> {
         Ok(())
     }
 
-    fn marker(&self, canvas: &mut dyn Canvas, marker: &Marker) -> Drawn {
+    fn marker(&self, canvas: &Canvas, marker: &Marker) -> Drawn {
         let ([left, right, top, bottom], colour) = (self.sides(), marker.role.colour());
-        let name = marker.name.as_deref().unwrap_or_default();
+        let name = marker.name.as_str();
         let (ends, text) = match marker.direction {
             Direction::Horizontal => {
                 let y = bottom - self.y.share(marker.at) * self.inside.height();
@@ -230,37 +197,11 @@ impl Plot<'_> {
         stroke(canvas, &ends, colour, Style::Dashed)?;
         if name.is_empty() { Ok(()) } else { canvas.text(&text) }
     }
-
-    /// A legend in a corner of the plot, on paper so that it can be read.
-    fn boxed_legend(&self, canvas: &mut dyn Canvas, names: &[Entry]) -> Drawn {
-        let (to_right, to_bottom) = match self.panel.legend {
-            Legend::UpperLeft => (false, false),
-            Legend::UpperRight => (true, false),
-            Legend::LowerLeft => (false, true),
-            Legend::LowerRight => (true, true),
-            Legend::Above | Legend::Hidden => return Ok(()),
-        };
-        let width = names.iter().map(|name| name.width(canvas)).fold(0.0, f64::max);
-        let height = names.len() as f64 * LINE_HEIGHT;
-        let [left, right, top, bottom] = self.sides();
-        let x = if to_right { right - width } else { left + 8.0 };
-        let y = if to_bottom { bottom - height - 6.0 } else { top + 6.0 };
-        let (far_x, far_y) = (x + width - ENTRY_GAP + 4.0, y + height);
-        canvas.shape(
-            &[(x - 4.0, y), (far_x, y), (far_x, far_y), (x - 4.0, far_y)],
-            PAPER,
-            0.85,
-        )?;
-        for (row, name) in names.iter().enumerate() {
-            name.draw(canvas, x, y + (row as f64 + 0.5) * LINE_HEIGHT)?;
-        }
-        Ok(())
-    }
 }
 
-fn stroke(canvas: &mut dyn Canvas, path: &[(f64, f64)], colour: Colour, style: Style) -> Drawn {
+fn stroke(canvas: &Canvas, path: &[(f64, f64)], colour: Colour, style: Style) -> Drawn {
     // A curve that fills its panel would need thousands of dashes, and shows none.
-    if style != Style::Dashed || thin::length(path) > LONGEST_DASHED {
+    if style != Style::Dashed || thin::length(path) > MAX_DASHED {
         return canvas.path(path, colour, LINE_WIDTH);
     }
     thin::dashes(path)
@@ -276,8 +217,11 @@ struct Entry<'a> {
     style: Option<Style>,
 }
 
-fn entries(panel: &Panel) -> Vec<Entry<'_>> {
-    let lines = panel.lines.iter().map(|line| (&line.name, line.role, Some(line.style)));
+fn entries(panel: &Chart) -> Vec<Entry<'_>> {
+    let lines = panel
+        .curves
+        .iter()
+        .map(|line| (&line.name, line.role, Some(line.style)));
     let bands = panel.bands.iter().map(|band| (&band.name, band.role, None));
     let all = lines.chain(bands).filter_map(|(name, role, style)| {
         Some(Entry {
@@ -290,7 +234,7 @@ fn entries(panel: &Panel) -> Vec<Entry<'_>> {
 }
 
 /// Names in rows that fit the width.
-fn rows_of<'a>(canvas: &dyn Canvas, names: &'a [Entry<'a>], width: f64) -> Vec<Vec<&'a Entry<'a>>> {
+fn rows_of<'a>(canvas: &Canvas, names: &'a [Entry<'a>], width: f64) -> Vec<Vec<&'a Entry<'a>>> {
     let mut rows: Vec<Vec<&Entry>> = Vec::new();
     let mut used = f64::INFINITY;
     for name in names {
@@ -308,11 +252,11 @@ fn rows_of<'a>(canvas: &dyn Canvas, names: &'a [Entry<'a>], width: f64) -> Vec<V
 }
 
 impl Entry<'_> {
-    fn width(&self, canvas: &dyn Canvas) -> f64 {
+    fn width(&self, canvas: &Canvas) -> f64 {
         SAMPLE + 5.0 + canvas.text_width(self.name, TEXT_SIZE) + ENTRY_GAP
     }
 
-    fn draw(&self, canvas: &mut dyn Canvas, x: f64, y: f64) -> Drawn {
+    fn draw(&self, canvas: &Canvas, x: f64, y: f64) -> Drawn {
         match self.style {
             Some(Style::Points) => canvas.dot((x + 0.5 * SAMPLE, y), 1.5 * DOT, self.colour)?,
             Some(style) => stroke(canvas, &[(x, y), (x + SAMPLE, y)], self.colour, style)?,

@@ -1,27 +1,15 @@
 //! An axis: its ends, the prefix of its unit, and round ticks.
 
-use super::chart::Axis;
+use super::Axis;
+use crate::number;
 
-/// Powers of ten with an SI prefix.
-const PREFIXES: &[(i32, &str)] = &[
-    (-12, "p"),
-    (-9, "n"),
-    (-6, "µ"),
-    (-3, "m"),
-    (0, ""),
-    (3, "k"),
-    (6, "M"),
-    (9, "G"),
-];
-/// Units that take a prefix, alone or before a stroke: m, m/s, A/m.
-const PREFIXED: &[&str] = &["m", "s", "Hz", "A", "V", "N", "T", "W", "J", "Pa", "K"];
 /// Other units stay as they are within these magnitudes.
 const PLAIN: std::ops::Range<f64> = 1e-2..1e5;
 /// Base units stay without a prefix from here on: 0.5 T rather than 500 mT.
-const LEAST_BASE: f64 = 0.1;
+const MIN_BASE: f64 = 0.1;
 
 /// Where values stand along an axis, and what is written there.
-pub(super) struct Scale {
+pub(crate) struct Scale {
     /// Ends in the unit, or their logarithms to base ten.
     low: f64,
     high: f64,
@@ -56,11 +44,7 @@ impl Scale {
             low,
             high,
             logarithmic: axis.logarithmic,
-            label: if unit.is_empty() {
-                axis.name.clone()
-            } else {
-                format!("{}, {unit}", axis.name)
-            },
+            label: label(axis, &unit),
             ticks: ticks.into_iter().map(|(at, text)| (share(at), text)).collect(),
         }
     }
@@ -95,30 +79,33 @@ fn roomy((low, high): (f64, f64), room: f64) -> (f64, f64) {
     }
 }
 
+/// The power of ten that is taken out of an axis whose values reach so far, and its label.
+pub(crate) fn labelled(axis: &Axis, largest: f64) -> (i32, String) {
+    let (exponent, unit) = prefixed(&axis.unit, largest);
+    (exponent, label(axis, &unit))
+}
+
+fn label(axis: &Axis, unit: &str) -> String {
+    match unit {
+        "" => axis.name.clone(),
+        unit => format!("{}, {unit}", axis.name),
+    }
+}
+
 /// Power of ten that is taken out of the values, and the unit that says so.
 fn prefixed(unit: &str, largest: f64) -> (i32, String) {
-    let thousands = (largest.max(1e-300).log10() / 3.0).floor() as i32;
-    let stem = unit.split('/').next().unwrap_or_default();
-    if PREFIXED.contains(&stem) {
-        let wanted = if (LEAST_BASE..1.0).contains(&largest) {
-            0
-        } else {
-            3 * thousands
+    if number::takes_prefix(unit) {
+        return match largest {
+            0.0 => (0, unit.to_owned()),
+            largest if (MIN_BASE..1.0).contains(&largest) => (0, unit.to_owned()),
+            largest => number::prefixed(unit, largest),
         };
-        let wanted = wanted.clamp(-12, 9);
-        let prefix = PREFIXES
-            .iter()
-            .find(|(exponent, _)| *exponent == wanted)
-            .map_or("", |(_, prefix)| prefix);
-        return (wanted, format!("{prefix}{unit}"));
     }
     if PLAIN.contains(&largest) || largest == 0.0 {
         return (0, unit.to_owned());
     }
-    (
-        3 * thousands,
-        format!("10{} {unit}", superscript(3 * thousands)).trim_end().to_owned(),
-    )
+    let power = 3 * (largest.max(1e-300).log10() / 3.0).floor() as i32;
+    (power, format!("10{} {unit}", superscript(power)).trim_end().to_owned())
 }
 
 /// Multiples of 1, 2, 2.5 or 5 times a power of ten.

@@ -1,7 +1,7 @@
 //! Less ink for the same picture: what falls on one pixel is drawn once.
 
 /// Pieces of a path whose points are finite.
-pub(super) fn pieces(points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(f64, f64)>> {
+pub(crate) fn pieces(points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(f64, f64)>> {
     let mut pieces = vec![Vec::new()];
     for point in points {
         if point.0.is_finite() && point.1.is_finite() {
@@ -17,7 +17,7 @@ pub(super) fn pieces(points: impl Iterator<Item = (f64, f64)>) -> Vec<Vec<(f64, 
 }
 
 /// A path of fewer points that looks the same to within a third of a pixel.
-pub(super) fn path(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+pub(crate) fn path(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let rising = points.windows(2).all(|pair| pair[1].0 >= pair[0].0);
     let thinned = if rising { columns(points) } else { apart(points) };
     straightened(&thinned)
@@ -99,7 +99,7 @@ fn distance(point: (f64, f64), from: (f64, f64), to: (f64, f64)) -> f64 {
 }
 
 /// One point per pixel.
-pub(super) fn points(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+pub(crate) fn points(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut taken = std::collections::BTreeSet::new();
     let pixel = |point: &(f64, f64)| (point.0.round() as i64, point.1.round() as i64);
     points
@@ -110,7 +110,7 @@ pub(super) fn points(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 }
 
 /// The part of a path within a rectangle, as pieces.
-pub(super) fn clipped(path: &[(f64, f64)], sides: [f64; 4]) -> Vec<Vec<(f64, f64)>> {
+pub(crate) fn clipped(path: &[(f64, f64)], sides: [f64; 4]) -> Vec<Vec<(f64, f64)>> {
     let mut pieces: Vec<Vec<(f64, f64)>> = Vec::new();
     for pair in path.windows(2) {
         let Some((from, to)) = clipped_stretch(pair[0], pair[1], sides) else {
@@ -154,14 +154,14 @@ fn clipped_stretch(from: (f64, f64), to: (f64, f64), sides: [f64; 4]) -> Option<
 }
 
 /// How long a path is, pixels.
-pub(super) fn length(path: &[(f64, f64)]) -> f64 {
+pub(crate) fn length(path: &[(f64, f64)]) -> f64 {
     path.windows(2)
         .map(|pair| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1))
         .sum()
 }
 
 /// A path cut into dashes of 6 pixels with gaps of 4.
-pub(super) fn dashes(path: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
+pub(crate) fn dashes(path: &[(f64, f64)]) -> Vec<Vec<(f64, f64)>> {
     const LENGTHS: [f64; 2] = [6.0, 4.0];
     let mut all = Vec::new();
     let (mut gap, mut left) = (0, LENGTHS[0]);
