@@ -146,13 +146,6 @@ impl Columns {
     pub fn iter(&self) -> impl Iterator<Item = (Quantity, &Column)> {
         self.found.iter().map(|(quantity, column)| (*quantity, column))
     }
-
-    /// Header of a quantity, for messages.
-    pub fn header(&self, quantity: Quantity) -> String {
-        self.of(quantity)
-            .map(|column| column.header.clone())
-            .unwrap_or_default()
-    }
 }
 
 /// A mapping that would change nothing is a mistake.
@@ -177,6 +170,21 @@ fn refuse_mappings(mappings: &[ColumnMapping], wanted: &[Quantity]) -> Result<()
         }
     }
     Ok(())
+}
+
+/// A mapping as a user would write it.
+pub(crate) fn option(quantity: Quantity, header: &str, scale: f64, offset: f64) -> String {
+    let scale = if (1e-3..1e6).contains(&scale.abs()) {
+        scale.to_string()
+    } else {
+        format!("{scale:e}")
+    };
+    let offset = if offset == 0.0 {
+        String::new()
+    } else {
+        format!("{offset:+}")
+    };
+    format!("{}={header}*{scale}{offset}", quantity.key())
 }
 
 /// Headers as a message lists them.

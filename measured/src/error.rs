@@ -120,16 +120,6 @@ pub enum MeasuredError {
         value: f64,
         remedy: String,
     },
-    #[error(
-        "{file}, loop {loop_id}: column \"{column}\" is {value} in all {rows} rows, so nothing can be learnt from it"
-    )]
-    Constant {
-        file: PathBuf,
-        loop_id: String,
-        column: String,
-        value: f64,
-        rows: usize,
-    },
     #[error("{file}, loop {loop_id}: has {rows} rows after dropping, but a loop needs at least {least}")]
     TooFewRows {
         file: PathBuf,
@@ -154,7 +144,7 @@ pub enum MeasuredError {
         repeats: usize,
     },
     #[error(
-        "{place}: time jumps from {from_s} s to {to_s} s, so {missing} samples are missing ({gaps} such gaps in all, none is allowed). \
+        "{place}: time jumps from {from_s} s to {to_s} s, so {missing} samples are missing ({gaps} such gaps in all; up to {most} rows in a row and 5 % in all are filled). \
          Cut the run there: the longest stretch without a gap is --rows {keep_from}..{keep_to}"
     )]
     Gap {
@@ -163,6 +153,7 @@ pub enum MeasuredError {
         to_s: f64,
         missing: u64,
         gaps: usize,
+        most: u64,
         keep_from: u64,
         keep_to: u64,
     },

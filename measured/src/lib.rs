@@ -1,12 +1,11 @@
 //! Measured tables in: loops and runs in SI units, each refusal a sentence; how loud the measurement itself is.
 //!
-//! [`MeasuredLoops::read`] and [`MeasuredRun::read`] take a table, text or Parquet, and refuse it with a sentence or give
+//! [`MeasuredRun::read`] and [`MeasuredRun::read_loops`] take a table, text or Parquet, and refuse it with a sentence or give
 //! series in SI units; [`noise_floor`] says how far they can be trusted; [`sweep`] makes a field fit to drive a model.
 
+pub mod check;
 mod columns;
 mod error;
-mod limits;
-mod loops;
 mod magnetization;
 mod noise;
 mod quantity;
@@ -15,12 +14,12 @@ mod rows;
 mod run;
 mod sheet;
 pub mod sweep;
+mod units;
 
 pub use columns::{Column, ColumnMapping, Columns};
 pub use error::{MeasuredError, Place};
-pub use loops::{MeasuredLoop, MeasuredLoops, ReadOptions};
-pub use noise::{LEAST_NOISE_SAMPLES, NoiseFloor, NoiseSource, noise_floor, rests};
+pub use noise::{MIN_NOISE_SAMPLES, NoiseFloor, NoiseSource, noise_floor, rests};
 pub use quantity::Quantity;
 pub use resolution::resolution;
 pub use rows::RowRange;
-pub use run::{INPUTS, LEAST_RUN_ROWS, MeasuredRun, OUTPUTS, RunReadOptions};
+pub use run::{ClockRepair, INPUTS, MIN_RUN_ROWS, MeasuredRun, OUTPUTS, RunReadOptions};

@@ -54,7 +54,7 @@ const fn celsius(spelling: &'static str) -> Unit {
 }
 
 /// 1 Oe in A/m.
-const OERSTED_A_PER_M: f64 = 1000.0 / (4.0 * std::f64::consts::PI);
+pub(crate) const OERSTED_A_PER_M: f64 = 1000.0 / (4.0 * std::f64::consts::PI);
 
 const TIMES: &[Unit] = &[unit("s", "s", 1.0), unit("ms", "ms", 1e-3), unit("us", "µs", 1e-6)];
 const FIELDS: &[Unit] = &[
@@ -292,6 +292,12 @@ impl Quantity {
             let unit = entry.units.iter().find(|unit| unit.spelling == ending)?;
             Some((unit.factor, unit.offset))
         })
+    }
+
+    /// The symbol of a unit with this factor to SI, other than SI's own.
+    pub(crate) fn unit_of(self, factor: f64) -> Option<&'static str> {
+        let same = |unit: &&Unit| unit.factor != 1.0 && (unit.factor / factor - 1.0).abs() < 1e-6;
+        self.entry().units.iter().find(same).map(|unit| unit.symbol)
     }
 
     /// The unit that ends a header, if it names one of this quantity.

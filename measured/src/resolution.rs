@@ -6,7 +6,7 @@
 /// Differences up to this many of the smallest one are looked at; larger ones add up the error of the step.
 const NEAREST: f64 = 10.5;
 /// Fewest differences that can show a lattice: around its crests a sampled sine has a few that are 1, 3, 5, ... of one.
-const LEAST_DIFFERENCES: usize = 16;
+const MIN_DIFFERENCES: usize = 16;
 /// A remainder below this share of the step is rounding.
 const REMAINDER: f64 = 0.05;
 /// Share of the differences that must fit.
@@ -38,7 +38,7 @@ fn lattice(sorted: &[f64], same: f64) -> Option<f64> {
         .filter(|difference| *difference < NEAREST * smallest)
         .collect();
     // Steps as small as what counts as the same are made by this very bound.
-    if near.len() < LEAST_DIFFERENCES || smallest < 10.0 * same {
+    if near.len() < MIN_DIFFERENCES || smallest < 10.0 * same {
         return None;
     }
     near.sort_unstable_by(f64::total_cmp);

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use anhyst_measured::{MeasuredLoops, ReadOptions};
+use anhyst_measured::{MeasuredRun, Quantity, RunReadOptions};
 use tempfile::TempDir;
 
 /// Thirty rows of a loop; `row` writes each line from its number, the field (A/m) and the flux density (T).
@@ -21,22 +21,22 @@ fn good() -> String {
     table("H_A_per_m,B_T", |_, field, flux| format!("{field},{flux}"))
 }
 
-fn read(text: &str, options: &ReadOptions) -> Result<MeasuredLoops, String> {
+fn read(text: &str, options: &RunReadOptions) -> Result<Vec<MeasuredRun>, String> {
     let folder = TempDir::new().unwrap();
     let file: PathBuf = folder.path().join("loop.csv");
     std::fs::write(&file, text).unwrap();
-    MeasuredLoops::read(&file, options).map_err(|refusal| refusal.to_string())
+    MeasuredRun::read_loops(&file, options).map_err(|refusal| refusal.to_string())
 }
 
-fn mapped(mappings: &[&str]) -> ReadOptions {
-    ReadOptions {
+fn mapped(mappings: &[&str]) -> RunReadOptions {
+    RunReadOptions {
         mappings: mappings.iter().map(|text| text.parse().unwrap()).collect(),
-        ..ReadOptions::default()
+        ..RunReadOptions::default()
     }
 }
 
 /// Every part must stand in the sentence.
-fn assert_says(text: &str, options: &ReadOptions, parts: &[&str]) {
+fn assert_says(text: &str, options: &RunReadOptions, parts: &[&str]) {
     let sentence = read(text, options).expect_err("must be refused");
     for part in parts {
         assert!(sentence.contains(part), "\"{part}\" is missing in: {sentence}");
@@ -45,14 +45,14 @@ fn assert_says(text: &str, options: &ReadOptions, parts: &[&str]) {
 
 #[test]
 fn magnetization_is_flux_over_mu0_less_field_whatever_the_unit() {
-    let plain = read(&good(), &ReadOptions::default()).unwrap();
+    let plain = read(&good(), &RunReadOptions::default()).unwrap();
     let kilo = table("H_kA_per_m,B_mT,strain_ppm", |_, h, b| {
         format!("{},{},{}", h / 1e3, b * 1e3, b * 100.0)
     });
-    let kilo = read(&kilo, &ReadOptions::default()).unwrap();
+    let kilo = read(&kilo, &RunReadOptions::default()).unwrap();
     let named = table("raw,volt", |_, h, b| format!("{},{}", h / 50.0, b / 0.25));
     let named = read(&named, &mapped(&["field=raw*50", "flux = volt*0.25"])).unwrap();
-    let first = |loops: &MeasuredLoops| loops.loops[0].magnetization_a_per_m.as_ref().unwrap()[0];
+    let first = |loops: &[MeasuredRun]| loops[0].series(Quantity::Magnetization).unwrap()[0];
     let expected = 0.5 * 0.2_f64.cos() / 1.25663706127e-6 - 1000.0;
     for loops in [&plain, &kilo, &named] {
         assert!(
@@ -60,32 +60,29 @@ fn magnetization_is_flux_over_mu0_less_field_whatever_the_unit() {
             "{} instead of {expected}",
             first(loops)
         );
-        assert!((loops.loops[0].field_a_per_m[0] - 1000.0).abs() < 1e-9);
+        assert!((loops[0].series(Quantity::Field).unwrap()[0] - 1000.0).abs() < 1e-9);
     }
-    let strain = kilo.loops[0].strain.as_ref().unwrap()[0];
+    let strain = kilo[0].series(Quantity::Strain).unwrap()[0];
     assert!((strain - 0.5 * 0.2_f64.cos() * 1e-4).abs() < 1e-12, "{strain}");
-    assert_eq!(plain.data_hash.len(), 16);
+    assert_eq!(plain[0].data_hash.len(), 16);
 }
 
 #[test]
 fn loops_are_split_by_their_column_and_rows_are_dropped() {
     let body = |id: usize| table("", |_, h, b| format!("{id},{h},{b}")).trim_start().to_owned();
     let text = format!("loop_id,H_A_per_m,B_T\n{}{}", body(0), body(1));
-    let options = ReadOptions {
+    let options = RunReadOptions {
         drop_rows: vec!["27..30".parse().unwrap(), "58..".parse().unwrap()],
-        ..ReadOptions::default()
+        ..RunReadOptions::default()
     };
     let loops = read(&text, &options).unwrap();
-    assert_eq!(
-        loops.loops.iter().map(|of| of.field_a_per_m.len()).collect::<Vec<_>>(),
-        [27, 28]
-    );
-    assert_eq!((loops.dropped_rows, loops.loops[1].rows[0]), (5, 30));
+    assert_eq!(loops.iter().map(MeasuredRun::len).collect::<Vec<_>>(), [27, 28]);
+    assert_eq!((loops[0].dropped_rows, loops[1].rows[0]), (5, 30));
 }
 
 #[test]
 fn columns_that_are_missing_or_double_are_listed() {
-    let nothing = ReadOptions::default();
+    let nothing = RunReadOptions::default();
     assert_says(
         &table("current,B_T", |_, h, b| format!("{h},{b}")),
         &nothing,
@@ -116,7 +113,7 @@ fn columns_that_are_missing_or_double_are_listed() {
 
 #[test]
 fn values_are_refused_with_row_line_and_column() {
-    let nothing = ReadOptions::default();
+    let nothing = RunReadOptions::default();
     let spoilt = |word: &'static str| {
         table("H_A_per_m,B_T", move |i, h, b| {
             if i == 7 {
@@ -166,13 +163,13 @@ fn values_are_refused_with_row_line_and_column() {
 
 #[test]
 fn tables_that_are_no_loop_are_refused() {
-    let nothing = ReadOptions::default();
+    let nothing = RunReadOptions::default();
     let constant = table("H_A_per_m,B_T", |_, h, _| format!("{h},0.25"));
     // Found in the column itself: the magnetization made from a constant flux density is not constant.
     assert_says(&constant, &nothing, &["\"B_T\"", "0.25", "all 30 rows"]);
-    let rows = ReadOptions {
+    let rows = RunReadOptions {
         drop_rows: vec!["12..".parse().unwrap()],
-        ..ReadOptions::default()
+        ..RunReadOptions::default()
     };
     assert_says(&good(), &rows, &["loop 0", "12 rows", "at least 20"]);
     let shuffled = table("H_A_per_m,B_T", |i, h, b| {
@@ -195,7 +192,7 @@ fn tables_that_are_no_loop_are_refused() {
 
 #[test]
 fn units_that_cannot_be_are_suspected() {
-    let nothing = ReadOptions::default();
+    let nothing = RunReadOptions::default();
     // Flux density in gauss, called T.
     assert_says(
         &table("H_A_per_m,B_T", |_, h, b| format!("{h},{}", 1e4 * b)),

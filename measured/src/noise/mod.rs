@@ -21,15 +21,15 @@ use crate::run::MeasuredRun;
 use spectrum::{Floor, Segments};
 
 /// Fewest samples with which a floor is looked for.
-pub const LEAST_NOISE_SAMPLES: usize = 64;
+pub const MIN_NOISE_SAMPLES: usize = 64;
 /// Fewest samples at rest that are worth more than the whole run's upper band.
-const LEAST_REST_SAMPLES: usize = 512;
+const MIN_REST_SAMPLES: usize = 512;
 /// A stretch of constant command is a rest from this length on.
-const LEAST_REST: usize = 192;
+const MIN_REST: usize = 192;
 /// Segment length at rest, samples.
 const REST_SEGMENT: usize = 128;
 /// Longest segment elsewhere, samples: short enough to fit between two kinks of the signal.
-const LONGEST_SEGMENT: usize = 128;
+const MAX_SEGMENT: usize = 128;
 /// Fewest segments over which a median means something.
 const WANTED_SEGMENTS: usize = 16;
 /// Where the band may begin, as shares of the sampling rate: the first that fits is taken.
@@ -66,9 +66,9 @@ impl NoiseFloor {
 }
 
 /// The floor of a series; `rests` are stretches in which nothing drove it. None for fewer than
-/// [`LEAST_NOISE_SAMPLES`] samples.
+/// [`MIN_NOISE_SAMPLES`] samples.
 pub fn noise_floor(series: &[f64], rests: &[Range<usize>]) -> Option<NoiseFloor> {
-    if series.len() < LEAST_NOISE_SAMPLES {
+    if series.len() < MIN_NOISE_SAMPLES {
         return None;
     }
     let (floor, from) = match at_rest(series, rests) {
@@ -108,7 +108,7 @@ pub fn rests(run: &MeasuredRun) -> Vec<Range<usize>> {
     let (mut found, mut first) = (Vec::new(), 0);
     for sample in 1..=run.len() {
         if sample == run.len() || !still(sample) {
-            if sample - first >= LEAST_REST {
+            if sample - first >= MIN_REST {
                 found.push(first..sample);
             }
             first = sample;
@@ -119,7 +119,7 @@ pub fn rests(run: &MeasuredRun) -> Vec<Range<usize>> {
 
 fn at_rest(series: &[f64], rests: &[Range<usize>]) -> Option<Floor> {
     let samples: usize = rests.iter().map(ExactSizeIterator::len).sum();
-    if samples < LEAST_REST_SAMPLES {
+    if samples < MIN_REST_SAMPLES {
         return None;
     }
     let segments = Segments::of(series, rests, REST_SEGMENT);
@@ -128,7 +128,7 @@ fn at_rest(series: &[f64], rests: &[Range<usize>]) -> Option<Floor> {
 }
 
 fn upper_band(series: &[f64]) -> Floor {
-    let mut length = LONGEST_SEGMENT;
+    let mut length = MAX_SEGMENT;
     while length > 16 && 2 * series.len() / length < WANTED_SEGMENTS + 1 {
         length /= 2;
     }

@@ -1,15 +1,22 @@
 //! Measured runs: what went into an actuator and what came out, sample by sample, over time or as one slow sweep.
 //!
-//! M = B/μ0 − H where a run holds flux density and measured field but no magnetization: M magnetization, H field
-//! (A/m), B flux density (T), μ0 (T·m/A). All series are in SI units and of one length. Assumption: one clock, so that
-//! time is uniform; a run without time is a quasi-static sweep whose rows stand in the order of measuring.
+//! M = B/μ0 − H where a run holds flux density and measured field but no magnetization: M magnetization, H field inside the
+//! material (A/m), B flux density (T), μ0 (T·m/A). All series are in SI units and of one length; the zero of strain is arbitrary.
+//! Assumption: one clock, so that time is uniform; a run without time, or a loop, is a quasi-static sweep whose rows stand in the
+//! order of measuring, its field free of the demagnetising one.
 
 mod read;
 mod record;
+mod resample;
 mod selection;
+mod sweeps;
 mod time;
-mod units;
 
 pub use read::RunReadOptions;
 pub use record::{INPUTS, MeasuredRun, OUTPUTS};
-pub use selection::LEAST_RUN_ROWS;
+pub use selection::MIN_RUN_ROWS;
+pub use time::ClockRepair;
+
+pub(crate) use selection::Selection;
+pub(crate) use sweeps::correlation;
+pub(crate) use time::median_step_s;

@@ -1,18 +1,20 @@
-//! From a table to a run: columns, rows, values, and the checks in the order in which they explain one another.
+//! The one door for measured tables: columns, rows, values, and the checks in the order in which they explain one another.
+//!
+//! A run is one record over time, or one slow sweep without; loops are such sweeps one behind the other, told apart by a column.
 
 use std::path::Path;
 
-use super::record::{INPUTS, MeasuredRun, OUTPUTS};
+use super::record::{INPUTS, MeasuredRun, OUTPUTS, Series, derive_magnetization};
 use super::selection::{Selection, chosen};
-use super::{time, units};
-use crate::columns::{ColumnMapping, Columns, quoted};
-use crate::error::MeasuredError;
-use crate::magnetization::magnetization_a_per_m;
+use super::{sweeps, time};
+use crate::columns::{ColumnMapping, Columns, missing, quoted};
+use crate::error::{MeasuredError, Remedy};
 use crate::quantity::Quantity;
 use crate::rows::RowRange;
 use crate::sheet::Sheet;
+use crate::units;
 
-/// How a run is read: columns named by the user, the rows that are kept, and rows left out of those.
+/// How a table is read: columns named by the user, the rows that are kept, and rows left out of those.
 #[derive(Clone, Debug, Default)]
 pub struct RunReadOptions {
     pub mappings: Vec<ColumnMapping>,
@@ -21,17 +23,32 @@ pub struct RunReadOptions {
     pub drop_rows: Vec<RowRange>,
 }
 
+/// What is looked for in a table of loops.
+const OF_LOOPS: [Quantity; 6] = [
+    Quantity::LoopId,
+    Quantity::Time,
+    Quantity::Field,
+    Quantity::FluxDensity,
+    Quantity::Magnetization,
+    Quantity::Strain,
+];
+
 impl MeasuredRun {
-    /// Reads and checks a file, text or Parquet; every refusal says the value, its limit, its place and what to do.
+    /// Reads and checks one record, text or Parquet; every refusal says the value, its limit, its place and what to do.
+    ///
+    /// # Errors
+    /// A table that is none, or holds no run.
     pub fn read(file: &Path, options: &RunReadOptions) -> Result<Self, MeasuredError> {
         let sheet = Sheet::open(file)?;
         let columns = Columns::resolve(file, &sheet.headers, &options.mappings, &Quantity::ALL)?;
         require_both_ends(&sheet, &columns)?;
         let selection = Selection {
-            rows: chosen(&sheet, options.rows, &options.drop_rows)?,
+            rows: chosen(&sheet, options),
             sheet: &sheet,
             columns: &columns,
+            remedy: Remedy::CutRun,
         };
+        selection.refuse_short_run()?;
         selection.refuse_several_loops()?;
         let mut series = selection.series()?;
         let time_s = series[Quantity::Time.index()].take();
@@ -40,23 +57,83 @@ impl MeasuredRun {
         }
         selection.refuse_constants(&series)?;
         units::check(&selection, &series, time_s.as_deref())?;
-        let tick_s = match &time_s {
-            Some(time_s) => Some(time::uniform_tick_s(&selection, time_s)?),
-            None => None,
+        let clock = time_s
+            .as_ref()
+            .map(|time_s| time::clock(&selection, time_s, &series))
+            .transpose()?;
+        let mut run = selection.run(series, time_s);
+        if let Some(clock) = clock {
+            run.keep_time(clock);
+        }
+        Ok(run)
+    }
+
+    /// One record, or the loops of a table that holds several.
+    ///
+    /// # Errors
+    /// As those of [`MeasuredRun::read`] and [`MeasuredRun::read_loops`].
+    pub fn read_each(file: &Path, options: &RunReadOptions) -> Result<Vec<Self>, MeasuredError> {
+        match Self::read(file, options) {
+            Err(MeasuredError::SeveralLoops { .. }) => Self::read_loops(file, options),
+            one => one.map(|run| vec![run]),
+        }
+    }
+
+    /// Reads and checks sweeps of the field, one a loop, in the order of their first rows. Their time need not be uniform, and is not
+    /// looked at.
+    ///
+    /// # Errors
+    /// A table that is none, or holds no loops of magnetization over field.
+    pub fn read_loops(file: &Path, options: &RunReadOptions) -> Result<Vec<Self>, MeasuredError> {
+        let sheet = Sheet::open(file)?;
+        let columns = Columns::resolve(file, &sheet.headers, &options.mappings, &OF_LOOPS)?;
+        require_magnetization(&sheet, &columns)?;
+        let all = Selection {
+            rows: chosen(&sheet, options),
+            sheet: &sheet,
+            columns: &columns,
+            remedy: Remedy::DropRow,
         };
+        let loop_of = |selection: Selection| {
+            selection.refuse_short_loop()?;
+            let mut series = selection.series()?;
+            let time_s = series[Quantity::Time.index()].take();
+            if let Some(time_s) = &time_s {
+                time::refuse_disorder(&selection, time_s)?;
+            }
+            selection.refuse_constants(&series)?;
+            derive_magnetization(&mut series);
+            units::limits(&selection, &series)?;
+            let run = MeasuredRun {
+                dropped_rows: sheet.rows() - all.rows.len(),
+                ..selection.run(series, time_s)
+            };
+            sweeps::check(&selection, &run)?;
+            Ok(run)
+        };
+        all.by_loop()?.into_iter().map(loop_of).collect()
+    }
+}
+
+impl Selection<'_> {
+    fn run(&self, mut series: Series, time_s: Option<Vec<f64>>) -> MeasuredRun {
         derive_magnetization(&mut series);
-        let rows = &selection.rows;
-        Ok(MeasuredRun {
-            source: file.display().to_string(),
+        let derived = self.columns.of(Quantity::Magnetization).is_none();
+        let (sheet, rows) = (self.sheet, &self.rows);
+        MeasuredRun {
+            source: sheet.file.display().to_string(),
             data_hash: sheet.data_hash.clone(),
+            loop_id: self.loop_id(),
             lines: rows.iter().map(|row| sheet.line(*row)).collect(),
             dropped_rows: sheet.rows() - rows.len(),
             rows: rows.iter().map(|row| *row as u64).collect(),
             time_s,
-            tick_s,
+            tick_s: None,
+            repair: None,
+            derived: derived && series[Quantity::Magnetization.index()].is_some(),
             series,
-            columns: Some(columns),
-        })
+            columns: Some(self.columns.clone()),
+        }
     }
 }
 
@@ -81,17 +158,15 @@ fn require_both_ends(sheet: &Sheet, columns: &Columns) -> Result<(), MeasuredErr
     Ok(())
 }
 
-/// Where a file has no magnetization, flux density and measured field give it.
-fn derive_magnetization(series: &mut [Option<Vec<f64>>]) {
-    let of = |quantity: Quantity| series[quantity.index()].as_deref();
-    let made = match (
-        of(Quantity::Magnetization),
-        of(Quantity::FluxDensity),
-        of(Quantity::Field),
-    ) {
-        (None, Some(flux_density_t), Some(field)) => flux_density_t.iter().zip(field),
-        _ => return,
-    };
-    let made = made.map(|(flux_density_t, field)| magnetization_a_per_m(*flux_density_t, *field));
-    series[Quantity::Magnetization.index()] = Some(made.collect());
+/// Loops are of magnetization over field, and no name may contradict its scale.
+fn require_magnetization(sheet: &Sheet, columns: &Columns) -> Result<(), MeasuredError> {
+    let file = &sheet.file;
+    if columns.of(Quantity::Field).is_none() {
+        return Err(missing(file, &sheet.headers, Quantity::Field));
+    }
+    if columns.of(Quantity::FluxDensity).is_none() && columns.of(Quantity::Magnetization).is_none() {
+        return Err(MeasuredError::NothingToFit { file: file.clone() });
+    }
+    let contradiction = columns.iter().find_map(|(_, column)| column.contradiction(file));
+    contradiction.map_or(Ok(()), Err)
 }

@@ -1,9 +1,12 @@
-//! Is the time of a run what a sampled system needs: strictly increasing, without gaps, uniform?
+//! Is the time of a run what a sampled system needs: strictly increasing, without gaps, uniform? Small faults are mended.
 //!
-//! The tick is the slope of time over sample number (least squares). A step of more than 1.5 median steps is a gap.
-//! A sample may stand off the uniform clock by a tenth of a tick, or by half of the last digit in which times are
-//! written: an actuator that moves 40 µm at 50 Hz passes 1.3 µm per 0.1 ms, so a tenth of that already is 0.1 µm.
+//! The clock is the straight line of time over sample number (least squares). A step of more than 1.5 median steps is a gap.
+//! A sample may stand off the uniform clock by a tenth of a tick, or by half of the last digit in which times are written: an
+//! actuator that moves 40 µm at 50 Hz passes 1.3 µm per 0.1 ms, so a tenth of that already is 0.1 µm.
+//! Gaps of a few rows are filled, and stamps off the clock by up to half a tick are replaced; more is refused.
 
+use super::record::{MeasuredRun, Series};
+use super::resample::Resampling;
 use super::selection::Selection;
 use crate::columns::Column;
 use crate::error::MeasuredError;
@@ -12,8 +15,55 @@ use crate::resolution::resolution;
 
 /// A step longer than this many median steps is a gap.
 const GAP_STEPS: f64 = 1.5;
-/// Largest distance from the uniform clock, in ticks.
-const JITTER_TICKS: f64 = 0.1;
+/// Largest distance from the uniform clock that is no jitter, in ticks.
+const MIN_JITTER_TICKS: f64 = 0.1;
+/// Largest jitter that leaves no doubt which sample a stamp belongs to, in ticks: one missing row moves some stamp by half a tick.
+const MAX_JITTER_TICKS: f64 = 0.45;
+/// Longest gap that is filled: 2 ms at 10 kHz, a tenth of a period at 50 Hz.
+pub(super) const MAX_FILLED_ROWS: u64 = 20;
+/// Largest share of the rows that is filled.
+const MAX_FILLED_SHARE: f64 = 0.05;
+
+/// What had to be done to a run's time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ClockRepair {
+    /// Samples that were filled in.
+    pub filled: Vec<usize>,
+    pub gaps: usize,
+    /// Farthest that a stamp stood off the uniform clock, s; 0: none was off by more than its digits.
+    pub jitter_s: f64,
+    /// The series are smooth as they stand, so the stamps jitter and not the sampling: the values were left as they are.
+    pub restamped: bool,
+}
+
+impl std::fmt::Display for ClockRepair {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.gaps > 0 {
+            let (rows, gaps) = (self.filled.len(), self.gaps);
+            let (s, such) = (if rows == 1 { "" } else { "s" }, if gaps == 1 { "" } else { "s" });
+            write!(
+                formatter,
+                "{rows} missing row{s} in {gaps} gap{such} were filled by interpolation"
+            )?;
+        }
+        if self.jitter_s > 0.0 {
+            let and = if self.gaps > 0 { "; " } else { "" };
+            let what = if self.restamped {
+                "the series are smooth on a uniform clock, so its stamps were replaced"
+            } else {
+                "the series were interpolated to a uniform clock"
+            };
+            write!(formatter, "{and}time jitters by up to {:.2e} s: {what}", self.jitter_s)?;
+        }
+        Ok(())
+    }
+}
+
+/// A uniform clock, and where a run does not stand on it.
+pub(super) struct Clock {
+    pub tick_s: f64,
+    pub repair: Option<(ClockRepair, Resampling)>,
+}
 
 /// Refuses time that repeats or runs back.
 pub(super) fn refuse_disorder(selection: &Selection, time_s: &[f64]) -> Result<(), MeasuredError> {
@@ -30,86 +80,186 @@ pub(super) fn refuse_disorder(selection: &Selection, time_s: &[f64]) -> Result<(
     })
 }
 
-/// The interval between samples, or why there is none.
-pub(super) fn uniform_tick_s(selection: &Selection, time_s: &[f64]) -> Result<f64, MeasuredError> {
-    let median_s = median_step_s(time_s);
-    let steps = || time_s.windows(2).map(|pair| pair[1] - pair[0]);
-    let gaps: Vec<usize> = steps()
-        .enumerate()
-        .filter(|(_, step_s)| *step_s > GAP_STEPS * median_s)
-        .map(|(index, _)| index + 1)
-        .collect();
-    if let Some(&first) = gaps.first() {
-        return Err(gap(selection, time_s, median_s, first, &gaps)?);
-    }
-    let (start_s, tick_s) = clock(time_s);
-    let off_s = |index: usize| (time_s[index] - start_s - index as f64 * tick_s).abs();
-    let worst = (0..time_s.len())
-        .max_by(|one, other| off_s(*one).total_cmp(&off_s(*other)))
-        .unwrap_or(0);
+/// The clock of a run, or why there is none.
+pub(super) fn clock(selection: &Selection, time_s: &[f64], series: &Series) -> Result<Clock, MeasuredError> {
     let written_s = resolution(time_s).unwrap_or(0.0);
     // A file that writes few digits is off by half of the last one; that is the writing, not the clock.
-    let limit_s = (JITTER_TICKS * tick_s).max(0.51 * written_s.min(tick_s));
-    if off_s(worst) > limit_s {
+    let steady_s = |tick_s: f64| (MIN_JITTER_TICKS * tick_s).max(0.51 * written_s.min(tick_s));
+    let limit_s = |tick_s: f64| (MAX_JITTER_TICKS * tick_s).max(steady_s(tick_s));
+    let mut line = Line::of((0..time_s.len() as u64).collect(), time_s);
+    let mut gaps = gaps(time_s);
+    // Stamps that jitter leave steps like those of a missing row, and come back.
+    if gaps.is_empty() || line.worst_s <= limit_s(line.tick_s) {
+        gaps.clear();
+    } else {
+        let missing: u64 = gaps.iter().map(|gap| gap.missing).sum();
+        let longest = gaps.iter().map(|gap| gap.missing).max().unwrap_or(0);
+        if longest > MAX_FILLED_ROWS || missing as f64 > MAX_FILLED_SHARE * time_s.len() as f64 {
+            return Err(gap(selection, time_s, &gaps)?);
+        }
+        for gap in &gaps {
+            line.numbers[gap.before..]
+                .iter_mut()
+                .for_each(|number| *number += gap.missing);
+        }
+        line = Line::of(line.numbers, time_s);
+    }
+    let Line {
+        numbers,
+        start_s,
+        tick_s,
+        worst,
+        worst_s,
+    } = line;
+    if worst_s > limit_s(tick_s) {
         return Err(MeasuredError::Jitter {
             place: selection.sheet.place(selection.rows[worst], column(selection)?),
             value: time_s[worst],
-            off_s: off_s(worst),
+            off_s: worst_s,
             tick_s,
-            limit_s,
+            limit_s: limit_s(tick_s),
         });
     }
-    Ok(tick_s)
+    let jitter_s = if worst_s > steady_s(tick_s) { worst_s } else { 0.0 };
+    if gaps.is_empty() && jitter_s == 0.0 {
+        return Ok(Clock { tick_s, repair: None });
+    }
+    let stamped = Resampling::of(numbers.iter().map(|number| *number as f64).collect());
+    let sampled = Resampling::of(time_s.iter().map(|at_s| (at_s - start_s) / tick_s).collect());
+    let restamped = jitter_s == 0.0 || stamped.roughness(series) <= sampled.roughness(series);
+    let resampling = if restamped { stamped } else { sampled };
+    let repair = ClockRepair {
+        filled: (0..resampling.samples())
+            .filter(|sample| numbers.binary_search(&(*sample as u64)).is_err())
+            .collect(),
+        gaps: gaps.len(),
+        jitter_s,
+        restamped,
+    };
+    Ok(Clock {
+        tick_s,
+        repair: Some((repair, resampling)),
+    })
+}
+
+impl MeasuredRun {
+    /// Puts the run on a clock.
+    pub(super) fn keep_time(&mut self, clock: Clock) {
+        self.tick_s = Some(clock.tick_s);
+        let Some((repair, resampling)) = clock.repair else {
+            return;
+        };
+        for quantity in Quantity::ALL {
+            if let Some(values) = &mut self.series[quantity.index()] {
+                *values = resampling.of_series(quantity, values);
+            }
+        }
+        let begin_s = self.time_s.as_ref().map_or(0.0, |time_s| time_s[0]);
+        let samples = resampling.samples();
+        self.time_s = Some(
+            (0..samples)
+                .map(|sample| begin_s + sample as f64 * clock.tick_s)
+                .collect(),
+        );
+        self.rows = (0..samples)
+            .map(|sample| self.rows[resampling.before(sample)])
+            .collect();
+        self.lines = self
+            .lines
+            .as_ref()
+            .map(|lines| (0..samples).map(|sample| lines[resampling.before(sample)]).collect());
+        self.repair = Some(repair);
+    }
 }
 
 /// Median interval, s.
-pub(super) fn median_step_s(time_s: &[f64]) -> f64 {
+pub(crate) fn median_step_s(time_s: &[f64]) -> f64 {
     let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let middle = steps.len() / 2;
     *steps.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// Time of sample 0 and tick by least squares.
-fn clock(time_s: &[f64]) -> (f64, f64) {
-    let count = time_s.len() as f64;
-    let (first_s, middle) = (time_s[0], (count - 1.0) / 2.0);
-    let mean_s = time_s.iter().map(|at_s| at_s - first_s).sum::<f64>() / count;
-    let centred = |index: usize| index as f64 - middle;
-    let product: f64 = (0..time_s.len())
-        .map(|i| centred(i) * (time_s[i] - first_s - mean_s))
-        .sum();
-    let square: f64 = (0..time_s.len()).map(|i| centred(i) * centred(i)).sum();
-    let tick_s = product / square;
-    (first_s + mean_s - middle * tick_s, tick_s)
+/// Rows that are missing before a sample.
+struct Gap {
+    before: usize,
+    missing: u64,
 }
 
-fn gap(
-    selection: &Selection,
-    time_s: &[f64],
+fn gaps(time_s: &[f64]) -> Vec<Gap> {
+    let limit_s = GAP_STEPS * median_step_s(time_s);
+    let steps = || time_s.windows(2).map(|pair| pair[1] - pair[0]);
+    // The median of rounded times is off; the mean of those that are no gaps is not.
+    let (sum_s, count) = steps()
+        .filter(|step_s| *step_s <= limit_s)
+        .fold((0.0, 0.0), |(sum, count), step_s| (sum + step_s, count + 1.0));
+    let missing = |step_s: f64| (step_s * count / sum_s).round() as u64 - 1;
+    let long = steps().enumerate().filter(|(_, step_s)| *step_s > limit_s);
+    long.map(|(index, step_s)| Gap {
+        before: index + 1,
+        missing: missing(step_s),
+    })
+    .collect()
+}
+
+/// Time over sample number by least squares.
+struct Line {
+    numbers: Vec<u64>,
+    /// Of sample 0.
+    start_s: f64,
     tick_s: f64,
-    first: usize,
-    gaps: &[usize],
-) -> Result<MeasuredError, MeasuredError> {
+    /// The sample that is farthest off, and how far, s.
+    worst: usize,
+    worst_s: f64,
+}
+
+impl Line {
+    fn of(numbers: Vec<u64>, time_s: &[f64]) -> Self {
+        let count = time_s.len() as f64;
+        let first_s = time_s[0];
+        let middle = numbers.iter().map(|number| *number as f64).sum::<f64>() / count;
+        let mean_s = time_s.iter().map(|at_s| at_s - first_s).sum::<f64>() / count;
+        let centred = || numbers.iter().map(|number| *number as f64 - middle);
+        let product: f64 = centred()
+            .zip(time_s)
+            .map(|(number, at_s)| number * (at_s - first_s - mean_s))
+            .sum();
+        let tick_s = product / centred().map(|number| number * number).sum::<f64>();
+        let start_s = first_s + mean_s - middle * tick_s;
+        let off_s = |(number, at_s): (&u64, &f64)| (at_s - start_s - *number as f64 * tick_s).abs();
+        let all = numbers.iter().zip(time_s).map(off_s).enumerate();
+        let (worst, worst_s) = all.max_by(|one, other| one.1.total_cmp(&other.1)).unwrap_or((0, 0.0));
+        Line {
+            numbers,
+            start_s,
+            tick_s,
+            worst,
+            worst_s,
+        }
+    }
+}
+
+fn gap(selection: &Selection, time_s: &[f64], gaps: &[Gap]) -> Result<MeasuredError, MeasuredError> {
     let mut bounds = vec![0];
-    bounds.extend(gaps);
+    bounds.extend(gaps.iter().map(|gap| gap.before));
     bounds.push(time_s.len());
     let longest = bounds
         .windows(2)
         .max_by_key(|pair| pair[1] - pair[0])
         .unwrap_or(&bounds);
-    let (from_s, to_s) = (time_s[first - 1], time_s[first]);
+    let first = &gaps[0];
     Ok(MeasuredError::Gap {
-        place: selection.sheet.place(selection.rows[first], column(selection)?),
-        from_s,
-        to_s,
-        missing: ((to_s - from_s) / tick_s).round() as u64 - 1,
+        place: selection.sheet.place(selection.rows[first.before], column(selection)?),
+        from_s: time_s[first.before - 1],
+        to_s: time_s[first.before],
+        missing: first.missing,
         gaps: gaps.len(),
+        most: MAX_FILLED_ROWS,
         keep_from: selection.rows[longest[0]] as u64,
         keep_to: selection.rows[longest[1] - 1] as u64 + 1,
     })
 }
 
-fn column<'a>(selection: &'a Selection) -> Result<&'a Column, MeasuredError> {
+fn column<'a>(selection: &Selection<'a>) -> Result<&'a Column, MeasuredError> {
     let missing = || crate::columns::missing(&selection.sheet.file, &selection.sheet.headers, Quantity::Time);
     selection.columns.of(Quantity::Time).ok_or_else(missing)
 }
