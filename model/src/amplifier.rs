@@ -17,7 +17,7 @@ use crate::effects::lag::Lag;
 use crate::error::require_positive;
 
 /// Longest extra delay in ticks.
-pub const LONGEST_DELAY_TICKS: u32 = 63;
+pub const MAX_DELAY_TICKS: u32 = 63;
 
 /// What an amplifier is; the default passes commands on after one tick, without lag or limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -49,7 +49,7 @@ impl AmplifierConstants {
                 require_positive(value, quantity, unit)?;
             }
         }
-        if self.delay_ticks > LONGEST_DELAY_TICKS {
+        if self.delay_ticks > MAX_DELAY_TICKS {
             return Err(ModelError::OutOfRange {
                 quantity: "the amplifier's delay",
                 value: f64::from(self.delay_ticks),
@@ -184,7 +184,7 @@ mod tests {
     /// Guards the loop's timing: with everything off the field at t_k+1 is u_k-1, bit for bit; with d, u_k-1-d.
     #[test]
     fn passes_commands_on_after_their_delay() {
-        for delay_ticks in [0, 1, 5, LONGEST_DELAY_TICKS] {
+        for delay_ticks in [0, 1, 5, MAX_DELAY_TICKS] {
             let mut amplifier = amplifier(AmplifierConstants {
                 delay_ticks,
                 ..Default::default()

@@ -7,7 +7,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::curve::{Curve, Fraction, IsingEverywhere, LangevinByRange};
+use crate::curve::{IsingEverywhere, LangevinByRange};
+use crate::kernel::{Curve, Fraction};
 
 /// Which anhysteretic curve the material follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -7,41 +7,9 @@
 //! leave out 2e-18. No exponential is evaluated and nothing cancels near x = 0.
 //! Source: the paper's (1) and (2); the coefficients come from a Remez fit of L(x)/x and tanh(x)/x.
 
-use crate::number::dual::Dual;
-use crate::number::{Number, Single};
-
-/// One curve at one x: the argument as used, numerator, denominator, and B (see the file's head).
-#[derive(Clone, Copy)]
-pub(crate) struct Fraction<N> {
-    pub x: N,
-    pub numerator: N,
-    pub denominator: N,
-    pub derivative: N,
-}
-
-impl<N: Single> Fraction<N> {
-    /// The same without what it carries.
-    #[inline(always)]
-    pub fn values(&self) -> Fraction<f64> {
-        Fraction {
-            x: self.x.value(),
-            numerator: self.numerator.value(),
-            denominator: self.denominator.value(),
-            derivative: self.derivative.value(),
-        }
-    }
-}
-
-/// A rational kernel of an anhysteretic curve.
-pub(crate) trait Curve<N: Number> {
-    fn fraction(x: N) -> Fraction<N>;
-    /// The x with curve(x) = y; |y| is held just below 1, so that the answer stays finite.
-    fn inverse(y: N) -> N;
-}
-
-/// A kernel for one number, with or without derivatives.
-pub(crate) trait Kernel: Curve<f64> + Curve<Dual<1>> {}
-impl<C: Curve<f64> + Curve<Dual<1>>> Kernel for C {}
+use crate::kernel::{Curve, Fraction};
+use crate::number::Number;
+use crate::number::single::Single;
 
 /// Beyond this |x| both curves equal ±1 to the last bit; the limit keeps products finite.
 const MAX_ARGUMENT: f64 = 1e30;

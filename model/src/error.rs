@@ -65,6 +65,9 @@ pub enum ModelError {
     /// No parameter of that name.
     #[error("{effect} has no parameter {parameter}")]
     EffectParameterUnknown { effect: &'static str, parameter: String },
+    /// A tolerance for what is no constant of the model.
+    #[error("the tolerances name {name:?}, which is no constant of the model; they can be for {known}")]
+    ToleranceUnknown { name: String, known: String },
     /// The same effect twice.
     #[error("{effect} stands twice among the effects; one of a kind is the most, because two cannot be told apart")]
     EffectRepeated { effect: &'static str },

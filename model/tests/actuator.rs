@@ -149,7 +149,7 @@ fn a_sweep_without_time_is_the_material_itself() {
     let mut model = ActuatorModel::terfenol_d();
     model.amplifier.bandwidth_hz = Some(10.0);
     model.amplifier.field_limit_a_per_m = Some(9e3);
-    model.effects = vec![effect(EffectKind::Backlash, &[0.0])];
+    model.effects = vec![effect(EffectKind::Backlash, &[0.0, 0.0])];
     let mut actuator = Actuator::quasi_static(&model).unwrap();
     let hysteresis = model.material.hysteresis;
     let saturation = hysteresis.saturation_magnetization_a_per_m;

@@ -262,7 +262,7 @@ fn table() -> String {
                 let role = match parameter.role {
                     ParameterRole::Size { identity } => format!("absent at {}", number(identity)),
                     ParameterRole::Shape => String::from("free"),
-                    ParameterRole::Held => format!("{} unless told", number(parameter.typical)),
+                    ParameterRole::Fixed => format!("{} unless told", number(parameter.typical)),
                 };
                 let (name, lower, upper) = (parameter.name, number(parameter.lower), number(parameter.upper));
                 format!("`{name}` {lower} to {upper}{unit}, {role}")

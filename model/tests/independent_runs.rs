@@ -9,7 +9,7 @@ use serde_json::Value;
 
 const TICK_S: f64 = 1e-4;
 /// Their noise is 20 nm; its rms over 40 001 samples is within 2 % of that.
-const MOST_LEFT_M: f64 = 20.4e-9;
+const MAX_LEFT_M: f64 = 20.4e-9;
 
 struct Run {
     command_a_per_m: Vec<f64>,
@@ -109,7 +109,7 @@ fn the_true_effect_leaves_the_noise() {
             1e9 * nominal_m,
             amended_m.map_or(String::from("-"), |left| format!("{:6.2} nm", 1e9 * left))
         );
-        if amended_m.is_some_and(|left| left > MOST_LEFT_M) {
+        if amended_m.is_some_and(|left| left > MAX_LEFT_M) {
             wrong.push(name.clone());
         }
     }

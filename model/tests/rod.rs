@@ -259,7 +259,7 @@ fn one_element_is_the_two_pole_rod() {
 
 /// A parabola is felt as it is: many short straight ticks along 6s(1 − s) come to the same as one with that mean.
 #[test]
-fn a_bulge_is_felt_in_full() {
+fn a_mean_excess_is_felt_in_full() {
     let elements = paper(3);
     let mut coarse = RodElementsPropagator::new(&elements, 1e-4).expect("valid");
     let mut fine = RodElementsPropagator::new(&elements, 1e-7).expect("valid");

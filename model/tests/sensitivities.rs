@@ -188,10 +188,10 @@ fn one_way_in_one_call_or_in_many() {
 fn special_cases() {
     let material = Hysteresis::terfenol_d();
     let state = material.advance_with_sensitivities(SensitiveState::default(), 5e3);
-    // A field that rests leaves everything but the bulge, which is that of the way from sample to sample.
+    // A field that rests leaves everything but the mean excess, which is that of the way from sample to sample.
     let resting = SensitiveState {
-        bulge_a_per_m: 0.0,
-        bulge_derivatives: [0.0; HysteresisParameter::COUNT],
+        mean_excess_a_per_m: 0.0,
+        mean_excess_derivatives: [0.0; HysteresisParameter::COUNT],
         ..state
     };
     assert_eq!(material.advance_with_sensitivities(state, 5e3), resting);

@@ -4,12 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use super::fields::Fields;
 use super::magnetizer::Magnetizer;
-use super::rod_stage::{Load, RodStage};
+use super::rod::Load;
+use super::rod_stage::RodStage;
 use super::samples::Columns;
 use super::signals::Signals;
 use super::strain::{FreeStrain, Magnetized};
 use super::{ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutput, ActuatorOutputs, ActuatorRod, Drive};
-use crate::effects::course::Course;
+use crate::effects::intersample_field::IntersampleField;
 use crate::error::require_positive;
 use crate::{MagneticState, ModelError, RodState, Stage, Warming};
 
@@ -166,16 +167,21 @@ impl Actuator {
         inputs.validate()?;
         let length = inputs.drive_a_per_m.len();
         outputs.resize(length);
-        let mut bulge = [0.0; STRETCH];
+        let mut mean_excess = [0.0; STRETCH];
         for from in (0..length).step_by(STRETCH) {
             let to = length.min(from + STRETCH);
-            self.stretch(inputs.part(from, to), outputs.part(from, to), &mut bulge[..to - from]);
+            self.stretch(
+                inputs.part(from, to),
+                outputs.part(from, to),
+                &mut mean_excess[..to - from],
+            );
         }
         Ok(())
     }
 
-    /// The chain, stage by stage; `bulge` is room for what a straight line between samples leaves out. All have one length.
-    fn stretch(&mut self, inputs: ActuatorInputs, columns: Columns, bulge: &mut [f64]) {
+    /// The chain, stage by stage; `mean_excess` is room for what a straight line between samples leaves out. All have one length.
+    #[inline(always)]
+    fn stretch(&mut self, inputs: ActuatorInputs, columns: Columns, mean_excess: &mut [f64]) {
         let first = !self.begun;
         self.begun = true;
         match inputs.temperature_k {
@@ -189,7 +195,7 @@ impl Actuator {
             displacement,
             temperature,
         } = columns;
-        self.magnetize(first, &inputs, [field, magnetization, temperature, bulge]);
+        self.magnetize(first, &inputs, [field, magnetization, temperature, mean_excess]);
         self.magnetization.pass(first, magnetization);
         let known = inputs.temperature_k.is_some() || self.warming.is_some();
         let silent = !known && self.magnetizer.rise_k().is_none();
@@ -204,15 +210,15 @@ impl Actuator {
             magnetization,
             temperature,
         };
-        self.strain.pass(&magnetized, strain, bulge);
+        self.strain.pass(&magnetized, strain, mean_excess);
         if self.magnetizer.straight {
-            bulge.fill(0.0);
+            mean_excess.fill(0.0);
         }
         self.strain.expand(&magnetized, strain, unknown);
         let load = Load {
             first,
             strain,
-            bulge,
+            mean_excess,
             magnetization,
             force: inputs.force_n,
         };
@@ -220,42 +226,47 @@ impl Actuator {
         self.sensor.pass(first, displacement);
     }
 
-    /// From the drive to M: writes coil field, M, the temperature if the hysteresis reckons it, and the bulge of M.
+    /// From the drive to M: writes coil field, M, the temperature if the hysteresis reckons it, and the mean excess of M.
+    #[inline]
     fn magnetize(&mut self, first: bool, inputs: &ActuatorInputs, columns: [&mut [f64]; 4]) {
-        let [field, magnetization, temperature, bulge] = columns;
+        let [field, magnetization, temperature, mean_excess] = columns;
         let driven = inputs.drive == Drive::Command && !self.amplifier.is_empty();
         let mut from = 0;
         if first && let Some(&drive) = inputs.drive_a_per_m.first() {
             self.drive = drive;
-            field[0] = if driven { self.amplifier.settle(drive) } else { drive };
-            self.within = self.field.settle(field[0]);
+            field[0] = if driven {
+                self.amplifier.steady_state(drive)
+            } else {
+                drive
+            };
+            self.within = self.field.steady_state(field[0]);
             let known_k = self.known_temperature_k(true, inputs, 0, field[0]);
-            magnetization[0] = self.magnetizer.settle(field[0], self.within, known_k);
+            magnetization[0] = self.magnetizer.steady_state(field[0], self.within, known_k);
             temperature[0] = known_k.unwrap_or(temperature[0]);
-            bulge[0] = 0.0;
+            mean_excess[0] = 0.0;
             from = 1;
         }
         if !driven && self.field.is_empty() && self.magnetizer.is_plain() && self.warming.is_none() {
             for index in from..inputs.drive_a_per_m.len() {
                 field[index] = inputs.drive_a_per_m[index];
-                (magnetization[index], bulge[index]) = self.magnetizer.step_plain(field[index]);
+                (magnetization[index], mean_excess[index]) = self.magnetizer.step_plain(field[index]);
             }
             return;
         }
-        let (mut course, mut spare) = (Course::empty(), Course::empty());
+        let (mut intersample, mut spare) = (IntersampleField::empty(), IntersampleField::empty());
         for index in from..inputs.drive_a_per_m.len() {
             let drive = inputs.drive_a_per_m[index];
-            course.set_straight(self.drive, drive);
+            intersample.set_straight(self.drive, drive);
             self.drive = drive;
             if driven {
-                self.amplifier.follow(&mut course, &mut spare);
+                self.amplifier.follow(&mut intersample, &mut spare);
             }
-            field[index] = course.end();
-            self.field.follow(&mut course, &mut spare);
-            course.keep_turns(self.within);
-            self.within = course.end();
+            field[index] = intersample.end();
+            self.field.follow(&mut intersample, &mut spare);
+            intersample.keep_turns(self.within);
+            self.within = intersample.end();
             let known_k = self.known_temperature_k(false, inputs, index, field[index]);
-            (magnetization[index], bulge[index]) = self.magnetizer.step(field[index], &course, known_k);
+            (magnetization[index], mean_excess[index]) = self.magnetizer.step(field[index], &intersample, known_k);
             let reckoned = || Some(self.ambient_temperature_k + self.magnetizer.rise_k()?);
             if let Some(temperature_k) = known_k.or_else(reckoned) {
                 temperature[index] = temperature_k;

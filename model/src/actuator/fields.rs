@@ -1,9 +1,9 @@
-//! Effects on the field, one behind the other: a tick's course goes through the amplifier's, then the material's.
+//! Effects on the field, one behind the other: a tick's field goes through the amplifier's, then the material's.
 
 use serde::{Deserialize, Serialize};
 
-use crate::effects::course::{Course, FieldEffect};
 use crate::effects::field_lag::FieldLag;
+use crate::effects::intersample_field::{FieldEffect, IntersampleField};
 use crate::effects::{
     amplifier_bandwidth, amplifier_saturation, amplifier_slew, bias_shift, coil_heating, eddy_current, loop_delay,
 };
@@ -32,14 +32,14 @@ macro_rules! fields {
                 }
             }
 
-            fn settle(&mut self, field: f64) -> f64 {
+            fn steady_state(&mut self, field: f64) -> f64 {
                 match self {
-                    $(Self::$kind(effect) => effect.settle(field),)*
+                    $(Self::$kind(effect) => effect.steady_state(field),)*
                 }
             }
 
             #[inline]
-            fn follow(&mut self, input: &Course, output: &mut Course) {
+            fn follow(&mut self, input: &IntersampleField, output: &mut IntersampleField) {
                 match self {
                     $(Self::$kind(effect) => {
                         for piece in input.pieces() {
@@ -113,17 +113,17 @@ impl Fields {
     }
 
     /// The run's first sample through all of them.
-    pub fn settle(&mut self, field: f64) -> f64 {
-        self.0.iter_mut().fold(field, |field, stage| stage.settle(field))
+    pub fn steady_state(&mut self, field: f64) -> f64 {
+        self.0.iter_mut().fold(field, |field, stage| stage.steady_state(field))
     }
 
-    /// One tick's course through all of them; `spare` is room to work in.
+    /// One tick's field through all of them; `spare` is room to work in.
     #[inline]
-    pub fn follow(&mut self, course: &mut Course, spare: &mut Course) {
+    pub fn follow(&mut self, intersample: &mut IntersampleField, spare: &mut IntersampleField) {
         for stage in &mut self.0 {
             spare.clear();
-            stage.follow(course, spare);
-            course.take(spare);
+            stage.follow(intersample, spare);
+            intersample.take(spare);
         }
     }
 }

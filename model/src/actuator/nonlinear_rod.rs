@@ -8,18 +8,18 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::rod_stage::Load;
+use super::rod::Load;
 use crate::effects::delta_e::DeltaE;
 use crate::effects::friction::Friction;
 use crate::effects::stiffening::Stiffening;
 use crate::{ActuatorModel, EffectKind, ModelError, RodState, TwoPole, TwoPolePropagator};
 
 /// Turn of the resonance in one substep, rad.
-const LONGEST_TURN: f64 = 0.5;
+const MAX_TURN: f64 = 0.5;
 /// z₀: much below, a straight line rings less than it decays.
 const STIFF: f64 = 40.0;
 /// More substeps than this are not taken: the tick is then longer than the resonance can show in it.
-const MOST_SUBSTEPS: f64 = 64.0;
+const MAX_SUBSTEPS: f64 = 64.0;
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct NonlinearRod {
@@ -31,9 +31,9 @@ pub(super) struct NonlinearRod {
     /// Of a substep; none for a rod that is always at rest.
     propagator: Option<TwoPolePropagator>,
     substeps: u32,
-    /// What a unit of N at the end of a substep adds to the state there, and what a unit of mean bulge does.
+    /// What a unit of N at the end of a substep adds to the state there, and what a unit of mean mean excess does.
     response: RodState,
-    bulge_response: RodState,
+    mean_excess_response: RodState,
     substep_s: f64,
     /// z of the last substep.
     stiffness: f64,
@@ -79,7 +79,7 @@ impl NonlinearRod {
             propagator: None,
             substeps: 0,
             response: RodState::default(),
-            bulge_response: RodState::default(),
+            mean_excess_response: RodState::default(),
             substep_s: 0.0,
             stiffness: 0.0,
             state: RodState::default(),
@@ -92,7 +92,7 @@ impl NonlinearRod {
 
     pub fn new(model: &ActuatorModel, two_pole: TwoPole, tick_s: f64) -> Result<Self, ModelError> {
         let turn = libm::sqrt(two_pole.stiffness_per_s2) * tick_s;
-        let substeps = libm::ceil(turn / LONGEST_TURN).clamp(1.0, MOST_SUBSTEPS);
+        let substeps = libm::ceil(turn / MAX_TURN).clamp(1.0, MAX_SUBSTEPS);
         let propagator = TwoPolePropagator::new(two_pole, tick_s / substeps)?;
         let response = propagator.advance(RodState::default(), 0.0, 1.0);
         let resting = Self::resting(model, two_pole);
@@ -105,7 +105,7 @@ impl NonlinearRod {
             propagator: Some(propagator),
             substeps: substeps as u32,
             response,
-            bulge_response: propagator.advance_curved(RodState::default(), 0.0, 0.0, 1.0),
+            mean_excess_response: propagator.advance_curved(RodState::default(), 0.0, 0.0, 1.0),
             substep_s: tick_s / substeps,
             accepted: by_displacement.min(by_velocity),
             ..resting
@@ -146,7 +146,7 @@ impl NonlinearRod {
     }
 
     /// Comes to rest under what acts now; displacement in m.
-    pub fn settle(&mut self, load: &Load, index: usize) -> f64 {
+    pub fn steady_state(&mut self, load: &Load, index: usize) -> f64 {
         let moment = self.moment(load, index);
         let stiffness = self.two_pole.stiffness_per_s2;
         let given = moment.by_strain + moment.by_force;
@@ -175,24 +175,24 @@ impl NonlinearRod {
     /// One tick; displacement in m.
     pub fn step(&mut self, load: &Load, index: usize) -> f64 {
         let Some(propagator) = self.propagator else {
-            return self.settle(load, index);
+            return self.steady_state(load, index);
         };
         let to = self.moment(load, index);
-        let bulge = self.two_pole.gain * load.bulge[index];
+        let mean_excess = self.two_pole.gain * load.mean_excess[index];
         let part = 1.0 / f64::from(self.substeps);
         let mut before = self.from;
         for substep in 1..=self.substeps {
             let share = f64::from(substep) * part;
             let mut after = Moment::between(self.from, to, share);
             // The parabola with this mean; a part of it has the same curvature.
-            after.by_strain += 6.0 * bulge * share * (1.0 - share);
-            let held = propagator.advance_curved(
+            after.by_strain += 6.0 * mean_excess * share * (1.0 - share);
+            let unchanged = propagator.advance_curved(
                 self.state,
                 before.by_strain + before.by_force + self.own,
                 after.by_strain + after.by_force + self.own,
-                bulge * part * part,
+                mean_excess * part * part,
             );
-            self.solve(held, after);
+            self.solve(unchanged, after);
             before = after;
         }
         self.from = to;
@@ -200,17 +200,17 @@ impl NonlinearRod {
     }
 
     /// Finds N at the end of the substep, from the state that would be reached with N as it was.
-    fn solve(&mut self, held: RodState, moment: Moment) {
+    fn solve(&mut self, unchanged: RodState, moment: Moment) {
         let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
         let square = self.stiffness * self.stiffness;
         let lean = 0.5 * square / (STIFF * STIFF + square);
         let response = RodState {
-            displacement_m: self.response.displacement_m + lean * self.bulge_response.displacement_m,
-            velocity_m_per_s: self.response.velocity_m_per_s + lean * self.bulge_response.velocity_m_per_s,
+            displacement_m: self.response.displacement_m + lean * self.mean_excess_response.displacement_m,
+            velocity_m_per_s: self.response.velocity_m_per_s + lean * self.mean_excess_response.velocity_m_per_s,
         };
         let with = |change: f64| RodState {
-            displacement_m: held.displacement_m + response.displacement_m * change,
-            velocity_m_per_s: held.velocity_m_per_s + response.velocity_m_per_s * change,
+            displacement_m: unchanged.displacement_m + response.displacement_m * change,
+            velocity_m_per_s: unchanged.velocity_m_per_s + response.velocity_m_per_s * change,
         };
         let before = self.own;
         let mut guess = before + self.trend;
@@ -263,11 +263,11 @@ mod tests {
         let load = Load {
             first: true,
             strain: &strain,
-            bulge: &vec![0.0; strain.len()],
+            mean_excess: &vec![0.0; strain.len()],
             magnetization: &vec![0.0; strain.len()],
             force: None,
         };
-        rod.settle(&load, 0);
+        rod.steady_state(&load, 0);
         let level = model.rod.unwrap().stiffness_per_s2 * friction_m;
         for tick in 1..strain.len() {
             rod.step(&load, tick);

@@ -12,7 +12,7 @@ use super::fields::Fields;
 use super::signals::Signals;
 use crate::effects::after_effect::AfterEffect;
 use crate::effects::coil_heating::COPPER_PER_K;
-use crate::effects::course::Course;
+use crate::effects::intersample_field::IntersampleField;
 use crate::effects::signal::Signal;
 use crate::effects::stiffening::Stiffening;
 use crate::effects::thermal_expansion;
@@ -57,15 +57,15 @@ impl FieldPath {
         if !self.begun {
             self.begun = true;
             self.input_a_per_m = field_a_per_m;
-            let in_coil = self.amplifier.settle(field_a_per_m);
-            return self.field.settle(in_coil);
+            let in_coil = self.amplifier.steady_state(field_a_per_m);
+            return self.field.steady_state(in_coil);
         }
-        let (mut course, mut spare) = (Course::empty(), Course::empty());
-        course.set_straight(self.input_a_per_m, field_a_per_m);
+        let (mut intersample, mut spare) = (IntersampleField::empty(), IntersampleField::empty());
+        intersample.set_straight(self.input_a_per_m, field_a_per_m);
         self.input_a_per_m = field_a_per_m;
-        self.amplifier.follow(&mut course, &mut spare);
-        self.field.follow(&mut course, &mut spare);
-        course.end()
+        self.amplifier.follow(&mut intersample, &mut spare);
+        self.field.follow(&mut intersample, &mut spare);
+        intersample.end()
     }
 }
 
@@ -133,7 +133,7 @@ impl Creep {
             return self.after_effect.step(magnetization_a_per_m);
         }
         self.begun = true;
-        self.after_effect.settle(magnetization_a_per_m)
+        self.after_effect.steady_state(magnetization_a_per_m)
     }
 
     /// The M that, taken as the next sample, gives `wanted` with creep.
@@ -166,7 +166,7 @@ impl Expansion {
         let warming = &mut self.expansion.warming;
         if !self.begun {
             self.begun = true;
-            warming.settle(coil_field_a_per_m);
+            warming.steady_state(coil_field_a_per_m);
             return 0.0;
         }
         self.expansion.expansion_per_k * warming.step(coil_field_a_per_m)
@@ -194,7 +194,7 @@ impl CoilGain {
     pub fn step(&mut self, coil_field_a_per_m: f64) -> f64 {
         if !self.begun {
             self.begun = true;
-            self.warming.settle(coil_field_a_per_m);
+            self.warming.steady_state(coil_field_a_per_m);
             return 1.0;
         }
         1.0 + COPPER_PER_K * self.warming.step(coil_field_a_per_m)

@@ -6,40 +6,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::nonlinear_rod::NonlinearRod;
+use super::rod::{ActuatorRod, Load};
 use crate::effects::load_change::loaded;
 use crate::{
-    ActuatorModel, EffectKind, ModelError, RodElements, RodElementsPropagator, RodMotion, RodState, Stage, TwoPole,
-    TwoPolePropagator,
+    ActuatorModel, EffectKind, ModelError, RodElementsPropagator, RodMotion, RodState, Stage, TwoPolePropagator,
 };
-
-/// The rod that the free strain drives.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ActuatorRod {
-    /// Its gain is per unit of free strain: [`RodElements::two_pole`] of 1, or [`super::rod_per_strain`].
-    TwoPole(TwoPole),
-    /// With its higher modes; effects on the rod are written for two poles.
-    Elements(RodElements),
-}
-
-/// What a stretch of the run brings to the rod.
-pub(super) struct Load<'a> {
-    pub first: bool,
-    pub strain: &'a [f64],
-    /// By how much the strain's mean over the tick lies above the mean of its ends.
-    pub bulge: &'a [f64],
-    /// A/m.
-    pub magnetization: &'a [f64],
-    /// N.
-    pub force: Option<&'a [f64]>,
-}
-
-impl Load<'_> {
-    /// N.
-    #[inline]
-    pub fn force_n(&self, index: usize) -> f64 {
-        self.force.map_or(0.0, |force| force[index])
-    }
-}
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 // One to an actuator, and stepped for every sample: a box would cost more than its bytes.
@@ -126,19 +97,20 @@ impl RodStage {
     }
 
     /// Writes the displacement of the tip, m.
+    #[inline]
     pub fn pass(&mut self, load: &Load, displacement: &mut [f64]) {
         match self {
             RodStage::Free => displacement.copy_from_slice(load.strain),
             RodStage::Linear(rod) => rod.pass(load, displacement),
             RodStage::Resting(rod) => {
                 for (index, displacement) in displacement.iter_mut().enumerate() {
-                    *displacement = rod.settle(load, index);
+                    *displacement = rod.steady_state(load, index);
                 }
             }
             RodStage::Nonlinear(rod) => {
                 for (index, displacement) in displacement.iter_mut().enumerate() {
                     *displacement = if load.first && index == 0 {
-                        rod.settle(load, index)
+                        rod.steady_state(load, index)
                     } else {
                         rod.step(load, index)
                     };
@@ -171,6 +143,7 @@ impl LinearRod {
         }
     }
 
+    #[inline]
     fn pass(&mut self, load: &Load, displacement: &mut [f64]) {
         let mut from = 0;
         if load.first && !displacement.is_empty() {
@@ -181,7 +154,7 @@ impl LinearRod {
         }
         for (index, displacement) in displacement.iter_mut().enumerate().skip(from) {
             let input = self.per_strain * load.strain[index] + self.per_force * load.force_n(index) - self.rest_input;
-            let mean_excess = self.per_strain * load.bulge[index];
+            let mean_excess = self.per_strain * load.mean_excess[index];
             let moved_m = match &mut self.motion {
                 LinearMotion::TwoPole(propagator, motion) => motion.advance_curved(propagator, input, mean_excess),
                 LinearMotion::Elements(rod) => rod.advance(input, mean_excess),

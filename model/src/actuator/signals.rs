@@ -61,7 +61,7 @@ signals! {
 fn pass<S: Signal>(signal: &mut S, first: bool, samples: &mut [f64]) {
     let mut samples = samples.iter_mut();
     if first && let Some(sample) = samples.next() {
-        *sample = signal.settle(*sample);
+        *sample = signal.steady_state(*sample);
     }
     for sample in samples {
         *sample = signal.step(*sample);

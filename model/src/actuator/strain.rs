@@ -1,6 +1,6 @@
 //! Magnetization → free strain: the law's polynomial, its quadratic part, and thermal expansion.
 //!
-//! Its bulge follows from that of M: λ′·bulge − λ″ΔM²/12 over a tick in which M goes by ΔM.
+//! Its mean excess follows from that of M: λ′·mean excess − λ″ΔM²/12 over a tick in which M goes by ΔM.
 
 use serde::{Deserialize, Serialize};
 
@@ -46,23 +46,25 @@ impl FreeStrain {
         }
     }
 
-    /// Writes the strain, and in `bulge` its own for that of M.
-    pub fn pass(&mut self, magnetized: &Magnetized, strain: &mut [f64], bulge: &mut [f64]) {
+    /// Writes the strain, and in `mean_excess` its own for that of M.
+    #[inline]
+    pub fn pass(&mut self, magnetized: &Magnetized, strain: &mut [f64], mean_excess: &mut [f64]) {
         let magnetization = magnetized.magnetization;
         if magnetized.first {
             self.magnetization = magnetization[0];
         }
-        for ((&m, strain), bulge) in magnetization.iter().zip(strain).zip(bulge) {
+        for ((&m, strain), mean_excess) in magnetization.iter().zip(strain).zip(mean_excess) {
             *strain = m * (self.linear + m * (self.square + m * m * self.fourth));
             let (middle, change) = (0.5 * (m + self.magnetization), m - self.magnetization);
             let slope = self.linear + middle * (2.0 * self.square + 4.0 * middle * middle * self.fourth);
             let curvature = 2.0 * self.square + 12.0 * middle * middle * self.fourth;
-            *bulge = slope * *bulge - curvature * change * change * (1.0 / 12.0);
+            *mean_excess = slope * *mean_excess - curvature * change * change * (1.0 / 12.0);
             self.magnetization = m;
         }
     }
 
     /// Adds thermal expansion, and writes the temperature if it is wanted from here.
+    #[inline]
     pub fn expand(&mut self, magnetized: &Magnetized, strain: &mut [f64], mut temperature: Option<&mut [f64]>) {
         let Some(expansion) = &mut self.expansion else {
             return;
@@ -71,7 +73,7 @@ impl FreeStrain {
             let rise_k = match magnetized.temperature {
                 Some(known) => known[index] - self.ambient_temperature_k,
                 None if magnetized.first && index == 0 => {
-                    expansion.warming.settle(magnetized.coil_field[0]);
+                    expansion.warming.steady_state(magnetized.coil_field[0]);
                     0.0
                 }
                 None => expansion.warming.step(magnetized.coil_field[index]),

@@ -24,9 +24,9 @@ pub(super) const DESCRIPTION: Description = Description {
 };
 
 /// √ρ |ΔH|/k of a part: the splitting's error grows with ρ (ΔH/k)².
-const LONGEST_PART: f64 = 0.016;
+const MAX_PART: f64 = 0.016;
 /// A longer move, or one that is not a number, is cut into no more.
-const MOST_PARTS: f64 = 256.0;
+const MAX_PARTS: f64 = 256.0;
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Accommodation {
@@ -40,8 +40,8 @@ impl Accommodation {
 
     /// Into how many parts a move of the field is cut, at least 1.
     pub fn parts(&self, change_a_per_m: f64, pinning_a_per_m: f64) -> f64 {
-        let many = libm::ceil(libm::sqrt(self.share) * change_a_per_m.abs() / (LONGEST_PART * pinning_a_per_m));
-        if many < MOST_PARTS { many.max(1.0) } else { MOST_PARTS }
+        let many = libm::ceil(libm::sqrt(self.share) * change_a_per_m.abs() / (MAX_PART * pinning_a_per_m));
+        if many < MAX_PARTS { many.max(1.0) } else { MAX_PARTS }
     }
 
     /// What to add to M (A/m) after the field has changed by `change_a_per_m`, from Man − M before and after it.

@@ -22,8 +22,12 @@ pub(super) const DESCRIPTION: Description = Description {
     confused_with: &["sensor_drift", "thermal_expansion", "accommodation"],
     parameters: &[
         ParameterSpec::size("fraction", "", [0.0, 0.5], 5e-4).by_ratio(),
-        ParameterSpec::held("shortest_s", "s", [1e-4, 100.0], 0.03).by_ratio(),
-        ParameterSpec::held("longest_s", "s", [1e-3, 1e5], 3.0).by_ratio(),
+        ParameterSpec::fixed("shortest_s", "s", [1e-4, 100.0], 0.03)
+            .by_ratio()
+            .believed(0.5),
+        ParameterSpec::fixed("longest_s", "s", [1e-3, 1e5], 3.0)
+            .by_ratio()
+            .believed(0.5),
     ],
     ..Description::USUAL
 };
@@ -58,9 +62,9 @@ impl Signal for AfterEffect {
         })
     }
 
-    fn settle(&mut self, input: f64) -> f64 {
+    fn steady_state(&mut self, input: f64) -> f64 {
         let [first, second, third] = &mut self.creeps;
-        input + self.share * (first.settle(input) + second.settle(input) + third.settle(input))
+        input + self.share * (first.steady_state(input) + second.steady_state(input) + third.steady_state(input))
     }
 
     #[inline]
@@ -79,7 +83,7 @@ mod tests {
     fn a_step_creeps_in_three_exponentials() {
         let (tick_s, fraction) = (1e-3, 0.06);
         let mut creep = AfterEffect::new(&[fraction, 0.03, 3.0], tick_s).unwrap();
-        creep.settle(0.0);
+        creep.steady_state(0.0);
         let mut output = 0.0;
         for k in 1..=40_000 {
             output = creep.step(1.0);
@@ -98,7 +102,7 @@ mod tests {
     #[test]
     fn the_inverse_is_exact() {
         let mut creep = AfterEffect::new(&[0.3, 0.001, 0.1], 1e-4).unwrap();
-        creep.settle(0.0);
+        creep.steady_state(0.0);
         for k in 1..500 {
             let wanted = 1e5 * libm::sin(0.05 * f64::from(k));
             let bare = creep.inverse(wanted);

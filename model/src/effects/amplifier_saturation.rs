@@ -5,8 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::course::{Course, FieldEffect, Piece};
 use super::description::{Description, Stage};
+use super::intersample_field::{FieldEffect, IntersampleField, Piece};
 use crate::ModelError;
 use crate::parameter::{ParameterSpec, Signal};
 
@@ -52,13 +52,13 @@ impl FieldEffect for AmplifierSaturation {
         Ok(AmplifierSaturation::of(values[0]))
     }
 
-    fn settle(&mut self, input: f64) -> f64 {
+    fn steady_state(&mut self, input: f64) -> f64 {
         self.command_a_per_m = input;
         self.clip(input)
     }
 
     #[inline]
-    fn follow(&mut self, piece: Piece, output: &mut Course) {
+    fn follow(&mut self, piece: Piece, output: &mut IntersampleField) {
         let (from, to) = (self.command_a_per_m, piece.to);
         self.command_a_per_m = to;
         let (start, end) = (self.clip(from), self.clip(to));
@@ -92,13 +92,13 @@ mod tests {
     #[test]
     fn only_what_is_beyond_is_clipped() {
         let mut saturation = AmplifierSaturation::of(100.0);
-        saturation.settle(0.0);
+        saturation.steady_state(0.0);
         let mut from = 0.0;
         let mut follow = |to: f64| {
-            let mut course = Course::empty();
-            saturation.follow(Piece::straight(1.0, from, to), &mut course);
+            let mut intersample = IntersampleField::empty();
+            saturation.follow(Piece::straight(1.0, from, to), &mut intersample);
             from = to;
-            let pieces = course.pieces().iter();
+            let pieces = intersample.pieces().iter();
             pieces.map(|piece| (piece.span, piece.to)).collect::<Vec<_>>()
         };
         assert_eq!(follow(80.0), [(1.0, 80.0)]);

@@ -6,8 +6,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::course::{Course, FieldEffect, Piece};
 use super::description::{Description, Stage};
+use super::intersample_field::{FieldEffect, IntersampleField, Piece};
 use crate::ModelError;
 use crate::parameter::{ParameterSpec, Signal};
 
@@ -53,13 +53,13 @@ impl FieldEffect for AmplifierSlew {
         Ok(AmplifierSlew::of(values[0], tick_s))
     }
 
-    fn settle(&mut self, input: f64) -> f64 {
+    fn steady_state(&mut self, input: f64) -> f64 {
         (self.command_a_per_m, self.field_a_per_m) = (input, input);
         input
     }
 
     #[inline]
-    fn follow(&mut self, piece: Piece, output: &mut Course) {
+    fn follow(&mut self, piece: Piece, output: &mut IntersampleField) {
         let (from, to) = (self.command_a_per_m, piece.to);
         self.command_a_per_m = to;
         let follows = self.field_a_per_m == from && (to - from).abs() <= self.most_per_tick_a_per_m * piece.span;
@@ -100,13 +100,13 @@ mod tests {
     #[test]
     fn a_step_becomes_a_ramp() {
         let mut slew = AmplifierSlew::of(2e6, 1e-4);
-        slew.settle(0.0);
+        slew.steady_state(0.0);
         let mut from = 0.0;
         let mut follow = |to: f64| {
-            let mut course = Course::empty();
-            slew.follow(Piece::straight(1.0, from, to), &mut course);
+            let mut intersample = IntersampleField::empty();
+            slew.follow(Piece::straight(1.0, from, to), &mut intersample);
             from = to;
-            course
+            intersample
         };
         // Towards 1000 A/m the field is held back from the start, and arrives in the fifth tick.
         for k in 1..6 {
@@ -120,14 +120,18 @@ mod tests {
     #[test]
     fn the_field_turns_where_it_meets_the_command() {
         let mut slew = AmplifierSlew::of(1e6, 1e-4);
-        slew.settle(0.0);
-        let mut course = Course::empty();
-        slew.follow(Piece::straight(1.0, 0.0, 160.0), &mut course);
-        course.clear();
+        slew.steady_state(0.0);
+        let mut intersample = IntersampleField::empty();
+        slew.follow(Piece::straight(1.0, 0.0, 160.0), &mut intersample);
+        intersample.clear();
         // From 100 against 160: they meet at 130, after 0.3 ticks, if the command falls by 100 a tick.
-        slew.follow(Piece::straight(1.0, 160.0, 60.0), &mut course);
-        course.keep_turns(100.0);
-        assert!((course.pieces()[0].to - 130.0).abs() <= 12.5, "{:?}", course.pieces());
-        assert_eq!(course.end(), 60.0);
+        slew.follow(Piece::straight(1.0, 160.0, 60.0), &mut intersample);
+        intersample.keep_turns(100.0);
+        assert!(
+            (intersample.pieces()[0].to - 130.0).abs() <= 12.5,
+            "{:?}",
+            intersample.pieces()
+        );
+        assert_eq!(intersample.end(), 60.0);
     }
 }

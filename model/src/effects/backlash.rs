@@ -1,6 +1,7 @@
 //! y ← min(max(y, u − g/2), u + g/2): play between the rod and what the sensor looks at.
 //!
-//! u tip, y sensor's end (m), g total width of the gap (m). See [`crate::Play`]. It begins in the middle of its gap.
+//! u tip, y sensor's end (m), g total width of the gap (m). See [`crate::Play`]. It begins at y = u + s g/2: s is 0 in the middle of
+//! the gap, ±1 at its ends.
 //! Beside g = 0 the output is proportional to g while the tip moves on by more than g between reversals; where it comes
 //! to rest within the gap, y − u lies anywhere between −g/2 and g/2.
 //! Assumption: no inertia and no force in the gap. Source: the play operator (Prandtl).
@@ -19,27 +20,38 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "after each reversal the displacement stands still over a fixed width; size independent of amplitude and rate",
     source: "play operator",
     confused_with: &["friction", "parameter_k"],
-    parameters: &[ParameterSpec::size("gap_m", "m", [0.0, 1e-3], 1e-8).by_ratio()],
+    parameters: &[
+        ParameterSpec::size("gap_m", "m", [0.0, 1e-3], 1e-8).by_ratio(),
+        ParameterSpec::fixed("start", "", [-1.0, 1.0], 0.0).believed(0.5),
+    ],
     ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Backlash(Play);
+pub(crate) struct Backlash {
+    play: Play,
+    /// s g/2.
+    start: f64,
+}
 
 impl Signal for Backlash {
     fn new(values: &[f64], _tick_s: f64) -> Result<Self, ModelError> {
-        Ok(Backlash(Play::new(0.5 * values[0])?))
+        let half_width = 0.5 * values[0];
+        Ok(Backlash {
+            play: Play::new(half_width)?,
+            start: values[1] * half_width,
+        })
     }
 
-    fn settle(&mut self, input: f64) -> f64 {
-        self.0 = self.0.resting_at(input);
-        input
+    fn steady_state(&mut self, input: f64) -> f64 {
+        self.play = self.play.resting_at(input + self.start);
+        self.play.output()
     }
 
     #[inline]
     fn step(&mut self, input: f64) -> f64 {
         // The play would hold its output; here a failed simulation must show.
-        if input.is_nan() { input } else { self.0.follow(input) }
+        if input.is_nan() { input } else { self.play.follow(input) }
     }
 }
 
@@ -50,8 +62,8 @@ mod tests {
     /// Guards the width: after a reversal the output stands still over the whole gap, and from the middle over half of it.
     #[test]
     fn the_gap_is_the_width_of_the_standstill() {
-        let mut backlash = Backlash::new(&[2e-6], 1e-4).unwrap();
-        backlash.settle(0.0);
+        let mut backlash = Backlash::new(&[2e-6, 0.0], 1e-4).unwrap();
+        backlash.steady_state(0.0);
         assert_eq!(backlash.step(0.9e-6), 0.0);
         let top = backlash.step(10e-6);
         assert!((top - 9e-6).abs() < 1e-20);

@@ -5,8 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::course::{Course, FieldEffect, Piece};
 use super::description::{Description, Stage};
+use super::intersample_field::{FieldEffect, IntersampleField, Piece};
 use crate::ModelError;
 use crate::parameter::ParameterSpec;
 
@@ -33,12 +33,12 @@ impl FieldEffect for BiasShift {
         })
     }
 
-    fn settle(&mut self, input: f64) -> f64 {
+    fn steady_state(&mut self, input: f64) -> f64 {
         input + self.bias_field_a_per_m
     }
 
     #[inline]
-    fn follow(&mut self, piece: Piece, output: &mut Course) {
+    fn follow(&mut self, piece: Piece, output: &mut IntersampleField) {
         output.push(Piece {
             span: piece.span,
             to: piece.to + self.bias_field_a_per_m,

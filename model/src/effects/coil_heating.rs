@@ -6,8 +6,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::course::{Course, FieldEffect, Piece};
 use super::description::{CoilNeed, Description, Stage};
+use super::intersample_field::{FieldEffect, IntersampleField, Piece};
 use super::warming::{Warming, heating};
 use crate::ModelError;
 use crate::parameter::ParameterSpec;
@@ -25,7 +25,7 @@ pub(super) const DESCRIPTION: Description = Description {
     confused_with: &["thermal_drift", "sensor_gain"],
     parameters: &[
         heating(0.3),
-        ParameterSpec::held("loss_time_s", "s", [0.1, 1e4], 100.0).by_ratio(),
+        ParameterSpec::fixed("loss_time_s", "s", [0.1, 1e4], 100.0).by_ratio(),
     ],
     ..Description::USUAL
 };
@@ -48,14 +48,14 @@ impl FieldEffect for CoilHeating {
         })
     }
 
-    fn settle(&mut self, input: f64) -> f64 {
-        self.warming.settle(input);
+    fn steady_state(&mut self, input: f64) -> f64 {
+        self.warming.steady_state(input);
         (self.passed, self.factor) = (0.0, 1.0);
         input
     }
 
     #[inline]
-    fn follow(&mut self, piece: Piece, output: &mut Course) {
+    fn follow(&mut self, piece: Piece, output: &mut IntersampleField) {
         let field = piece.to * self.factor;
         output.push(Piece {
             span: piece.span,
@@ -80,13 +80,13 @@ mod tests {
     fn the_field_settles_where_heat_and_loss_balance() {
         let (heating, loss_time_s, command) = (5.0, 3.0, 8e3);
         let mut coil = CoilHeating::new(&[heating, loss_time_s], 1e-3).unwrap();
-        coil.settle(command);
-        let mut course = Course::empty();
+        coil.steady_state(command);
+        let mut intersample = IntersampleField::empty();
         for _ in 0..60_000 {
-            course.clear();
-            coil.follow(Piece::straight(1.0, command, command), &mut course);
+            intersample.clear();
+            coil.follow(Piece::straight(1.0, command, command), &mut intersample);
         }
-        let field = course.end();
+        let field = intersample.end();
         let square = (field / 1e4) * (field / 1e4);
         let balance = field * (1.0 + COPPER_PER_K * heating * loss_time_s * square);
         assert!((balance - command).abs() < 1e-6, "{field}");

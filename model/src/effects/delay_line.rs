@@ -6,7 +6,7 @@ use crate::ModelError;
 use crate::error::require;
 
 /// More samples than this are not kept; it is 0.05 s at 2 MHz.
-const MOST_SAMPLES: f64 = 1e5;
+const MAX_SAMPLES: f64 = 1e5;
 
 /// Ring of samples; allocates when made and never again.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,7 +18,7 @@ pub(crate) struct DelayLine {
 impl DelayLine {
     /// For ages up to `oldest_ticks`, and a few more for interpolation.
     pub fn new(oldest_ticks: f64) -> Result<Self, ModelError> {
-        let short = (0.0..=MOST_SAMPLES).contains(&oldest_ticks);
+        let short = (0.0..=MAX_SAMPLES).contains(&oldest_ticks);
         require(
             short,
             "a delay",

@@ -6,9 +6,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::course::{Course, FieldEffect, Piece};
 use super::description::{CoilNeed, Description, Stage};
 use super::field_lag::FieldLag;
+use super::intersample_field::{FieldEffect, IntersampleField, Piece};
 use crate::ModelError;
 use crate::parameter::ParameterSpec;
 
@@ -31,12 +31,12 @@ impl FieldEffect for EddyCurrent {
         Ok(EddyCurrent(FieldLag::new(values[0], tick_s)))
     }
 
-    fn settle(&mut self, input: f64) -> f64 {
-        self.0.settle(input)
+    fn steady_state(&mut self, input: f64) -> f64 {
+        self.0.steady_state(input)
     }
 
     #[inline]
-    fn follow(&mut self, piece: Piece, output: &mut Course) {
+    fn follow(&mut self, piece: Piece, output: &mut IntersampleField) {
         self.0.follow(piece, output);
     }
 }

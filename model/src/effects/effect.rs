@@ -5,14 +5,14 @@ use crate::ModelError;
 use crate::parameter::ParameterSpec;
 
 /// No effect has more parameters.
-pub(crate) const MOST_PARAMETERS: usize = 3;
+pub(crate) const MAX_PARAMETERS: usize = 3;
 
 /// A kind and its values. In a model file: `EddyCurrent(time_constant_s: 1.8e-4)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effect {
     kind: EffectKind,
     /// In the order of `kind.parameters()`; zero beyond.
-    values: [f64; MOST_PARAMETERS],
+    values: [f64; MAX_PARAMETERS],
 }
 
 impl Effect {
@@ -35,7 +35,7 @@ impl Effect {
     }
 
     fn from_each(kind: EffectKind, value: impl Fn(&ParameterSpec) -> f64) -> Self {
-        let mut values = [0.0; MOST_PARAMETERS];
+        let mut values = [0.0; MAX_PARAMETERS];
         for (place, parameter) in values.iter_mut().zip(kind.parameters()) {
             *place = value(parameter);
         }

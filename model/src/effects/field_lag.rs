@@ -1,13 +1,13 @@
-//! τ dy/dt = x − y for a field whose course within the tick counts: exact, with the turning point and the mean.
+//! τ dy/dt = x − y for a field that counts within the tick: exact, with the turning point and the mean.
 //!
-//! Over a piece of a tick as in `lag.rs`. Over any time ∫y = ∫x − τ(y_end − y_start), so a mean is exact, too. A bulge of x,
+//! Over a piece of a tick as in `lag.rs`. Over any time ∫y = ∫x − τ(y_end − y_start), so a mean is exact, too. A mean excess of x,
 //! 6s(1 − s) of mean 1 over the piece, adds 12θ − (1 − E)(6θ + 12θ²) to y at its end, θ = τ over the piece's length.
 //! y turns round where it meets x: after t = −τ ln(rτ/(y_0 − x_0 + rτ)), r the slope of x.
 //! Source: the variation of constants.
 
 use serde::{Deserialize, Serialize};
 
-use super::course::{Course, Piece};
+use super::intersample_field::{IntersampleField, Piece};
 use super::lag::ramp_weights;
 
 /// How a piece of some length leads to the output at its end.
@@ -18,8 +18,8 @@ struct Weights {
     output: f64,
     from: f64,
     to: f64,
-    /// Of the piece's bulge, its mean less that of its ends.
-    bulge: f64,
+    /// Of the piece's mean excess, its mean less that of its ends.
+    mean_excess: f64,
 }
 
 impl Weights {
@@ -32,13 +32,13 @@ impl Weights {
             output: decay,
             from: 1.0 - decay - to,
             to,
-            bulge: bulge_response(theta, 1.0, decay),
+            mean_excess: mean_excess_response(theta, 1.0, decay),
         }
     }
 }
 
 /// y after a part s of a piece with input 6s(1 − s), from 0; θ is τ over the piece, `decay` e^(−s/θ).
-fn bulge_response(theta: f64, s: f64, decay: f64) -> f64 {
+fn mean_excess_response(theta: f64, s: f64, decay: f64) -> f64 {
     if theta > 1e3 {
         // The difference below would keep no digits; this leaves out 1/θ of the answer.
         return s * s * (3.0 - 2.0 * s) / theta;
@@ -47,7 +47,7 @@ fn bulge_response(theta: f64, s: f64, decay: f64) -> f64 {
     s * (b - 6.0 * s) - theta * b * (1.0 - decay)
 }
 
-/// A first-order lag of a course, with its state.
+/// A first-order lag of a field between samples, with its state.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct FieldLag {
     /// τ/T.
@@ -71,7 +71,7 @@ impl FieldLag {
         }
     }
 
-    pub fn settle(&mut self, input: f64) -> f64 {
+    pub fn steady_state(&mut self, input: f64) -> f64 {
         (self.input, self.output) = (input, input);
         input
     }
@@ -90,14 +90,16 @@ impl FieldLag {
         self.parts[0]
     }
 
-    /// One piece of a field's course, and the turning point within it.
+    /// One piece of the field, and the turning point within it.
     #[inline]
-    pub fn follow(&mut self, piece: Piece, output: &mut Course) {
+    pub fn follow(&mut self, piece: Piece, output: &mut IntersampleField) {
         let (input_from, output_from) = (self.input, self.output);
         let weights = self.weights(piece.span);
-        let bulge = piece.mean - 0.5 * (input_from + piece.to);
-        self.output =
-            weights.output * output_from + weights.from * input_from + weights.to * piece.to + weights.bulge * bulge;
+        let mean_excess = piece.mean - 0.5 * (input_from + piece.to);
+        self.output = weights.output * output_from
+            + weights.from * input_from
+            + weights.to * piece.to
+            + weights.mean_excess * mean_excess;
         self.input = piece.to;
         let mean = |span: f64, input_mean: f64, from: f64, to: f64| Piece {
             span,
@@ -111,9 +113,9 @@ impl FieldLag {
             let part = -theta * libm::log(decay);
             // Rounding may put it outside; then it is no more than a rounding away from an end.
             if part > 0.0 && part < 1.0 {
-                // The input's bulge counts, too; it moves the time, but at an extreme that does not matter.
-                let turn = input_from + part * (change + bulge * bulge_response(theta, part, decay) / part);
-                let begun = input_from + part * (0.5 * change + bulge * (3.0 - 2.0 * part));
+                // The input's mean excess counts, too; it moves the time, but at an extreme that does not matter.
+                let turn = input_from + part * (change + mean_excess * mean_excess_response(theta, part, decay) / part);
+                let begun = input_from + part * (0.5 * change + mean_excess * (3.0 - 2.0 * part));
                 let time = piece.span * part;
                 output.push(mean(time, begun, output_from, turn));
                 let ended = (piece.mean - part * begun) / (1.0 - part);
@@ -135,27 +137,27 @@ mod tests {
     #[test]
     fn the_turning_point_is_found() {
         let mut lag = FieldLag::new(2e-4, 1e-4);
-        lag.settle(0.0);
+        lag.steady_state(0.0);
         for k in 1..10 {
             lag.follow(
                 Piece::straight(1.0, f64::from(k - 1), f64::from(k)),
-                &mut Course::empty(),
+                &mut IntersampleField::empty(),
             );
         }
-        let mut course = Course::empty();
+        let mut intersample = IntersampleField::empty();
         for k in 1..10 {
             let to = 9.0 - f64::from(k);
-            course.clear();
+            intersample.clear();
             let whole_from = lag;
-            lag.follow(Piece::straight(1.0, to + 1.0, to), &mut course);
-            let [turn, end] = course.pieces() else {
-                assert_eq!(course.pieces().len(), 1);
+            lag.follow(Piece::straight(1.0, to + 1.0, to), &mut intersample);
+            let [turn, end] = intersample.pieces() else {
+                assert_eq!(intersample.pieces().len(), 1);
                 continue;
             };
             let mut broken = whole_from;
             assert!((turn.to - (to + 1.0 - turn.span)).abs() < 1e-12, "output meets input");
             assert!(turn.to > end.to && (turn.span + end.span - 1.0).abs() < 1e-15);
-            let mut pieces = Course::empty();
+            let mut pieces = IntersampleField::empty();
             for span in [0.3, 0.7] {
                 let from = broken.input;
                 broken.follow(Piece::straight(span, from, from - span), &mut pieces);
@@ -166,7 +168,7 @@ mod tests {
         panic!("it never turned");
     }
 
-    /// Guards the mean and the bulge against a lag stepped a thousand times finer: two lags in series.
+    /// Guards the mean and the mean excess against a lag stepped a thousand times finer: two lags in series.
     #[test]
     fn two_lags_in_series_agree_with_fine_steps() {
         let parts = 1000;
@@ -175,7 +177,7 @@ mod tests {
         let (mut from, mut output) = (0.0, 0.0);
         for k in 1..60 {
             let to = libm::sin(0.15 * f64::from(k));
-            let (mut between, mut end) = (Course::empty(), Course::empty());
+            let (mut between, mut end) = (IntersampleField::empty(), IntersampleField::empty());
             first.follow(Piece::straight(1.0, from, to), &mut between);
             for piece in between.pieces() {
                 second.follow(*piece, &mut end);

@@ -19,7 +19,9 @@ pub(super) const DESCRIPTION: Description = Description {
     confused_with: &["backlash", "parameter_k", "excess_loss"],
     parameters: &[
         ParameterSpec::size("friction_m", "m", [0.0, 1e-4], 5e-9).by_ratio(),
-        ParameterSpec::held("speed_m_per_s", "m/s", [1e-5, 1.0], 1e-3).by_ratio(),
+        ParameterSpec::fixed("speed_m_per_s", "m/s", [1e-5, 1.0], 1e-3)
+            .by_ratio()
+            .believed(0.8),
     ],
     ..Description::USUAL
 };

@@ -47,7 +47,7 @@ impl Lag {
     }
 
     /// Takes an input that has stood for ever.
-    pub fn settle(&mut self, input: f64) -> f64 {
+    pub fn steady_state(&mut self, input: f64) -> f64 {
         (self.input, self.output) = (input, input);
         input
     }
@@ -82,7 +82,7 @@ mod tests {
         let tick_s = 1e-4;
         for time_constant_s in [1e-9, 2e-5, 1e-4, 1.8e-3, 3.0] {
             let mut lag = Lag::new(time_constant_s, tick_s);
-            lag.settle(0.0);
+            lag.steady_state(0.0);
             for k in 1..2000 {
                 let time_s = tick_s * f64::from(k);
                 let expected = time_s + time_constant_s * libm::expm1(-time_s / time_constant_s);
@@ -100,7 +100,7 @@ mod tests {
     fn it_vanishes_smoothly() {
         let difference = |time_constant_s: f64| {
             let mut lag = Lag::new(time_constant_s, 1e-4);
-            lag.settle(0.0);
+            lag.steady_state(0.0);
             lag.step(3.0) - 3.0
         };
         assert_eq!(difference(0.0), 0.0);

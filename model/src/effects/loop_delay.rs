@@ -7,9 +7,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::course::{Course, FieldEffect, Piece};
 use super::delay_line::DelayLine;
 use super::description::{Description, Stage};
+use super::intersample_field::{FieldEffect, IntersampleField, Piece};
 use crate::ModelError;
 use crate::parameter::ParameterSpec;
 
@@ -48,14 +48,14 @@ impl FieldEffect for LoopDelay {
         Self::of(values[0], tick_s)
     }
 
-    fn settle(&mut self, input: f64) -> f64 {
+    fn steady_state(&mut self, input: f64) -> f64 {
         self.line.fill(input);
         input
     }
 
     /// It stands first in the chain, where every piece is a whole tick.
     #[inline]
-    fn follow(&mut self, piece: Piece, output: &mut Course) {
+    fn follow(&mut self, piece: Piece, output: &mut IntersampleField) {
         self.line.push(piece.to);
         let sample = |more: usize| self.line.sample(self.whole_ticks + more);
         let (later, earlier, earliest) = (sample(0), sample(1), sample(2));
@@ -75,14 +75,14 @@ mod tests {
     #[test]
     fn a_peak_is_kept() {
         let mut delay = LoopDelay::of(1.25e-4, 1e-4).unwrap();
-        delay.settle(0.0);
+        delay.steady_state(0.0);
         let mut highest = 0.0_f64;
         let mut from = 0.0;
         for to in [1.0, 2.0, 3.0, 2.0, 1.0, 0.0, 0.0] {
-            let mut course = Course::empty();
-            delay.follow(Piece::straight(1.0, from, to), &mut course);
+            let mut intersample = IntersampleField::empty();
+            delay.follow(Piece::straight(1.0, from, to), &mut intersample);
             from = to;
-            let pieces = course.pieces();
+            let pieces = intersample.pieces();
             assert!((pieces.iter().map(|piece| piece.span).sum::<f64>() - 1.0).abs() < 1e-15);
             highest = pieces.iter().fold(highest, |highest, piece| highest.max(piece.to));
         }
@@ -95,13 +95,13 @@ mod tests {
         let tick_s = 1e-4;
         for delay_s in [0.0, 3.7e-5, 1e-4, 2.5e-4, 1.033e-3] {
             let mut delay = LoopDelay::of(delay_s, tick_s).unwrap();
-            delay.settle(0.0);
+            delay.steady_state(0.0);
             for k in 1..100 {
                 let time_s = tick_s * f64::from(k);
-                let mut course = Course::empty();
-                delay.follow(Piece::straight(1.0, time_s - tick_s, time_s), &mut course);
+                let mut intersample = IntersampleField::empty();
+                delay.follow(Piece::straight(1.0, time_s - tick_s, time_s), &mut intersample);
                 assert!(
-                    (course.end() - (time_s - delay_s).max(0.0)).abs() < 1e-15,
+                    (intersample.end() - (time_s - delay_s).max(0.0)).abs() < 1e-15,
                     "{delay_s} s, tick {k}"
                 );
             }

@@ -10,9 +10,9 @@ mod description;
 mod effect;
 mod notation;
 
-pub(crate) mod course;
 pub(crate) mod delay_line;
 pub(crate) mod field_lag;
+pub(crate) mod intersample_field;
 pub(crate) mod lag;
 pub(crate) mod signal;
 pub(crate) mod warming;

@@ -78,7 +78,7 @@ impl<'de> Visitor<'de> for FieldsVisitor {
     fn visit_map<A: MapAccess<'de>>(self, mut fields: A) -> Result<Effect, A::Error> {
         let parameters = self.0.parameters();
         let mut effect = Effect::typical(self.0);
-        let mut given = [false; super::effect::MOST_PARAMETERS];
+        let mut given = [false; super::effect::MAX_PARAMETERS];
         while let Some(index) = fields.next_key_seed(ParameterSeed(self.0))? {
             if given[index] {
                 return Err(A::Error::duplicate_field(parameters[index].name));

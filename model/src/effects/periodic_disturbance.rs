@@ -46,7 +46,7 @@ impl Signal for PeriodicDisturbance {
         })
     }
 
-    fn settle(&mut self, input: f64) -> f64 {
+    fn steady_state(&mut self, input: f64) -> f64 {
         self.tick = 0;
         input + self.cosine_m
     }
@@ -68,7 +68,7 @@ mod tests {
     #[test]
     fn it_is_the_sum_of_sine_and_cosine() {
         let mut disturbance = PeriodicDisturbance::new(&[3e-8, -2e-8, 117.0], 1e-4).unwrap();
-        assert_eq!(disturbance.settle(1e-6), 1e-6 - 2e-8);
+        assert_eq!(disturbance.steady_state(1e-6), 1e-6 - 2e-8);
         for k in 1..100_000 {
             let angle = 2.0 * PI * 117.0 * 1e-4 * f64::from(k);
             let expected = 3e-8 * libm::sin(angle) - 2e-8 * libm::cos(angle);

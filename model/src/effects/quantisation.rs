@@ -34,7 +34,7 @@ impl Signal for Quantisation {
         Ok(Quantisation { step_m: values[0] })
     }
 
-    fn settle(&mut self, input: f64) -> f64 {
+    fn steady_state(&mut self, input: f64) -> f64 {
         self.step(input)
     }
 

@@ -24,7 +24,9 @@ pub(super) const DESCRIPTION: Description = Description {
         ParameterSpec::shape("frequency_hz", "Hz", [10.0, 2e4], 400.0)
             .by_ratio()
             .screened(Screening::Band),
-        ParameterSpec::held("damping_ratio", "", [1e-3, 0.7], 0.03).by_ratio(),
+        ParameterSpec::fixed("damping_ratio", "", [1e-3, 0.7], 0.03)
+            .by_ratio()
+            .believed(0.7),
     ],
     ..Description::USUAL
 };
@@ -55,7 +57,7 @@ impl Signal for SecondMode {
         })
     }
 
-    fn settle(&mut self, input: f64) -> f64 {
+    fn steady_state(&mut self, input: f64) -> f64 {
         self.motion = RodMotion {
             state: RodState {
                 displacement_m: input,
@@ -83,7 +85,7 @@ mod tests {
         let (gain, resonance_hz) = (0.03, 400.0);
         for frequency_hz in [20.0, 40.0, 100.0] {
             let mut mode = SecondMode::new(&[gain, resonance_hz, 1e-3], 1e-5).unwrap();
-            mode.settle(0.0);
+            mode.steady_state(0.0);
             let (mut product, mut square) = (0.0, 0.0);
             for k in 1..=600_000 {
                 // It is switched on slowly, so that the resonance itself does not ring.

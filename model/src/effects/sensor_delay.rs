@@ -22,7 +22,7 @@ pub(super) const DESCRIPTION: Description = Description {
     confused_with: &["loop_delay", "eddy_current", "amplifier_bandwidth"],
     parameters: &[
         ParameterSpec::size("delay_s", "s", [0.0, 0.05], 1e-6).by_ratio(),
-        ParameterSpec::held("smoothness", "", [0.0, 1.0], 0.0),
+        ParameterSpec::fixed("smoothness", "", [0.0, 1.0], 0.0).believed(0.5),
     ],
     ..Description::USUAL
 };
@@ -65,7 +65,7 @@ impl Signal for SensorDelay {
         })
     }
 
-    fn settle(&mut self, input: f64) -> f64 {
+    fn steady_state(&mut self, input: f64) -> f64 {
         self.line.fill(input);
         input
     }
@@ -104,7 +104,7 @@ mod tests {
             ];
             for (signal, smoothness, tolerance) in cases {
                 let mut delay = SensorDelay::new(&[delay_s, smoothness], tick_s).unwrap();
-                delay.settle(signal(0.0));
+                delay.steady_state(signal(0.0));
                 for k in 1..300 {
                     let time_s = tick_s * f64::from(k);
                     let output = delay.step(signal(time_s));
@@ -120,7 +120,7 @@ mod tests {
     fn it_is_continuous_in_the_delay() {
         let output = |delay_s: f64, smoothness: f64| {
             let mut delay = SensorDelay::new(&[delay_s, smoothness], 1e-4).unwrap();
-            delay.settle(0.0);
+            delay.steady_state(0.0);
             (1..40).fold(0.0, |_, k| delay.step(libm::sin(0.3 * f64::from(k))))
         };
         for ticks in 1..6 {

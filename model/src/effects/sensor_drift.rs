@@ -39,7 +39,7 @@ impl Signal for SensorDrift {
         })
     }
 
-    fn settle(&mut self, input: f64) -> f64 {
+    fn steady_state(&mut self, input: f64) -> f64 {
         self.tick = 0;
         input + self.offset_m
     }
@@ -59,7 +59,7 @@ mod tests {
     #[test]
     fn it_is_a_straight_line_in_time() {
         let mut drift = SensorDrift::new(&[2e-6, 1e-7], 1e-3).unwrap();
-        assert_eq!(drift.settle(0.0), 1e-7);
+        assert_eq!(drift.steady_state(0.0), 1e-7);
         let last = (0..500).map(|_| drift.step(0.0)).last().unwrap();
         assert!((last - (1e-7 + 1e-6)).abs() < 1e-20);
     }

@@ -33,7 +33,7 @@ impl Signal for SensorGain {
         })
     }
 
-    fn settle(&mut self, input: f64) -> f64 {
+    fn steady_state(&mut self, input: f64) -> f64 {
         self.step(input)
     }
 

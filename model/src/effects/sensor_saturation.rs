@@ -38,7 +38,7 @@ impl Signal for SensorSaturation {
         Ok(SensorSaturation { limit_m: values[0] })
     }
 
-    fn settle(&mut self, input: f64) -> f64 {
+    fn steady_state(&mut self, input: f64) -> f64 {
         self.step(input)
     }
 

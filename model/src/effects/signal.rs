@@ -11,7 +11,7 @@ pub(crate) trait Signal: Sized {
     fn new(values: &[f64], tick_s: f64) -> Result<Self, ModelError>;
 
     /// Takes the first sample.
-    fn settle(&mut self, input: f64) -> f64;
+    fn steady_state(&mut self, input: f64) -> f64;
 
     /// Takes a sample one tick after the last.
     fn step(&mut self, input: f64) -> f64;

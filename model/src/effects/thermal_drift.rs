@@ -20,8 +20,8 @@ pub(super) const DESCRIPTION: Description = Description {
     confused_with: &["coil_heating", "thermal_expansion", "parameter_a"],
     parameters: &[
         heating(0.3),
-        ParameterSpec::held("loss_time_s", "s", [0.1, 1e4], 20.0).by_ratio(),
-        ParameterSpec::held("relative_slope", "", [-5.0, 5.0], 1.0),
+        ParameterSpec::fixed("loss_time_s", "s", [0.1, 1e4], 20.0).by_ratio(),
+        ParameterSpec::fixed("relative_slope", "", [-5.0, 5.0], 1.0),
     ],
     ..Description::USUAL
 };

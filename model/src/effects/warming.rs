@@ -71,7 +71,7 @@ impl Warming {
     }
 
     /// At the surroundings' temperature, with the coil at this field.
-    pub fn settle(&mut self, field_a_per_m: f64) {
+    pub fn steady_state(&mut self, field_a_per_m: f64) {
         self.rise_k = 0.0;
         self.stand_at(field_a_per_m);
     }
@@ -109,7 +109,7 @@ mod tests {
     fn the_rise_is_exponential_and_settles() {
         let (heating, loss_time_s, tick_s) = (2.0, 20.0, 1e-2);
         let mut warming = Warming::new(heating, loss_time_s, tick_s);
-        warming.settle(5e3);
+        warming.steady_state(5e3);
         let settled = heating * loss_time_s * 0.25;
         for k in 1..=20_000 {
             let rise = warming.step(5e3);

@@ -9,12 +9,11 @@ use std::ops::{Add, Div, Mul, Sub};
 use nalgebra::SVector;
 use num_dual::{Derivative, DualSVec64};
 
-use super::{Number, Single};
-use crate::curve::{Curve, Fraction, Kernel};
+use super::Number;
 
 /// A value and its derivatives by `SIZE` quantities.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Dual<const SIZE: usize>(DualSVec64<SIZE>);
+pub(crate) struct Dual<const SIZE: usize>(pub(super) DualSVec64<SIZE>);
 
 impl<const SIZE: usize> Dual<SIZE> {
     #[inline(always)]
@@ -37,26 +36,14 @@ impl<const SIZE: usize> Dual<SIZE> {
 
     /// The same derivatives with a value computed elsewhere.
     #[inline(always)]
-    fn with_value(self, value: f64) -> Self {
+    pub fn with_value(self, value: f64) -> Self {
         Dual(DualSVec64::new(value, self.0.eps))
     }
 
     /// A function of one number by the chain rule: its value and its derivative at `self`.
     #[inline(always)]
-    fn chain(self, value: f64, slope: f64) -> Self {
+    pub fn chain(self, value: f64, slope: f64) -> Self {
         Dual(DualSVec64::new(value, self.0.eps * slope))
-    }
-}
-
-impl<const SIZE: usize> Single for Dual<SIZE> {
-    type Of<C: Kernel> = Chained<C>;
-    #[inline(always)]
-    fn carrying(value: f64, derivation: impl FnOnce() -> Self) -> Self {
-        derivation().with_value(value)
-    }
-    #[inline(always)]
-    fn value(self) -> f64 {
-        self.0.re
     }
 }
 
@@ -94,28 +81,28 @@ impl<const SIZE: usize> Number for Dual<SIZE> {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        if self.value() < 0.0 {
+        if self.0.re < 0.0 {
             Dual(-self.0)
         } else {
-            self.with_value(f64::abs(self.value()))
+            self.with_value(f64::abs(self.0.re))
         }
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        if self.value() > other.value() { self } else { other }
+        if self.0.re > other.0.re { self } else { other }
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        if self.value() < other.value() { self } else { other }
+        if self.0.re < other.0.re { self } else { other }
     }
     #[inline(always)]
     fn where_greater(self, limit: Self, yes: Self, no: Self) -> Self {
-        if self.value() > limit.value() { yes } else { no }
+        if self.0.re > limit.0.re { yes } else { no }
     }
     #[inline(always)]
     fn where_within(self, low: Self, high: Self, other: Self) -> Self {
-        let value = self.value();
-        if value >= low.value() && value <= high.value() {
+        let value = self.0.re;
+        if value >= low.0.re && value <= high.0.re {
             self
         } else {
             other
@@ -123,33 +110,11 @@ impl<const SIZE: usize> Number for Dual<SIZE> {
     }
     #[inline(always)]
     fn atanh(self) -> Self {
-        let value = self.value();
+        let value = self.0.re;
         self.chain(libm::atanh(value), 1.0 / ((1.0 - value) * (1.0 + value)))
     }
     #[inline(always)]
     fn largest(self) -> f64 {
-        self.value()
-    }
-}
-
-/// A curve whose kernel is differentiated by x alone; the chain rule brings in the other quantities.
-pub(crate) struct Chained<C>(std::marker::PhantomData<C>);
-
-impl<const SIZE: usize, C: Curve<Dual<1>>> Curve<Dual<SIZE>> for Chained<C> {
-    #[inline(always)]
-    fn fraction(x: Dual<SIZE>) -> Fraction<Dual<SIZE>> {
-        let inner = C::fraction(Dual::variable(x.value(), 0));
-        let of = |part: Dual<1>| x.chain(part.value(), part.derivatives()[0]);
-        Fraction {
-            x: of(inner.x),
-            numerator: of(inner.numerator),
-            denominator: of(inner.denominator),
-            derivative: of(inner.derivative),
-        }
-    }
-    #[inline(always)]
-    fn inverse(y: Dual<SIZE>) -> Dual<SIZE> {
-        let inner = C::inverse(Dual::variable(y.value(), 0));
-        y.chain(inner.value(), inner.derivatives()[0])
+        self.0.re
     }
 }

@@ -6,10 +6,9 @@
 
 pub(crate) mod dual;
 pub(crate) mod lanes;
+pub(crate) mod single;
 
 use std::ops::{Add, Div, Mul, Sub};
-
-use crate::curve::{Curve, Kernel};
 
 pub(crate) trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
@@ -28,28 +27,6 @@ pub(crate) trait Number:
     fn atanh(self) -> Self;
     /// The largest of its values.
     fn largest(self) -> f64;
-}
-
-/// A [`Number`] that is one number, so that it can steer a computation.
-pub(crate) trait Single: Number {
-    /// A curve's kernel for this number.
-    type Of<C: Kernel>: Curve<Self>;
-    fn value(self) -> f64;
-    /// A value found by a computation that carries nothing, and where `derivation` has the same value, up to rounding, and
-    /// what this number carries beside it. Not called where nothing is carried.
-    fn carrying(value: f64, derivation: impl FnOnce() -> Self) -> Self;
-}
-
-impl Single for f64 {
-    type Of<C: Kernel> = C;
-    #[inline(always)]
-    fn value(self) -> f64 {
-        self
-    }
-    #[inline(always)]
-    fn carrying(value: f64, _: impl FnOnce() -> Self) -> Self {
-        value
-    }
 }
 
 impl Number for f64 {

@@ -48,6 +48,11 @@ impl NominalParameter {
         self.row(true).term
     }
 
+    /// Its name in a model file, `pinning_a_per_m`.
+    pub fn name(self, model: &ActuatorModel) -> &'static str {
+        self.row(model.rod.is_some()).name
+    }
+
     /// The parameter of that symbol.
     pub fn from_symbol(symbol: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|parameter| parameter.symbol() == symbol)
@@ -103,6 +108,14 @@ impl NominalParameter {
             logarithmic: false,
             role: ParameterRole::Size { identity: nominal },
             prior_deviation: Some(row.prior_deviation * scale),
+            tolerance: Some(
+                model.tolerances.get(row.name).copied().unwrap_or(row.tolerance)
+                    * match row.counted {
+                        Counted::Shares => size,
+                        Counted::Offsets => 1.0,
+                        Counted::Values => size.max(0.05),
+                    },
+            ),
             screening: Screening::Once,
         })
     }
@@ -130,6 +143,26 @@ fn strain_constant(law: &mut Magnetostriction) -> &mut f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Guards a model that says itself how far off it may be, and its refusal of a name that means nothing.
+    #[test]
+    fn a_model_states_its_own_tolerances() {
+        let mut model = ActuatorModel::terfenol_d();
+        model.tolerances.insert("pinning_a_per_m".to_owned(), 0.1);
+        model.validate().unwrap();
+        let deviation = |parameter| NominalParameter::Hysteresis(parameter).spec(&model).unwrap().tolerance;
+        assert_eq!(deviation(HysteresisParameter::Pinning), Some(400.0));
+        assert_eq!(deviation(HysteresisParameter::Shape), Some(0.015 * 7012.0));
+        model.tolerances.insert("pining".to_owned(), 0.1);
+        let refusal = model.validate().unwrap_err().to_string();
+        assert!(
+            refusal.contains("\"pining\"") && refusal.contains("pinning_a_per_m"),
+            "{refusal}"
+        );
+        model.tolerances.remove("pining");
+        model.tolerances.insert("pinning_a_per_m".to_owned(), -0.1);
+        assert!(model.validate().is_err());
+    }
 
     /// Guards the calibration of an undamped rod: a scale of 0 makes every number of a fit none, and no fit is left.
     #[test]

@@ -10,8 +10,8 @@ pub enum ParameterRole {
     },
     /// Fitted beside the sizes; without meaning while the effect is absent.
     Shape,
-    /// Hardly fixed by ordinary data: stays at `typical` unless told otherwise, and may be left out of a model file.
-    Held,
+    /// Hardly determined by ordinary data: stays at `typical` unless told otherwise, and may be left out of a model file.
+    Fixed,
 }
 
 /// A signal of a run whose size tells at which levels a limit would bite.
@@ -55,10 +55,13 @@ pub struct ParameterSpec {
     pub typical: f64,
     /// Spread starting values by ratio between `typical` and `upper`, not evenly.
     pub logarithmic: bool,
-    /// Size, shape or held.
+    /// Size, shape or fixed.
     pub role: ParameterRole,
-    /// Standard deviation of what is believed beforehand, about the identity; none: nothing is.
+    /// Standard deviation of what is believed beforehand, about the identity; of a held number by ratio (if it spreads so) about its
+    /// usual value. None: nothing is, and a held number stays where it is.
     pub prior_deviation: Option<f64>,
+    /// Of a nominal constant: how far a careful data sheet or calibration is off, standard deviation.
+    pub tolerance: Option<f64>,
     /// How it is looked for.
     pub screening: Screening,
 }
@@ -80,6 +83,7 @@ impl ParameterSpec {
             logarithmic: false,
             role: ParameterRole::Size { identity: 0.0 },
             prior_deviation: None,
+            tolerance: None,
             screening: Screening::Once,
         }
     }
@@ -107,9 +111,9 @@ impl ParameterSpec {
         }
     }
 
-    pub(crate) const fn held(name: &'static str, unit: &'static str, bounds: [f64; 2], typical: f64) -> ParameterSpec {
+    pub(crate) const fn fixed(name: &'static str, unit: &'static str, bounds: [f64; 2], typical: f64) -> ParameterSpec {
         ParameterSpec {
-            role: ParameterRole::Held,
+            role: ParameterRole::Fixed,
             ..Self::size(name, unit, bounds, typical)
         }
     }
@@ -117,6 +121,13 @@ impl ParameterSpec {
     pub(crate) const fn by_ratio(self) -> ParameterSpec {
         ParameterSpec {
             logarithmic: true,
+            ..self
+        }
+    }
+
+    pub(crate) const fn believed(self, deviation: f64) -> ParameterSpec {
+        ParameterSpec {
+            prior_deviation: Some(deviation),
             ..self
         }
     }
@@ -129,7 +140,7 @@ impl ParameterSpec {
     pub fn identity(&self) -> Option<f64> {
         match self.role {
             ParameterRole::Size { identity } => Some(identity),
-            ParameterRole::Shape | ParameterRole::Held => None,
+            ParameterRole::Shape | ParameterRole::Fixed => None,
         }
     }
 
@@ -140,7 +151,7 @@ impl ParameterSpec {
 
     /// It is fitted where its effect is.
     pub fn is_fitted(&self) -> bool {
-        self.role != ParameterRole::Held
+        self.role != ParameterRole::Fixed
     }
 
     /// It is fitted as its logarithm: a limit, or a shape whose size is unknown by decades. A size that may be 0 has none.

@@ -24,7 +24,7 @@ pub struct RodState {
 /// Exact propagation of a [`TwoPole`] over one tick.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TwoPolePropagator {
-    /// Rows displacement, velocity; columns displacement, velocity, input, input's change, mean of its bulge.
+    /// Rows displacement, velocity; columns displacement, velocity, input, input's change, mean of its mean excess.
     rows: [[f64; 5]; 2],
 }
 
@@ -113,8 +113,8 @@ impl RodMotion {
 pub struct RodElementsPropagator {
     nodes: usize,
     tick_s: f64,
-    /// As [`over_one_tick`] gives them.
-    rows: Vec<f64>,
+    /// Γ₀, Γ₁, Γ₂ and Φ by columns: one input after the other goes to all states side by side.
+    columns: Vec<f64>,
     /// Displacements of nodes 1…n (m), then their velocities times the tick (m).
     state: Vec<f64>,
     next: Vec<f64>,
@@ -149,10 +149,16 @@ impl RodElementsPropagator {
                 .into_iter()
                 .map(|entry| tick_s * tick_s * entry),
         );
+        let rows = over_one_tick(&system, &input);
+        let size = states + 3;
+        let columns = (states..size)
+            .chain(0..states)
+            .flat_map(|column| rows[column..].iter().step_by(size).copied())
+            .collect();
         Ok(RodElementsPropagator {
             nodes,
             tick_s,
-            rows: over_one_tick(&system, &input),
+            columns,
             state: vec![0.0; states],
             next: vec![0.0; states],
             force_n: 0.0,
@@ -164,12 +170,15 @@ impl RodElementsPropagator {
     pub fn advance(&mut self, force_n: f64, mean_excess_n: f64) -> f64 {
         let states = self.state.len();
         let change = force_n - self.force_n;
-        for (row, next) in self.rows.chunks(states + 3).zip(&mut self.next) {
-            let mut sum = row[states] * self.force_n + row[states + 1] * change + row[states + 2] * mean_excess_n;
-            for (entry, state) in row.iter().zip(&self.state) {
-                sum += entry * state;
+        let (held, varying) = self.columns.split_at(states);
+        for (next, entry) in self.next.iter_mut().zip(held) {
+            *next = entry * self.force_n;
+        }
+        let inputs = [change, mean_excess_n].into_iter().chain(self.state.iter().copied());
+        for (column, input) in varying.chunks_exact(states).zip(inputs) {
+            for (next, entry) in self.next.iter_mut().zip(column) {
+                *next += entry * input;
             }
-            *next = sum;
         }
         std::mem::swap(&mut self.state, &mut self.next);
         self.force_n = force_n;
@@ -200,7 +209,7 @@ fn over_one_tick(system: &[f64], input: &[f64]) -> Vec<f64> {
     let mut rows = exponential(&matrix, size);
     rows.truncate(states * size);
     for row in rows.chunks_mut(size) {
-        // A bulge 6 s(1 − s) over the tick has mean 1, starts with slope 6 and has the second derivative −12.
+        // A mean excess 6 s(1 − s) over the tick has mean 1, starts with slope 6 and has the second derivative −12.
         row[states + 2] = 6.0 * row[states + 1] - 12.0 * row[states + 2];
     }
     rows

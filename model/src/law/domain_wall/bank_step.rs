@@ -7,17 +7,28 @@
 use std::marker::PhantomData;
 
 use super::Hysteresis;
-use super::bank::Bank;
-use super::coefficients::Coefficients;
-use super::phases::{self, Branch, Goal, Point, Reversible};
+use super::coefficients::{Coefficients, Point};
+use super::phases::{self, Branch, Goal, Reversible};
 use crate::Anhysteretic;
-use crate::curve::{Curve, Fraction, IsingEverywhere, LangevinEverywhere, LangevinToEight};
+use crate::curve::{IsingEverywhere, LangevinEverywhere, LangevinToEight};
+use crate::kernel::{Curve, Fraction};
 use crate::number::Number;
 use crate::number::lanes::Lanes;
 
 /// Members per vector.
 pub(crate) const WIDTH: usize = 16;
 type Vector = Lanes<WIDTH>;
+
+/// One number per member, padded to whole vectors with copies of the last member.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct BankLanes {
+    pub shape: Vec<f64>,
+    pub inverse_shape: Vec<f64>,
+    pub magnetization: Vec<f64>,
+    pub irreversible: Vec<f64>,
+    /// Field at which δ̂ becomes 1; not ahead of the field once it is 1.
+    pub switch_field: Vec<f64>,
+}
 
 /// Which instructions run the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,83 +60,63 @@ impl Instructions {
 
 /// The field step that all members share.
 #[derive(Clone, Copy)]
-struct FieldStep {
-    from: f64,
-    to: f64,
-    direction: f64,
-    reversed: bool,
-    longest: f64,
+pub(super) struct FieldStep {
+    pub from: f64,
+    pub to: f64,
+    pub direction: f64,
+    pub reversed: bool,
+    pub longest: f64,
 }
 
-pub(crate) fn advance(bank: &mut Bank, field_to: f64, instructions: Instructions) {
-    let from = bank.field;
-    let change = field_to - from;
-    if change == 0.0 {
-        return;
-    }
-    if !change.is_finite() {
-        bank.lanes.magnetization.fill(f64::NAN);
-        bank.field = field_to;
-        return;
-    }
-    let direction = if change > 0.0 { 1.0 } else { -1.0 };
-    let step = FieldStep {
-        from,
-        to: field_to,
-        direction,
-        reversed: direction != bank.direction,
-        longest: bank.longest_substep,
-    };
-    // The cheapest kernel that holds for every argument of this step.
-    let farthest =
-        from.abs().max(field_to.abs()) + (bank.base.coupling * bank.base.saturation_magnetization_a_per_m).abs();
-    let argument = farthest / bank.smallest_shape;
-    match (bank.base.anhysteretic, bank.base.cubic_coupling_m2_per_a2 != 0.0) {
+/// `argument` is the largest |x| on the way: it chooses the cheapest kernel that holds there.
+pub(super) fn advance(base: &Hysteresis, lanes: &mut BankLanes, step: FieldStep, argument: f64, with: Instructions) {
+    match (base.anhysteretic, base.cubic_coupling_m2_per_a2 != 0.0) {
         (Anhysteretic::Langevin, false) if argument <= 8.0 => {
-            dispatch::<LangevinToEight, false>(bank, step, instructions);
+            dispatch::<LangevinToEight, false>(base, lanes, step, with);
         }
-        (Anhysteretic::Langevin, false) => dispatch::<LangevinEverywhere, false>(bank, step, instructions),
-        (Anhysteretic::Langevin, true) => dispatch::<LangevinEverywhere, true>(bank, step, instructions),
-        (Anhysteretic::Ising, false) => dispatch::<IsingEverywhere, false>(bank, step, instructions),
-        (Anhysteretic::Ising, true) => dispatch::<IsingEverywhere, true>(bank, step, instructions),
+        (Anhysteretic::Langevin, false) => dispatch::<LangevinEverywhere, false>(base, lanes, step, with),
+        (Anhysteretic::Langevin, true) => dispatch::<LangevinEverywhere, true>(base, lanes, step, with),
+        (Anhysteretic::Ising, false) => dispatch::<IsingEverywhere, false>(base, lanes, step, with),
+        (Anhysteretic::Ising, true) => dispatch::<IsingEverywhere, true>(base, lanes, step, with),
     }
-    bank.field = field_to;
-    bank.direction = direction;
 }
 
-fn dispatch<C: Curve<Vector>, const CUBIC: bool>(bank: &mut Bank, step: FieldStep, instructions: Instructions) {
-    match instructions {
-        Instructions::Plain => run::<C, CUBIC>(bank, step),
+fn dispatch<C: Curve<Vector>, const CUBIC: bool>(
+    base: &Hysteresis,
+    lanes: &mut BankLanes,
+    step: FieldStep,
+    with: Instructions,
+) {
+    match with {
+        Instructions::Plain => run::<C, CUBIC>(base, lanes, step),
         // SAFETY: `Instructions::available` names a variant only where the processor has it.
         #[cfg(target_arch = "x86_64")]
-        Instructions::Avx2 => unsafe { run_avx2::<C, CUBIC>(bank, step) },
+        Instructions::Avx2 => unsafe { run_avx2::<C, CUBIC>(base, lanes, step) },
         // SAFETY: as above.
         #[cfg(target_arch = "x86_64")]
-        Instructions::Avx512 => unsafe { run_avx512::<C, CUBIC>(bank, step) },
+        Instructions::Avx512 => unsafe { run_avx512::<C, CUBIC>(base, lanes, step) },
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
-fn run_avx2<C: Curve<Vector>, const CUBIC: bool>(bank: &mut Bank, step: FieldStep) {
-    run::<C, CUBIC>(bank, step);
+fn run_avx2<C: Curve<Vector>, const CUBIC: bool>(base: &Hysteresis, lanes: &mut BankLanes, step: FieldStep) {
+    run::<C, CUBIC>(base, lanes, step);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f")]
-fn run_avx512<C: Curve<Vector>, const CUBIC: bool>(bank: &mut Bank, step: FieldStep) {
-    run::<C, CUBIC>(bank, step);
+fn run_avx512<C: Curve<Vector>, const CUBIC: bool>(base: &Hysteresis, lanes: &mut BankLanes, step: FieldStep) {
+    run::<C, CUBIC>(base, lanes, step);
 }
 
 #[inline(always)]
-fn run<C: Curve<Vector>, const CUBIC: bool>(bank: &mut Bank, step: FieldStep) {
-    let base = bank.base;
-    let lanes = &mut bank.lanes;
+fn run<C: Curve<Vector>, const CUBIC: bool>(base: &Hysteresis, lanes: &mut BankLanes, step: FieldStep) {
     let mut index = 0;
     while index < lanes.shape.len() {
         let shape = Vector::load(&lanes.shape[index..]);
         let inverse_shape = Vector::load(&lanes.inverse_shape[index..]);
-        let coefficients = Coefficients::<Vector, C, CUBIC>::of_members(&base, shape, inverse_shape, step.direction);
+        let coefficients = Coefficients::<Vector, C, CUBIC>::of_members(base, shape, inverse_shape, step.direction);
         let magnetization = Vector::load(&lanes.magnetization[index..]);
         if step.reversed {
             let (irreversible, switch_field) = after_reversal(&coefficients, magnetization, step);
@@ -263,48 +254,5 @@ impl Goal<Vector> for EqualParts {
         }
         self.left -= longest;
         (self.way * Vector::splat(longest / self.longest_way), false)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Hysteresis;
-
-    /// Guards "same bits everywhere": every instruction set this machine has, on every kernel, along reversals and jumps.
-    #[test]
-    fn all_instruction_sets_give_identical_bits() {
-        let choices: Vec<Instructions> = Instructions::available().collect();
-        println!("compared: {choices:?}");
-        let shapes: Vec<f64> = (0..33).map(|member| 6300.0 + 31.25 * f64::from(member)).collect();
-        for (anhysteretic, coupling, amplitude) in [
-            (Anhysteretic::Langevin, -0.01, 15e3),
-            (Anhysteretic::Langevin, 0.01, 15e3),
-            (Anhysteretic::Langevin, -0.01, 300e3),
-            (Anhysteretic::Ising, -0.01, 15e3),
-            (Anhysteretic::Ising, -0.01, 70e3),
-            (Anhysteretic::Ising, -0.01, 300e3),
-        ] {
-            let base = Hysteresis {
-                anhysteretic,
-                coupling,
-                ..Hysteresis::terfenol_d()
-            };
-            let bank = Bank::new(base, &shapes).expect("valid");
-            let mut banks = vec![bank; choices.len()];
-            for step in 1..2000 {
-                let phase = f64::from(step) * 0.05;
-                let field = amplitude * libm::sin(phase) * (1.0 + 0.3 * libm::sin(7.3 * phase));
-                for (bank, &instructions) in banks.iter_mut().zip(&choices) {
-                    advance(bank, field, instructions);
-                }
-                for (bank, instructions) in banks.iter().zip(&choices).skip(1) {
-                    for (one, other) in banks[0].magnetizations().iter().zip(bank.magnetizations()) {
-                        assert!(one.is_finite());
-                        assert_eq!(one.to_bits(), other.to_bits(), "{instructions:?} at step {step}");
-                    }
-                }
-            }
-        }
     }
 }

@@ -8,9 +8,17 @@
 use std::marker::PhantomData;
 
 use super::Hysteresis;
-use super::phases::Point;
-use crate::curve::{Curve, Fraction};
+use crate::kernel::{Curve, Fraction};
 use crate::number::Number;
+
+/// Where δ̂ is 1.
+#[derive(Clone, Copy)]
+pub(super) struct Point<N> {
+    pub field: N,
+    pub magnetization: N,
+    /// dM/dH there.
+    pub slope: N,
+}
 
 /// The parameters as the equations use them, for one direction of the field.
 pub(super) struct Coefficients<N, C, const CUBIC: bool> {

@@ -5,11 +5,11 @@
 //! `advance(state, field)` returns the demanded magnetization to about 1e-15 Ms and the very same bits as the result here.
 //! The inverse has no memory of its own: an open-loop memory drifts away from the plant.
 
-use super::coefficients::Coefficients;
-use super::phases::{Goal, Point, integrate};
+use super::coefficients::{Coefficients, Point};
+use super::phases::{Goal, integrate};
 use super::single::{Way, WholeSubsteps};
 use super::{Hysteresis, MagneticState, on_kernel};
-use crate::curve::{Curve, Kernel};
+use crate::kernel::{Curve, Kernel};
 
 /// Answer to a demanded magnetization.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,6 +12,7 @@ mod bank;
 mod bank_step;
 mod coefficients;
 mod inverse;
+mod motion;
 mod parameter;
 mod phases;
 mod printed;
@@ -21,15 +22,11 @@ mod validity;
 
 use serde::{Deserialize, Serialize};
 
-use crate::curve::{IsingEverywhere, Kernel, LangevinByRange};
-use crate::law::HysteresisLaw;
-use crate::{Anhysteretic, ModelError};
+use crate::Anhysteretic;
 pub use bank::Bank;
 pub use inverse::Inversion;
 pub use parameter::HysteresisParameter;
 pub use sensitivity::SensitiveState;
-
-use coefficients::Coefficients;
 
 /// Calls a method for the law's curve, with b₃ or without: decided once a call, not at every slope.
 macro_rules! on_kernel {
@@ -43,10 +40,6 @@ macro_rules! on_kernel {
     };
 }
 use on_kernel;
-
-/// How much longer than [`Hysteresis::longest_substep_a_per_m`] substeps are where a displacement is all that counts:
-/// sixteen times the error, 5 pm on the paper's rod.
-const COARSE: f64 = 2.0;
 
 /// Parameters of the domain wall model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -168,126 +161,5 @@ impl Hysteresis {
             2.0 / stiffness
         };
         0.06 * scale * margin
-    }
-
-    /// The state after the field has moved monotonically to `field_to_a_per_m`.
-    ///
-    /// Fourth order with substeps of at most [`Hysteresis::longest_substep_a_per_m`]: error of the order
-    /// 1e-9 Ms over a loop. The result is continuous in the end field. A field that is not finite gives a
-    /// magnetization that is not a number: nothing is guessed.
-    pub fn advance(&self, state: MagneticState, field_to_a_per_m: f64) -> MagneticState {
-        let longest = self.longest_substep_a_per_m();
-        self.moved(state, field_to_a_per_m, longest).0
-    }
-
-    /// As [`Hysteresis::advance`], and the bulge: mean M on the way, the field going straight, less the mean of its ends (A/m). It is what a
-    /// rod between samples feels beyond a straight line.
-    pub fn advance_with_bulge(&self, state: MagneticState, field_to_a_per_m: f64) -> (MagneticState, f64) {
-        let longest = self.longest_substep_a_per_m();
-        let (end, mean) = self.moved(state, field_to_a_per_m, longest);
-        let ends = 0.5 * (state.magnetization_a_per_m + end.magnetization_a_per_m);
-        (end, mean - ends)
-    }
-
-    /// As [`Hysteresis::advance`] to 1e-7 Ms, with longer substeps, and the mean magnetization (A/m) on the way: what a
-    /// rod feels of a whole tick.
-    #[inline]
-    pub(crate) fn advance_with_mean(&self, state: MagneticState, field_to_a_per_m: f64) -> (MagneticState, f64) {
-        let longest = COARSE * self.longest_substep_a_per_m();
-        self.moved(state, field_to_a_per_m, longest)
-    }
-
-    /// The state at a field, and the mean of M on the way.
-    #[inline(always)]
-    fn moved(&self, from: MagneticState, field_to: f64, longest: f64) -> (MagneticState, f64) {
-        match self.anhysteretic {
-            _ if self.cubic_coupling_m2_per_a2 != 0.0 => self.moved_with_cubic(from, field_to, longest),
-            Anhysteretic::Langevin => self.moved_on::<LangevinByRange, false>(from, field_to, longest),
-            Anhysteretic::Ising => self.moved_on::<IsingEverywhere, false>(from, field_to, longest),
-        }
-    }
-
-    /// Apart, because inlined beside them it would slow down materials without b₃.
-    #[inline(never)]
-    fn moved_with_cubic(&self, from: MagneticState, field_to: f64, longest: f64) -> (MagneticState, f64) {
-        match self.anhysteretic {
-            Anhysteretic::Langevin => self.moved_on::<LangevinByRange, true>(from, field_to, longest),
-            Anhysteretic::Ising => self.moved_on::<IsingEverywhere, true>(from, field_to, longest),
-        }
-    }
-
-    #[inline(always)]
-    fn moved_on<C: Kernel, const CUBIC: bool>(
-        &self,
-        from: MagneticState,
-        field_a_per_m: f64,
-        longest: f64,
-    ) -> (MagneticState, f64) {
-        let magnetization = from.magnetization_a_per_m;
-        let (magnetization_a_per_m, mean) =
-            self.travel::<f64, C, CUBIC>(self.parameters(), from, magnetization, field_a_per_m, longest);
-        let end = MagneticState {
-            field_a_per_m,
-            magnetization_a_per_m,
-        };
-        (end, mean)
-    }
-
-    /// dM/dH at a state for a rising or a falling field: the derived form of (7), no unit.
-    pub fn slope(&self, state: MagneticState, rising: bool) -> f64 {
-        on_kernel!(self.slope_on(state, rising))
-    }
-
-    #[inline]
-    fn slope_on<C: Kernel, const CUBIC: bool>(&self, state: MagneticState, rising: bool) -> f64 {
-        let direction = if rising { 1.0 } else { -1.0 };
-        let coefficients = Coefficients::<f64, C, CUBIC>::of(self, direction);
-        let (field, magnetization) = (state.field_a_per_m, state.magnetization_a_per_m);
-        let fraction = coefficients.curve(field, magnetization);
-        if coefficients.lag(&fraction, magnetization) * direction < 0.0 {
-            coefficients.reversible_slope(&fraction, magnetization)
-        } else {
-            coefficients.slope_from(&fraction, magnetization)
-        }
-    }
-}
-
-impl HysteresisLaw for Hysteresis {
-    type State = MagneticState;
-    type Parameter = HysteresisParameter;
-    const PARAMETERS: &'static [HysteresisParameter] = &HysteresisParameter::ALL;
-
-    fn value(&self, parameter: HysteresisParameter) -> f64 {
-        parameter.of(self)
-    }
-
-    fn with_value(self, parameter: HysteresisParameter, value: f64) -> Self {
-        parameter.with(self, value)
-    }
-
-    fn validate(&self) -> Result<(), ModelError> {
-        self.validate()
-    }
-
-    fn input(state: &MagneticState) -> f64 {
-        state.field_a_per_m
-    }
-
-    fn output(&self, state: &MagneticState) -> f64 {
-        state.magnetization_a_per_m
-    }
-
-    fn advance(&self, state: &mut MagneticState, field_to: f64) {
-        *state = self.advance(*state, field_to);
-    }
-
-    fn slope(&self, state: &MagneticState, rising: bool) -> f64 {
-        self.slope(*state, rising)
-    }
-
-    fn advance_to_output(&self, state: &mut MagneticState, magnetization_to: f64, field_limit: f64) -> bool {
-        let inversion = self.advance_to_magnetization(*state, magnetization_to, field_limit);
-        *state = inversion.state;
-        !inversion.limited
     }
 }

@@ -8,8 +8,8 @@
 //! What must differ is a [`Branch`]: one material works out its frozen part when it is needed, a bank stores it at reversals;
 //! and a [`Goal`]: whole substeps or equal parts of each lane's way, to a field or to a magnetization.
 
-use super::coefficients::Coefficients;
-use crate::curve::{Curve, Fraction};
+use super::coefficients::{Coefficients, Point};
+use crate::kernel::{Curve, Fraction};
 use crate::number::Number;
 
 /// More substeps than this are not taken in one call; the rest of the way, far in saturation, follows Man.
@@ -22,15 +22,6 @@ pub(super) struct Reversible<N> {
     pub mean: N,
     /// Below 0 where δ̂ has become 1 before the end.
     pub before_switch: N,
-}
-
-/// Where δ̂ is 1.
-#[derive(Clone, Copy)]
-pub(super) struct Point<N> {
-    pub field: N,
-    pub magnetization: N,
-    /// dM/dH there.
-    pub slope: N,
 }
 
 /// A way of the field from where it is, and what is known of the frozen part.

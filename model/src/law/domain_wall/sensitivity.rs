@@ -14,9 +14,10 @@ use serde::{Deserialize, Serialize};
 
 use super::parameter::HysteresisParameter;
 use super::{Hysteresis, MagneticState, on_kernel};
-use crate::curve::Kernel;
+use crate::kernel::Kernel;
+use crate::number::Number;
 use crate::number::dual::Dual;
-use crate::number::{Number, Single};
+use crate::number::single::Single;
 
 const COUNT: usize = HysteresisParameter::COUNT;
 type Carried = Dual<COUNT>;
@@ -31,10 +32,10 @@ pub struct SensitiveState {
     pub magnetization_a_per_m: f64,
     /// Mean of M on the way here, the field going straight, less the mean of its ends, A/m: what a straight line between samples leaves out.
     #[serde(default)]
-    pub bulge_a_per_m: f64,
+    pub mean_excess_a_per_m: f64,
     /// Its derivatives, like those of M.
     #[serde(default)]
-    pub bulge_derivatives: [f64; COUNT],
+    pub mean_excess_derivatives: [f64; COUNT],
     /// ∂M/∂θ in the order of [`HysteresisParameter::ALL`].
     pub derivatives: [f64; COUNT],
 }
@@ -73,12 +74,12 @@ impl Hysteresis {
         let from = Carried::new(state.magnetization_a_per_m, state.derivatives);
         let longest = self.longest_substep_a_per_m();
         let (to, mean) = self.travel::<Carried, C, CUBIC>(parameters, state.magnetic(), from, field_to, longest);
-        let bulge = mean - Carried::splat(0.5) * (from + to);
+        let mean_excess = mean - Carried::splat(0.5) * (from + to);
         SensitiveState {
             field_a_per_m: field_to,
             magnetization_a_per_m: to.value(),
-            bulge_a_per_m: bulge.value(),
-            bulge_derivatives: bulge.derivatives(),
+            mean_excess_a_per_m: mean_excess.value(),
+            mean_excess_derivatives: mean_excess.derivatives(),
             derivatives: to.derivatives(),
         }
     }

@@ -1,10 +1,10 @@
 //! One material on a way of the field, with or without derivatives: its frozen part is worked out only where it is needed.
 
-use super::coefficients::Coefficients;
-use super::phases::{self, Branch, Goal, Point, Reversible, mean_of_cubic};
+use super::coefficients::{Coefficients, Point};
+use super::phases::{self, Branch, Goal, Reversible, mean_of_cubic};
 use super::{Hysteresis, MagneticState};
-use crate::curve::{Fraction, Kernel};
-use crate::number::Single;
+use crate::kernel::{Fraction, Kernel};
+use crate::number::single::Single;
 
 /// A monotone way from a state, in the direction of its coefficients.
 pub(super) struct Way<'a, N: Single, C: Kernel, const CUBIC: bool> {

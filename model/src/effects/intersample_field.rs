@@ -1,16 +1,16 @@
 //! H(t) within a tick: a polyline, so that turning points between samples reach the hysteresis.
 //!
 //! A lag, a broken delay or a slew limit turns the field round between samples; a rate-independent model remembers that
-//! extreme, and 30 A/m of it, missed, is some 100 nm. So effects on the field take and give courses: pieces that last
+//! extreme, and 30 A/m of it, missed, is some 100 nm. So effects on the field take and give fields between samples: pieces that last
 //! a part of the tick, end at a value and have a mean, because within a piece the field may be curved, too.
 //! Commands and coil fields begin as one straight piece a tick.
 
 use crate::ModelError;
 
-/// Pieces that a course can hold; more are joined to the last.
-const MOST_PIECES: usize = 16;
+/// Pieces that a tick can hold; more are joined to the last.
+const MAX_PIECES: usize = 16;
 
-/// A piece of a course.
+/// A piece of a tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Piece {
     /// Part of the tick that it lasts.
@@ -35,15 +35,15 @@ impl Piece {
 
 /// The field over one tick.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Course {
-    pieces: [Piece; MOST_PIECES],
+pub(crate) struct IntersampleField {
+    pieces: [Piece; MAX_PIECES],
     length: usize,
 }
 
-impl Course {
+impl IntersampleField {
     pub fn empty() -> Self {
-        Course {
-            pieces: [Piece::default(); MOST_PIECES],
+        IntersampleField {
+            pieces: [Piece::default(); MAX_PIECES],
             length: 0,
         }
     }
@@ -62,18 +62,18 @@ impl Course {
 
     #[inline]
     pub fn push(&mut self, piece: Piece) {
-        if self.length < MOST_PIECES {
+        if self.length < MAX_PIECES {
             self.pieces[self.length] = piece;
             self.length += 1;
         } else {
-            let last = &mut self.pieces[MOST_PIECES - 1];
+            let last = &mut self.pieces[MAX_PIECES - 1];
             *last = joined(*last, piece);
         }
     }
 
     /// Becomes the same as another.
     #[inline]
-    pub fn take(&mut self, other: &Course) {
+    pub fn take(&mut self, other: &IntersampleField) {
         self.length = other.length;
         self.pieces[..other.length].copy_from_slice(other.pieces());
     }
@@ -125,45 +125,51 @@ pub(crate) trait FieldEffect: Sized {
     fn new(values: &[f64], tick_s: f64) -> Result<Self, ModelError>;
 
     /// Takes the run's first sample as having stood there for ever.
-    fn settle(&mut self, input: f64) -> f64;
+    fn steady_state(&mut self, input: f64) -> f64;
 
     /// Takes one piece and adds what becomes of it.
-    fn follow(&mut self, piece: Piece, output: &mut Course);
+    fn follow(&mut self, piece: Piece, output: &mut IntersampleField);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn polyline(points: &[(f64, f64)]) -> Course {
-        let (mut course, mut from) = (Course::empty(), 0.0);
+    fn polyline(points: &[(f64, f64)]) -> IntersampleField {
+        let (mut intersample, mut from) = (IntersampleField::empty(), 0.0);
         for &(span, to) in points {
-            course.push(Piece::straight(span, from, to));
+            intersample.push(Piece::straight(span, from, to));
             from = to;
         }
-        course
+        intersample
     }
 
-    /// Guards the hysteresis against needless and against missing stops: a monotone course is one piece again, and each
+    /// Guards the hysteresis against needless and against missing stops: a monotone tick is one piece again, and each
     /// extreme stays with its time; the mean over the tick is kept.
     #[test]
     fn only_turning_points_stay() {
-        let mut course = polyline(&[(0.25, 1.0), (0.25, 3.0), (0.125, 2.0), (0.125, 2.0), (0.25, 5.0)]);
-        let mean = |course: &Course| -> f64 { course.pieces().iter().map(|piece| piece.span * piece.mean).sum() };
-        let before = mean(&course);
-        course.keep_turns(0.0);
+        let mut intersample = polyline(&[(0.25, 1.0), (0.25, 3.0), (0.125, 2.0), (0.125, 2.0), (0.25, 5.0)]);
+        let mean = |intersample: &IntersampleField| -> f64 {
+            intersample.pieces().iter().map(|piece| piece.span * piece.mean).sum()
+        };
+        let before = mean(&intersample);
+        intersample.keep_turns(0.0);
         // A plateau does not hide the turn that follows it.
-        let kept: Vec<(f64, f64)> = course.pieces().iter().map(|piece| (piece.span, piece.to)).collect();
+        let kept: Vec<(f64, f64)> = intersample
+            .pieces()
+            .iter()
+            .map(|piece| (piece.span, piece.to))
+            .collect();
         assert_eq!(kept, [(0.5, 3.0), (0.25, 2.0), (0.25, 5.0)]);
-        assert!((mean(&course) - before).abs() < 1e-15);
+        assert!((mean(&intersample) - before).abs() < 1e-15);
     }
 
-    /// Guards the bound of a course: what is too much is joined to the last piece, and time and end are kept.
+    /// Guards the bound of a tick: what is too much is joined to the last piece, and time and end are kept.
     #[test]
-    fn a_full_course_keeps_time_and_end() {
-        let course = polyline(&(0..40).map(|index| (0.025, f64::from(index))).collect::<Vec<_>>());
-        let span: f64 = course.pieces().iter().map(|piece| piece.span).sum();
+    fn a_full_tick_keeps_time_and_end() {
+        let intersample = polyline(&(0..40).map(|index| (0.025, f64::from(index))).collect::<Vec<_>>());
+        let span: f64 = intersample.pieces().iter().map(|piece| piece.span).sum();
         assert!((span - 1.0).abs() < 1e-12);
-        assert_eq!(course.end(), 39.0);
+        assert_eq!(intersample.end(), 39.0);
     }
 }
