@@ -23,7 +23,7 @@ pub struct CancellationSettings {
 }
 
 /// κ may be at most this part of the lowest frequency, and of the smallest distance between two, both in rad/s: tested.
-const LARGEST_RATE: f64 = 0.1;
+const MAX_RATE: f64 = 0.1;
 
 impl CancellationSettings {
     /// Refuses frequencies that cannot be sampled, told apart or adapted at this rate.
@@ -42,7 +42,7 @@ impl CancellationSettings {
                 .fold(frequency_hz, |nearest: f64, other| {
                     nearest.min((frequency_hz - other).abs())
                 });
-            let most_per_s = LARGEST_RATE * TAU * nearest_hz;
+            let most_per_s = MAX_RATE * TAU * nearest_hz;
             if self.rate_per_s > most_per_s {
                 let sentence = format!(
                     "{} 1/s is too fast for {frequency_hz} Hz, {nearest_hz} Hz away from 0 or from another frequency of the list: at most {most_per_s} 1/s",

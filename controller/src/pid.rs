@@ -18,11 +18,11 @@ use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
 
 /// No rod moves by a metre; beyond, a number is a fault of the sensor, and bounding it keeps everything below finite.
-const LARGEST_MEASUREMENT_M: f64 = 1.0;
+const MAX_MEASUREMENT_M: f64 = 1.0;
 
 /// True for a displacement that can be used; NaN fails the comparison.
 pub(crate) fn is_measured(displacement_m: f64) -> bool {
-    displacement_m.abs() <= LARGEST_MEASUREMENT_M
+    displacement_m.abs() <= MAX_MEASUREMENT_M
 }
 
 /// Gains and what belongs to them.

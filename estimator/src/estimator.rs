@@ -5,10 +5,11 @@
 //! the corrected estimate.
 //! Source: the paper's section 3, made exact for any input by the bank (docs/paper-notes.md).
 
+use crate::any_law::AnyLaw;
 use crate::coil_field::{CoilFieldModel, FieldKnowledge};
 use crate::effects::KnownEffects;
 use crate::excitation::{Excitation, ExcitationMonitor};
-use crate::law::{AnyLaw, Correction, Law, Prediction, is_credible};
+use crate::law::{Correction, Law, Prediction, is_credible};
 use crate::outlier::OutlierTest;
 use crate::rods::Rods;
 use crate::washout::Washout;

@@ -8,6 +8,7 @@
 //! measurement that no such rod can give is left out.
 //! `node.rs` is the only file that knows messages.
 
+mod any_law;
 mod coil_field;
 mod covers;
 mod effects;
@@ -33,6 +34,7 @@ mod settings;
 mod smooth;
 mod washout;
 
+pub use any_law::AnyLaw;
 pub use coil_field::{CoilFieldModel, FieldKnowledge};
 pub use covers::{CoverPoint, Covers};
 pub use error::EstimatorError;
@@ -42,7 +44,7 @@ pub use fixed_shape::FixedShape;
 pub use folded::Folded;
 pub use gauss_newton::GaussNewton;
 pub use grid::Grid;
-pub use law::{AnyLaw, Correction, Law, Prediction};
+pub use law::{Correction, Law, Prediction};
 pub use matrix::{Matrix, MatrixConstants};
 pub use matrix_law::MatrixLaw;
 pub use modes::{Mode, Modes};

@@ -1,5 +1,6 @@
 //! What a scenario says about the estimator: where the field comes from, which law corrects, how fast and how carefully.
 
+mod bank;
 mod excitation;
 mod gauss_newton;
 mod min_max;
@@ -15,9 +16,6 @@ pub use tuning::Tuning;
 use anhyst_ipc::Invalid;
 use min_max::Said;
 use serde::{Deserialize, Serialize};
-
-/// Largest bank: a member costs about 20 ns a tick, and beyond some hundred members interpolation is not the error any more.
-const MAX_MEMBERS: usize = 512;
 
 /// Settings of the estimator.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -101,31 +99,6 @@ impl Default for LawSettings {
     fn default() -> Self {
         Self::Folded(MinMaxSettings::folded())
     }
-}
-
-/// A range that can be spanned, a start inside it, and a bank of at least `least` and not too many members.
-fn validate_bank((lower, upper): (f64, f64), start: f64, members: usize, least: usize) -> Result<(), Invalid> {
-    Invalid::unless_positive("range_a_per_m", lower, "A/m")?;
-    Invalid::unless_positive("range_a_per_m", upper, "A/m")?;
-    if lower >= upper {
-        return Err(Invalid::new(
-            "range_a_per_m",
-            format!("the lower edge {lower} A/m must be below the upper edge {upper} A/m"),
-        ));
-    }
-    if !(lower..=upper).contains(&start) {
-        return Err(Invalid::new(
-            "start_a_per_m",
-            format!("{start} A/m is outside the range [{lower}, {upper}] A/m, which the estimate may not leave"),
-        ));
-    }
-    if !(least..=MAX_MEMBERS).contains(&members) {
-        return Err(Invalid::new(
-            "members",
-            format!("{members} models cannot span a range; {least} to {MAX_MEMBERS} are possible"),
-        ));
-    }
-    Ok(())
 }
 
 impl LawSettings {

@@ -68,7 +68,7 @@ fn a_known_effect_leaves_no_gap() {
         effect(EffectKind::LoadChange, &[0.1, 0.1]),
         effect(EffectKind::CoilHeating, &[20.0, 100.0]),
         effect(EffectKind::Stiffening, &[1e8]),
-        effect(EffectKind::Backlash, &[1.8e-6]),
+        effect(EffectKind::Backlash, &[1.8e-6, 0.0]),
         effect(EffectKind::SecondMode, &[0.03, 415.0, 0.03]),
         effect(EffectKind::SensorDelay, &[5.35e-4, 0.0]),
         effect(EffectKind::SensorGain, &[0.1]),

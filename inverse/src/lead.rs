@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 /// The largest lead as a part of the field limit: where the curve is flat dH/dt has no bound, and the lead must not take
 /// the whole range of the amplifier.
-const LARGEST_LEAD: f64 = 0.25;
+const MAX_LEAD: f64 = 0.25;
 
 /// Compensation of a first-order lag.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -34,7 +34,7 @@ impl Lead {
         Self {
             lag_s: lags_s[0] + lags_s[1],
             product_s2: lags_s[0] * lags_s[1],
-            largest_a_per_m: LARGEST_LEAD * field_limit_a_per_m,
+            largest_a_per_m: MAX_LEAD * field_limit_a_per_m,
             tick_s,
             last_rate: 0.0,
         }

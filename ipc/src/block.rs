@@ -141,6 +141,7 @@ macro_rules! output_tuples {
             fn open(connections: &mut Connections) -> Result<Self::Senders, LinkError> {
                 Ok(($(connections.sender::<$message>()?,)*))
             }
+            #[inline]
             #[allow(unused_variables, reason = "the empty tuple sends nothing")]
             fn send(self, ($($sender,)*): &mut Self::Senders, tick: u64, seen: &mut dyn Seen) -> Result<(), LinkError> {
                 let ($($token,)*) = self;
@@ -151,7 +152,9 @@ macro_rules! output_tuples {
                     $token.write_words(&mut words);
                     let stamp = seen.see($message::CHANNEL, tick, &mut words[..$message::FIELDS.len()]);
                     // All are sent even if one fails: at the end of a run some readers may be gone before others.
-                    outcome = outcome.and($sender.send($message::from_words(stamp, &words)));
+                    if let Err(refused) = $sender.send($message::from_words(stamp, &words)) {
+                        outcome = outcome.and(Err(refused));
+                    }
                 )*
                 outcome
             }

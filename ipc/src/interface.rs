@@ -56,19 +56,19 @@ pub struct ServiceSizes {
     /// `buffer_size` of a node's subscriber.
     pub loop_buffer: usize,
     /// `subscriber_max_borrowed_samples`.
-    pub most_borrowed: usize,
+    pub max_borrowed: usize,
     /// `max_publishers`.
-    pub most_publishers: usize,
+    pub max_publishers: usize,
     /// `max_subscribers`.
-    pub most_subscribers: usize,
+    pub max_subscribers: usize,
     /// `max_nodes` of every service.
-    pub most_nodes: usize,
+    pub max_nodes: usize,
     /// `max_notifiers` of a bell.
-    pub most_notifiers: usize,
+    pub max_notifiers: usize,
     /// `max_listeners` of a bell.
-    pub most_listeners: usize,
+    pub max_listeners: usize,
     /// `max_readers` of a status.
-    pub most_status_readers: usize,
+    pub max_status_readers: usize,
 }
 
 /// One entry of a process's status.
@@ -111,13 +111,13 @@ pub fn interface() -> Interface {
         sizes: ServiceSizes {
             deepest_buffer: names::DEEPEST_BUFFER,
             loop_buffer: names::LOOP_BUFFER,
-            most_borrowed: names::MAX_BORROWED,
-            most_publishers: names::MAX_PUBLISHERS,
-            most_subscribers: names::MAX_SUBSCRIBERS,
-            most_nodes: names::MAX_NODES,
-            most_notifiers: names::MAX_NOTIFIERS,
-            most_listeners: names::MAX_LISTENERS,
-            most_status_readers: names::MAX_STATUS_READERS,
+            max_borrowed: names::MAX_BORROWED,
+            max_publishers: names::MAX_PUBLISHERS,
+            max_subscribers: names::MAX_SUBSCRIBERS,
+            max_nodes: names::MAX_NODES,
+            max_notifiers: names::MAX_NOTIFIERS,
+            max_listeners: names::MAX_LISTENERS,
+            max_status_readers: names::MAX_STATUS_READERS,
         },
         bell_service: names::bell_service("PROCESS"),
         status_service: names::status_service("PROCESS", 0),

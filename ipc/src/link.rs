@@ -165,10 +165,10 @@ impl<M: Message> Sender<M> {
     ///
     /// # Errors
     /// In lockstep if it reached fewer readers than are connected; in real time that is counted.
+    #[inline]
     pub fn send(&mut self, mut token: M) -> Result<(), LinkError> {
         if let Some(shared) = &self.shared {
-            token.stamp(token.tick(), monotonic_ns());
-            shared.send(&RawToken::of(&token))?;
+            send_shared(shared, &mut token)?;
         }
         self.cell.set(Some(token));
         Ok(())
@@ -181,6 +181,13 @@ impl<M: Message> Sender<M> {
     pub fn connect(&mut self) -> Result<(), LinkError> {
         self.shared.as_ref().map_or(Ok(()), RawSender::connect)
     }
+}
+
+/// Apart: links within one process are not to pay for it.
+#[inline(never)]
+fn send_shared<M: Message>(shared: &RawSender, token: &mut M) -> Result<(), LinkError> {
+    token.stamp(token.tick(), monotonic_ns());
+    shared.send(&RawToken::of(token))
 }
 
 enum Source<M: Message> {
@@ -215,9 +222,12 @@ impl<M: Message> Receiver<M> {
     /// In lockstep if it does not come within the receive limit or another one comes; in real time if its sender is watched
     /// ([`Connections::end_if_silent`]) and silent; if the run is told to stop.
     pub fn receive(&mut self, tick: u64) -> Result<M, LinkError> {
-        match self.discipline.clone() {
+        match &self.discipline {
             Discipline::Lockstep => self.receive_due(tick),
-            Discipline::Newest(pace) => self.receive_newest(tick, &pace),
+            Discipline::Newest(pace) => {
+                let pace = pace.clone();
+                self.receive_newest(tick, &pace)
+            }
             Discipline::AsFed => Ok(match &self.source {
                 Source::Cell(cell) => cell.get().unwrap_or_default(),
                 Source::Shared(_) => M::default(),

@@ -346,10 +346,12 @@ macro_rules! message {
                 fn tick(&self) -> u64 { self.tick }
                 fn sent_ns(&self) -> u64 { self.sent_ns }
                 fn stamp(&mut self, tick: u64, sent_ns: u64) { self.tick = tick; self.sent_ns = sent_ns; }
+                #[inline]
                 fn write_words(&self, words: &mut [u64]) {
                     let fields = [$( self.$field.to_word() ),*];
                     words[..fields.len()].copy_from_slice(&fields);
                 }
+                #[inline]
                 fn from_words(tick: u64, words: &[u64]) -> Self {
                     let [$( $field ),*] = std::array::from_fn(|i| words[i]);
                     Self { tick, sent_ns: 0, $( $field: Word::from_word($field) ),* }

@@ -10,9 +10,9 @@ use serde::{Deserialize, Serialize};
 use crate::{Contact, Milling};
 
 /// A tooth period shorter than this many ticks would not be resolved.
-const SHORTEST_TOOTH_PERIOD_TICKS: f64 = 8.0;
+const MIN_TOOTH_PERIOD_TICKS: f64 = 8.0;
 /// Bounds the delay line: 65536 ticks are 3.3 s at 20 kHz.
-const LONGEST_TOOTH_PERIOD_TICKS: f64 = 65536.0;
+const MAX_TOOTH_PERIOD_TICKS: f64 = 65536.0;
 
 /// A cut in progress: the numbers and the face that the last teeth left.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,10 +37,10 @@ impl CuttingProcess {
         milling.validate()?;
         contact.validate()?;
         let period_ticks = milling.tooth_period_s() / tick_s;
-        if !(SHORTEST_TOOTH_PERIOD_TICKS..=LONGEST_TOOTH_PERIOD_TICKS).contains(&period_ticks) {
+        if !(MIN_TOOTH_PERIOD_TICKS..=MAX_TOOTH_PERIOD_TICKS).contains(&period_ticks) {
             let sentence = format!(
                 "{} 1/min with {} teeth make a tooth period of {period_ticks:.1} ticks, outside \
-                 [{SHORTEST_TOOTH_PERIOD_TICKS}, {LONGEST_TOOTH_PERIOD_TICKS}]: the pulses would not be resolved",
+                 [{MIN_TOOTH_PERIOD_TICKS}, {MAX_TOOTH_PERIOD_TICKS}]: the pulses would not be resolved",
                 milling.spindle_rpm, milling.teeth
             );
             return Err(Invalid::new("spindle_rpm", sentence));

@@ -19,6 +19,6 @@ pub use heating::{CoilLoss, ExpansionSettings, Heating, ThermalCircuit};
 pub use milling::{Contact, Cut, Milling};
 pub use node::{AmplifierNode, PlantNode};
 pub use plant::{Plant, PlantState, Readings, TWO_POLE_ELEMENTS};
-pub use settings::{PlantRod, PlantSettings, Sensors, TemperatureSensor, validate_amplifier};
+pub use settings::{PlantRod, PlantSettings, SensorFaults, Sensors, TemperatureSensor, validate_amplifier};
 pub use shape::ShapeCourse;
 pub use watchdog::WatchdogSettings;

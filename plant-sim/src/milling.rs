@@ -18,7 +18,7 @@ use core::f64::consts::PI;
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
 
-const MOST_TEETH: u32 = 32;
+const MAX_TEETH: u32 = 32;
 
 /// Which cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -150,10 +150,10 @@ impl Milling {
     /// The first number that no cut can have.
     pub fn validate(&self) -> Result<(), Invalid> {
         Invalid::unless_positive("spindle_rpm", self.spindle_rpm, "1/min")?;
-        if self.teeth == 0 || self.teeth > MOST_TEETH {
+        if self.teeth == 0 || self.teeth > MAX_TEETH {
             return Err(Invalid::new(
                 "teeth",
-                format!("{} teeth are outside [1, {MOST_TEETH}]", self.teeth),
+                format!("{} teeth are outside [1, {MAX_TEETH}]", self.teeth),
             ));
         }
         Invalid::unless_between("entry_angle_deg", self.entry_angle_deg, 0.0, 180.0, "degrees")?;

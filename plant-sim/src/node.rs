@@ -10,7 +10,7 @@ use crate::{Plant, PlantError, PlantSettings, WatchdogSettings, validate_amplifi
 /// Behind a lag the coil never quite gets there: so close to the safe field counts as safe, A/m.
 const SAFE_WITHIN_A_PER_M: f64 = 1.0;
 /// No coil has more; a model would need steps in proportion to the way.
-const MOST_A_PER_M: f64 = 1e7;
+const MAX_A_PER_M: f64 = 1e7;
 /// The field of a coil whose amplifier is dead dies in so many ticks, as the simulation has it.
 const DEAD_AMPLIFIER_TICKS: u32 = 20;
 
@@ -132,7 +132,7 @@ impl Block for PlantNode {
 
     fn step(&mut self, tick: u64, (Previous(coil),): Self::Inputs) -> Self::Outputs {
         // Tick 0 is t_0 itself: there is no interval before it. No coil has a field that is no number, or such a field.
-        if tick > 0 && coil.field_a_per_m.abs() <= MOST_A_PER_M {
+        if tick > 0 && coil.field_a_per_m.abs() <= MAX_A_PER_M {
             self.field_a_per_m = coil.field_a_per_m;
         }
         self.amplifier_is_safe = coil.status & CoilField::SAFE != 0;

@@ -11,10 +11,11 @@
 use anhyst_ipc::Invalid;
 use anhyst_model::{
     Actuator, ActuatorInput, ActuatorModel, ActuatorOutput, ActuatorRod, AmplifierConstants, Effect, EffectKind,
-    MagneticState, Material, ModelError, Noise, RodConstants, RodElements, Sensor, Warming, rod_per_strain,
+    Flicker, MagneticState, Material, ModelError, Noise, RodConstants, RodElements, Sensor, Warming, rod_per_strain,
 };
 use serde::{Deserialize, Serialize};
 
+use crate::settings::SensorFaults;
 use crate::{CuttingProcess, PlantError, PlantRod, PlantSettings, ShapeCourse};
 
 /// Elements from which [`PlantRod::TwoPole`] is reduced: with these the paper's w comes out to all printed digits.
@@ -84,6 +85,8 @@ pub struct Plant {
     displacement: Channel,
     field: Channel,
     temperature: Option<Channel>,
+    faults: SensorFaults,
+    flicker: Flicker,
 }
 
 impl Plant {
@@ -129,6 +132,8 @@ impl Plant {
             displacement: Channel::new(sensors.displacement(), seed, 0),
             field: Channel::new(sensors.field(), seed, 1),
             temperature: sensors.temperature().map(|sensor| Channel::new(sensor, seed, 2)),
+            faults: sensors.faults,
+            flicker: Flicker::new(Noise::new(seed, 3)),
         };
         plant.step(0.0, 0.0);
         Ok(plant)
@@ -189,9 +194,17 @@ impl Plant {
     /// Reads every sensor once; call it once a tick, because each reading draws noise.
     pub fn measure(&mut self) -> Readings {
         let temperature_k = self.state.temperature_k;
+        let (mut sensed_m, mut field_a_per_m) = (self.sensed_m, self.state.magnetic.field_a_per_m);
+        let faults = self.faults;
+        // Untouched without them: the bits of a good sensor stay.
+        if faults != SensorFaults::default() {
+            let hum = libm::sin(std::f64::consts::TAU * faults.displacement_hum_hz * self.time_s());
+            sensed_m += faults.displacement_flicker_m * self.flicker.normal() + faults.displacement_hum_m * hum;
+            field_a_per_m = (1.0 + faults.field_gain) * field_a_per_m + faults.field_zero_a_per_m;
+        }
         Readings {
-            displacement_m: self.displacement.measure(self.sensed_m),
-            field_a_per_m: self.field.measure(self.state.magnetic.field_a_per_m),
+            displacement_m: self.displacement.measure(sensed_m),
+            field_a_per_m: self.field.measure(field_a_per_m),
             temperature_k: self
                 .temperature
                 .as_mut()
@@ -232,6 +245,7 @@ fn actuator(
         coil: true,
         effects,
         ambient_temperature_k,
+        tolerances: Default::default(),
     };
     let rod = match (settings.rod, settings.two_pole) {
         (PlantRod::Elements(count), _) => ActuatorRod::Elements(RodElements::assemble(rod, count)?),

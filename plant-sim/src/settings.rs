@@ -69,6 +69,25 @@ pub struct Sensors {
     /// Of the rod's temperature; none: not fitted, 0 is sent.
     #[serde(default)]
     pub temperature: Option<TemperatureSensor>,
+    /// What is wrong with them beside.
+    #[serde(default)]
+    pub faults: SensorFaults,
+}
+
+/// What a good sensor has not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct SensorFaults {
+    /// Noise of the displacement whose power falls as 1/f, rms, m.
+    pub displacement_flicker_m: f64,
+    /// A hum on the displacement: amplitude, m.
+    pub displacement_hum_m: f64,
+    /// Its frequency, Hz.
+    pub displacement_hum_hz: f64,
+    /// The field's monitor says this share too much.
+    pub field_gain: f64,
+    /// And this more, A/m.
+    pub field_zero_a_per_m: f64,
 }
 
 /// A thermometer on the rod.
@@ -128,11 +147,28 @@ impl Sensors {
         for (path, value, most, unit) in parts {
             Invalid::unless_between(path, value, 0.0, most, unit)?;
         }
+        self.faults.validate().map_err(|refusal| refusal.within("faults"))?;
         let Some(thermometer) = self.temperature else {
             return Ok(());
         };
         Invalid::unless_between("temperature.noise_k", thermometer.noise_k, 0.0, 100.0, "K")?;
         Invalid::unless_between("temperature.resolution_k", thermometer.resolution_k, 0.0, 100.0, "K")
+    }
+}
+
+impl SensorFaults {
+    fn validate(&self) -> Result<(), Invalid> {
+        let parts = [
+            ("displacement_flicker_m", self.displacement_flicker_m, 0.0, 1e-3, "m"),
+            ("displacement_hum_m", self.displacement_hum_m, 0.0, 1e-3, "m"),
+            ("displacement_hum_hz", self.displacement_hum_hz, 0.0, 1e6, "Hz"),
+            ("field_gain", self.field_gain, -0.5, 0.5, ""),
+            ("field_zero_a_per_m", self.field_zero_a_per_m, -1e6, 1e6, "A/m"),
+        ];
+        for (path, value, least, most, unit) in parts {
+            Invalid::unless_between(path, value, least, most, unit)?;
+        }
+        Ok(())
     }
 }
 

@@ -46,7 +46,7 @@ fn an_effect_of_no_size_changes_nothing_but_the_mean_between_ticks() {
     let elements = anhyst_model::RodElements::assemble(&RodConstants::paper(), 8).unwrap();
     let metres = elements.two_pole(material.strain_per_magnetization()).dc_gain();
     let mut before = [0.0; 2];
-    let mut bulge = 0.0_f64;
+    let mut mean_excess = 0.0_f64;
     for k in 1..8000 {
         plain.advance(field(k));
         chained.advance(field(k));
@@ -54,9 +54,9 @@ fn an_effect_of_no_size_changes_nothing_but_the_mean_between_ticks() {
         assert_eq!(one.shape_a_per_m, other.shape_a_per_m);
         let gap_m = one.displacement_m - other.displacement_m;
         let magnetization = one.magnetic.magnetization_a_per_m;
-        bulge = bulge.max((magnetization - 2.0 * before[0] + before[1]).abs() / 12.0);
+        mean_excess = mean_excess.max((magnetization - 2.0 * before[0] + before[1]).abs() / 12.0);
         before = [magnetization, before[0]];
-        let largest_m = 1.5 * metres * bulge;
+        let largest_m = 1.5 * metres * mean_excess;
         assert!(gap_m.abs() < largest_m, "tick {k}: {gap_m} m, not within {largest_m} m");
         let gap = one.magnetic.magnetization_a_per_m - other.magnetic.magnetization_a_per_m;
         assert!(gap.abs() < 1e-3, "tick {k}: {gap} A/m");

@@ -2,8 +2,8 @@
 
 use anhyst_model::{Material, RodConstants};
 use anhyst_plant_sim::{
-    CoilLoss, Contact, Cut, ExpansionSettings, Heating, Plant, PlantError, PlantRod, PlantSettings, Sensors,
-    ShapeCourse, TemperatureSensor, ThermalCircuit,
+    CoilLoss, Contact, Cut, ExpansionSettings, Heating, Plant, PlantError, PlantRod, PlantSettings, SensorFaults,
+    Sensors, ShapeCourse, TemperatureSensor, ThermalCircuit,
 };
 use proptest::prelude::*;
 
@@ -24,6 +24,10 @@ fn busy(rod: PlantRod, cut: Cut) -> PlantSettings {
                 noise_k: 0.01,
                 resolution_k: 0.001,
             }),
+            faults: SensorFaults {
+                displacement_flicker_m: 5e-9,
+                ..SensorFaults::default()
+            },
         },
         start_temperature_k: 295.0,
         heating: Some(Heating {

@@ -183,12 +183,15 @@ impl OutputStage {
             None => SensitiveOutput { value, derivatives },
             // The mean excess of the strain is that of M by the strain law's slope.
             Some(rod) => {
-                let curved = self.measured.curvature(state.magnetization_a_per_m) * state.bulge_a_per_m;
+                let curved = self.measured.curvature(state.magnetization_a_per_m) * state.mean_excess_a_per_m;
                 let mut mean_excesses = [0.0; COUNT];
                 for (index, mean_excess) in mean_excesses.iter_mut().enumerate() {
-                    *mean_excess = slope * state.bulge_derivatives[index] + curved * state.derivatives[index];
+                    *mean_excess = slope * state.mean_excess_derivatives[index] + curved * state.derivatives[index];
                 }
-                rod.advance((value, slope * state.bulge_a_per_m), (&derivatives, &mean_excesses))
+                rod.advance(
+                    (value, slope * state.mean_excess_a_per_m),
+                    (&derivatives, &mean_excesses),
+                )
             }
         };
         self.output

@@ -1,6 +1,6 @@
 //! Settings of the recursive Gauss-Newton law.
 
-use super::validate_bank;
+use super::bank::validate_bank;
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
 

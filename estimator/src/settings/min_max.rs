@@ -1,6 +1,6 @@
 //! Settings of the laws that step along a slope: folded, scalar, gradient and matrix share them.
 
-use super::validate_bank;
+use super::bank::validate_bank;
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Deserializer, Serialize};
 
