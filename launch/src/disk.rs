@@ -4,17 +4,21 @@
 use anhyst_ipc::{LinkError, NodeId};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// Reports, summary, logs, the last block of a recording.
 const END_BYTES: u64 = 4 << 20;
 /// Of a node's digest, a tick.
 const DIGEST_BYTES: u64 = 8;
+/// Between two looks: at hundreds of megabytes a second the end still has its room, and asking costs a run nothing.
+const LOOK_PERIOD: Duration = Duration::from_millis(5);
 
 /// The disk of a run's folder.
 #[derive(Debug)]
 pub struct Disk {
     folder: PathBuf,
     needed_bytes: u64,
+    looked: Option<Instant>,
 }
 
 impl Disk {
@@ -23,14 +27,19 @@ impl Disk {
         Self {
             folder: folder.to_owned(),
             needed_bytes: END_BYTES + NodeId::LOOP_ORDER.len() as u64 * DIGEST_BYTES * ticks,
+            looked: None,
         }
     }
 
-    /// Looks whether there still is that much.
+    /// Looks whether there still is that much, if the last look is a while ago.
     ///
     /// # Errors
     /// If not. A disk that cannot be asked is good enough.
-    pub fn check(&self) -> Result<(), LinkError> {
+    pub fn check(&mut self) -> Result<(), LinkError> {
+        if self.looked.is_some_and(|looked| looked.elapsed() < LOOK_PERIOD) {
+            return Ok(());
+        }
+        self.looked = Some(Instant::now());
         let too_little = |free_bytes: &u64| *free_bytes < self.needed_bytes;
         free_bytes(&self.folder)
             .filter(too_little)

@@ -153,7 +153,7 @@ impl RunFolder {
     }
 
     /// A node's digest after every tick.
-    pub fn trail(&self, node: &str) -> PathBuf {
+    pub fn digest_history(&self, node: &str) -> PathBuf {
         self.0.join("digests").join(format!("{node}.u64"))
     }
 }

@@ -1,6 +1,7 @@
 //! Judges a cut while it runs: error is the reference minus the true displacement, after the settling time.
 
 use crate::any_number;
+use crate::error_course::{ErrorCourse, ErrorWindow};
 use anhyst_guard::Event;
 use anhyst_ipc::{CoilField, Demand, Estimate, SafeField, Truth};
 use anhyst_scenario::Expect;
@@ -17,6 +18,8 @@ pub struct Judge {
     sum_of_squares_m2: f64,
     #[serde(with = "any_number")]
     shape_error_sum_of_squares: f64,
+    #[serde(default)]
+    course: ErrorCourse,
     verdict: Verdict,
 }
 
@@ -85,6 +88,9 @@ pub struct Verdict {
     pub first_event: u64,
     /// The tick of that event.
     pub first_event_tick: u64,
+    /// The error over time, in at most 256 windows.
+    #[serde(default)]
+    pub error_course: Vec<ErrorWindow>,
 }
 
 /// A value that is no number exceeds every limit: it must never pass for a good result.
@@ -102,6 +108,7 @@ impl Judge {
             samples: 0,
             sum_of_squares_m2: 0.0,
             shape_error_sum_of_squares: 0.0,
+            course: ErrorCourse::default(),
             verdict: Verdict::default(),
         }
     }
@@ -148,6 +155,7 @@ impl Judge {
         }
         let error_m = demand.reference_m - truth.displacement_m;
         self.samples += 1;
+        self.course.observe(tick, error_m);
         self.sum_of_squares_m2 += error_m * error_m;
         self.shape_error_sum_of_squares += verdict.a_final_error_a_per_m * verdict.a_final_error_a_per_m;
         if exceeds(error_m.abs(), verdict.error_max_m) {
@@ -165,6 +173,7 @@ impl Judge {
             error_rms_m: mean(self.sum_of_squares_m2),
             a_error_rms_a_per_m: mean(self.shape_error_sum_of_squares),
             judged_ticks: self.samples,
+            error_course: self.course.windows(self.tick_s),
             ..self.verdict.clone()
         }
     }

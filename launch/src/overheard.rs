@@ -9,7 +9,7 @@ use anhyst_scenario::Everything;
 pub struct Overheard {
     node: NodeId,
     digest: Digest,
-    trail: DigestHistory,
+    digest_history: DigestHistory,
 }
 
 impl Overheard {
@@ -18,7 +18,7 @@ impl Overheard {
         Self {
             node,
             digest: Digest::default(),
-            trail: DigestHistory::with_capacity(ticks as usize),
+            digest_history: DigestHistory::with_capacity(ticks as usize),
         }
     }
 
@@ -32,7 +32,7 @@ impl Overheard {
         self.add(tick, command);
         self.add(tick, safe);
         self.add(tick, coil);
-        self.trail.push(self.digest);
+        self.digest_history.push(self.digest);
     }
 
     fn add<M: Message>(&mut self, tick: u64, token: &M) {
@@ -47,7 +47,7 @@ impl Overheard {
     pub fn report(&self) -> NodeReport {
         NodeReport {
             node: self.node,
-            ticks: self.trail.len() as u64,
+            ticks: self.digest_history.len() as u64,
             digest: self.digest.0,
             field_a_per_m: None,
             links: Vec::new(),
@@ -59,6 +59,6 @@ impl Overheard {
     /// # Errors
     /// If the file cannot be written.
     pub fn write(&self, folder: &RunFolder) -> std::io::Result<()> {
-        std::fs::write(folder.trail(self.node.name()), self.trail.to_bytes())
+        std::fs::write(folder.digest_history(self.node.name()), self.digest_history.to_bytes())
     }
 }

@@ -293,7 +293,7 @@ impl Loop {
         if stop_requested() && done >= self.last_tick_to_hear() {
             return Err(LinkError::Stopped { tick: done });
         }
-        if let Some(disk) = &self.disk {
+        if let Some(disk) = &mut self.disk {
             disk.check()?;
         }
         let Some(shared) = &self.shared else { return Ok(()) };
@@ -345,7 +345,7 @@ impl Loop {
             ..ProcessReport::default()
         };
         for stage in &self.stages {
-            let path = folder.trail(stage.node().name());
+            let path = folder.digest_history(stage.node().name());
             std::fs::write(&path, stage.digest_history().to_bytes())
                 .map_err(|cause| RunError::Write { path, cause })?;
         }
@@ -356,7 +356,7 @@ impl Loop {
             let mut scribe = scribe.into_block();
             for overheard in scribe.overheard() {
                 report.nodes.push(overheard.report());
-                let path = || folder.trail(overheard.report().node.name());
+                let path = || folder.digest_history(overheard.report().node.name());
                 overheard
                     .write(folder)
                     .map_err(|cause| RunError::Write { path: path(), cause })?;

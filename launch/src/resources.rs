@@ -27,9 +27,9 @@ pub fn user_root() -> PathBuf {
 }
 
 /// A socket's path has 108 bytes, of which iceoryx2 needs about 40 for its own names.
-const LONGEST_ROOT_AND_PREFIX: usize = 68;
+const MAX_ROOT_AND_PREFIX: usize = 68;
 /// The shortest prefix that a user may choose: all files that begin with it are removed after the run.
-const SHORTEST_PREFIX: usize = 8;
+const MIN_PREFIX: usize = 8;
 
 /// Checks that a socket's path has room for both.
 ///
@@ -37,9 +37,9 @@ const SHORTEST_PREFIX: usize = 8;
 /// A sentence with the length and the limit.
 pub fn check_length(root: &Path, prefix: &str) -> Result<(), String> {
     let length = root.as_os_str().len() + prefix.len();
-    if length > LONGEST_ROOT_AND_PREFIX {
+    if length > MAX_ROOT_AND_PREFIX {
         return Err(format!(
-            "--root and --service-prefix have {length} characters together; a socket's path leaves room for {LONGEST_ROOT_AND_PREFIX}"
+            "--root and --service-prefix have {length} characters together; a socket's path leaves room for {MAX_ROOT_AND_PREFIX}"
         ));
     }
     Ok(())
@@ -71,13 +71,10 @@ impl Resources {
         let unique = Self::unique();
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
         if let Some(prefix) = prefix
-            && !(prefix.len() >= SHORTEST_PREFIX
-                && prefix.chars().all(plain)
-                && prefix.ends_with('_')
-                && prefix != PREFIX)
+            && !(prefix.len() >= MIN_PREFIX && prefix.chars().all(plain) && prefix.ends_with('_') && prefix != PREFIX)
         {
             return Err(format!(
-                "--service-prefix {prefix} must have at least {SHORTEST_PREFIX} letters, digits and '_', end with '_', and not be {PREFIX}: files that begin with it are removed after the run"
+                "--service-prefix {prefix} must have at least {MIN_PREFIX} letters, digits and '_', end with '_', and not be {PREFIX}: files that begin with it are removed after the run"
             ));
         }
         let root = root.map_or_else(|| Ok(unique.root), std::path::absolute);

@@ -11,14 +11,14 @@ use std::time::{Duration, Instant};
 const LAST_WAIT: Duration = Duration::from_millis(100);
 const LAST_WAIT_OF_PLANT: Duration = Duration::from_millis(350);
 /// So far ahead of the process that listens nobody runs: half of what its buffer takes.
-const MOST_AHEAD_TICKS: u64 = 32;
+const MAX_AHEAD_TICKS: u64 = 32;
 /// How long such a listener is waited for in all: it may be dead.
 const PATIENCE: Duration = Duration::from_millis(200);
 /// How long an amplifier on its way follows a guard: one that knows nothing of the end may go on to the last tick of the run.
-const LONGEST_FOLLOWING: Duration = Duration::from_millis(800);
+const MAX_FOLLOWING: Duration = Duration::from_millis(800);
 const STEP: Duration = Duration::from_micros(200);
 /// More ticks than any stated ramp has are not needed; a ramp that never ends must not keep a process alive.
-const MOST_TICKS: u64 = 1_000_000;
+const MAX_TICKS: u64 = 1_000_000;
 
 /// Runs the stages that can harm something from `failed_at_tick` until each is safe.
 pub fn bring_to_safety(stages: &mut [Box<dyn Stage>], shared: Option<&SharedContext>, failed_at_tick: u64) -> Ending {
@@ -51,7 +51,7 @@ pub fn bring_to_safety(stages: &mut [Box<dyn Stage>], shared: Option<&SharedCont
     let mut patience = PATIENCE;
     let (mut guard_moved, mut amplifier_moved) = (true, true);
     let begin = Instant::now();
-    for tick in failed_at_tick..failed_at_tick.saturating_add(MOST_TICKS) {
+    for tick in failed_at_tick..failed_at_tick.saturating_add(MAX_TICKS) {
         let (mut any_heard, mut any_alone, mut any_moved) = (false, false, false);
         for (stage, listens) in &mut moving {
             let node = stage.node();
@@ -59,7 +59,7 @@ pub fn bring_to_safety(stages: &mut [Box<dyn Stage>], shared: Option<&SharedCont
             let speaks = match node {
                 NodeId::Plant => !has_amplifier || amplifier_moved,
                 NodeId::Amplifier if has_guard => guard_moved,
-                NodeId::Amplifier => begin.elapsed() < LONGEST_FOLLOWING,
+                NodeId::Amplifier => begin.elapsed() < MAX_FOLLOWING,
                 _ => true,
             };
             // The failure came in the middle of a tick: some have answered it.
@@ -84,7 +84,7 @@ pub fn bring_to_safety(stages: &mut [Box<dyn Stage>], shared: Option<&SharedCont
         if let Some(shared) = shared {
             shared.set_tick(tick + 1);
             let behind = || listener.and_then(|name| shared.tick_of(name));
-            while !patience.is_zero() && behind().is_some_and(|reached| reached + MOST_AHEAD_TICKS < tick) {
+            while !patience.is_zero() && behind().is_some_and(|reached| reached + MAX_AHEAD_TICKS < tick) {
                 std::thread::sleep(STEP);
                 patience = patience.saturating_sub(STEP);
             }

@@ -4,10 +4,10 @@ use crate::folder::RunFolder;
 use crate::judge::Verdict;
 use crate::realtime::{ForeignCount, RealtimeSummary};
 use crate::report::ProcessReport;
-use crate::table::plain_table;
 use anhyst_ipc::{LinkReport, NodeId, NodeReport, combine};
+use anhyst_report::number::Si;
+use anhyst_report::table::Table;
 use anhyst_scenario::Scenario;
-use comfy_table::CellAlignment;
 use serde::{Deserialize, Serialize};
 
 /// The machine-readable summary.
@@ -134,20 +134,20 @@ impl Summary {
 
     /// The table for people.
     pub fn table(&self) -> String {
-        let mut table = plain_table();
+        let mut table = Table::default();
         let verdict = &self.verdict;
-        let um = |m: f64| format!("{:.4} µm", m * 1e6);
+        let length = |metres: f64| Si(metres, "m").to_string();
         let mut row = |name: &str, value: String| {
-            table.add_row([name.to_owned(), value]);
+            table.push([name.to_owned(), value]);
         };
-        row("error rms", um(verdict.error_rms_m));
+        row("error rms", length(verdict.error_rms_m));
         row(
             "error max",
-            format!("{} at {:.3} s", um(verdict.error_max_m), verdict.error_max_at_s),
+            format!("{} at {:.3} s", length(verdict.error_max_m), verdict.error_max_at_s),
         );
         row(
             "tolerance, margin",
-            format!("±{}, {}", um(self.tolerance_m), um(self.tolerance_margin_m)),
+            format!("±{}, {}", length(self.tolerance_m), length(self.tolerance_margin_m)),
         );
         row(
             "a true, estimated",
@@ -160,8 +160,11 @@ impl Summary {
                 verdict.a_error_rms_a_per_m, verdict.a_final_error_a_per_m
             ),
         );
-        let (peak, limit) = (verdict.field_peak_a_per_m * 1e-3, self.field_limit_a_per_m * 1e-3);
-        row("field used, limit", format!("{peak:.2}, {limit:.2} kA/m"));
+        let (peak, limit) = (
+            Si(verdict.field_peak_a_per_m, "A/m"),
+            Si(self.field_limit_a_per_m, "A/m"),
+        );
+        row("field used, limit", format!("{peak}, {limit}"));
         if verdict.guarded_ticks > 0 {
             let first = self.first_event_name.as_ref();
             let first = first.map(|name| format!(", first {name} at tick {}", verdict.first_event_tick));
@@ -183,7 +186,7 @@ impl Summary {
             format!("{:.0} ({:.2} times real time)", self.ticks_per_s, self.realtime_factor),
         );
         row("digest", self.digest.clone());
-        let mut text = table.to_string();
+        let mut text = table.terminal();
         if let Some(realtime) = &self.realtime {
             text.push_str("\n\nreal time\n");
             text.push_str(&crate::summary_realtime::table(realtime));
@@ -196,12 +199,11 @@ impl Summary {
     }
 
     fn latency_table(&self) -> String {
-        let mut table = plain_table();
-        table.set_header(["link", "p50", "p99", "p99.9", "max"]);
+        let mut table = Table::new(["link", "p50", "p99", "p99.9", "max"]);
         for link in self.links.iter().filter(|link| link.latency.count > 0) {
             let latency = &link.latency;
             let us = |value: f64| format!("{value:.1}");
-            table.add_row([
+            table.push([
                 format!("{} → {}", link.channel, link.reader),
                 us(latency.p50_us),
                 us(latency.p99_us),
@@ -209,9 +211,6 @@ impl Summary {
                 us(latency.max_us),
             ]);
         }
-        for column in table.column_iter_mut().skip(1) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
-        table.to_string()
+        table.terminal()
     }
 }

@@ -1,13 +1,11 @@
 //! The part of a run's table that is about real time.
 
 use crate::realtime::{RealtimeSummary, Restart};
-use crate::table::plain_table;
-use comfy_table::CellAlignment;
+use anhyst_report::table::Table;
 
 /// The table for people.
 pub fn table(summary: &RealtimeSummary) -> String {
-    let mut table = plain_table();
-    table.set_header([
+    let mut table = Table::new([
         "process",
         "late",
         "left out",
@@ -18,7 +16,7 @@ pub fn table(summary: &RealtimeSummary) -> String {
     ]);
     for (name, report) in &summary.processes {
         let period = &report.period.summary;
-        table.add_row([
+        table.push([
             name.clone(),
             report.late_ticks.to_string(),
             report.left_out_ticks.to_string(),
@@ -28,10 +26,7 @@ pub fn table(summary: &RealtimeSummary) -> String {
             format!("{:.1}", period.max_us),
         ]);
     }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    let mut text = format!("{table}\nmissed deadlines: {}", summary.missed);
+    let mut text = format!("{}\nmissed deadlines: {}", table.terminal(), summary.missed);
     let kinds = [
         ("waking of the timer", summary.find(|report| report.wake.as_ref())),
         (

@@ -5,7 +5,10 @@
 
 use super::Scenario;
 use anhyst_ipc::Invalid;
-use anhyst_model::{Material, RodElements, TwoPole, rod_per_strain, validate_effects, with_known_effects};
+use anhyst_model::{
+    ActuatorModel, Material, RodElements, TwoPole, rod_per_magnetization, rod_per_strain, validate_effects,
+    with_known_effects,
+};
 
 impl Scenario {
     /// Material and rod (gain per free strain) for estimator, inverse and controller.
@@ -28,6 +31,25 @@ impl Scenario {
         let elements = RodElements::assemble(&self.rod.constants, self.rod.elements)
             .map_err(|error| Invalid::new("rod.constants", error.to_string()))?;
         Ok(elements.two_pole(1.0))
+    }
+
+    /// What the controller's side believes, as a model of the actuator.
+    ///
+    /// # Errors
+    /// If the rod's constants cannot be used.
+    pub fn believed_model(&self) -> Result<ActuatorModel, Invalid> {
+        let material = self.material()?.clone();
+        Ok(ActuatorModel {
+            name: format!("{} of scenario {}", material.name, self.name),
+            source: material.source.clone(),
+            amplifier: self.amplifier,
+            rod: Some(rod_per_magnetization(self.two_pole()?, &material)),
+            material,
+            effects: self.effects.clone(),
+            coil: true,
+            ambient_temperature_k: self.plant.start_temperature_k,
+            tolerances: Default::default(),
+        })
     }
 
     /// What the plant does not say of itself is as the others believe.

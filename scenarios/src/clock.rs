@@ -74,7 +74,7 @@ impl Default for Realtime {
 /// What the loop can do without for a while.
 const RESTARTABLE: [NodeId; 3] = [NodeId::Estimator, NodeId::Inverse, NodeId::Recorder];
 /// Bytes of a node's token log, at most: the file is mapped as a whole.
-const LARGEST_LOG_BYTES: f64 = 8.0 * (1 << 30) as f64;
+const MAX_LOG_BYTES: f64 = 8.0 * (1 << 30) as f64;
 /// The estimator's record, the largest.
 const LOG_BYTES_PER_TICK: f64 = 128.0;
 
@@ -133,12 +133,12 @@ impl Realtime {
             return Err(Invalid::new("restart", sentence));
         }
         let bytes = ticks * LOG_BYTES_PER_TICK;
-        if self.log_tokens && bytes > LARGEST_LOG_BYTES {
+        if self.log_tokens && bytes > MAX_LOG_BYTES {
             let gib = |bytes: f64| bytes / (1 << 30) as f64;
             let sentence = format!(
                 "a log of {ticks:.0} ticks takes {:.1} GiB, more than {:.0} GiB; make the run shorter or set log_tokens to false",
                 gib(bytes),
-                gib(LARGEST_LOG_BYTES)
+                gib(MAX_LOG_BYTES)
             );
             return Err(Invalid::new("log_tokens", sentence));
         }

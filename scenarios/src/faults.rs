@@ -2,7 +2,6 @@
 //!
 //! A fault of a process happens in that process, before it answers the tick; the launcher wakes what was stopped.
 
-use super::{Placement, Scenario};
 use anhyst_ipc::{Channel, Invalid, NodeId, TokenFault, TokenKind};
 use serde::{Deserialize, Deserializer, Serialize};
 
@@ -91,14 +90,14 @@ pub(super) fn refuse_flip<'de, D: Deserializer<'de>>(deserializer: D) -> Result<
 
 impl Fault {
     /// The node in whose process it happens.
-    fn node(&self) -> NodeId {
+    pub(super) fn node(&self) -> NodeId {
         match self {
             Fault::Link(link) => link.channel.producer(),
             Fault::Process(process) => process.node,
         }
     }
 
-    fn begin_tick(&self, tick_s: f64) -> Result<u64, Invalid> {
+    pub(super) fn begin_tick(&self, tick_s: f64) -> Result<u64, Invalid> {
         match self {
             Fault::Link(link) => begin(link.at_s, link.from_tick, tick_s),
             Fault::Process(process) => begin(process.at_s, process.from_tick, tick_s),
@@ -106,7 +105,7 @@ impl Fault {
     }
 
     /// The fault of this tick would never happen: the run's ticks end before it.
-    fn too_late(&self, scenario: &Scenario) -> Invalid {
+    pub(super) fn too_late(&self, duration_s: f64, ticks: u64) -> Invalid {
         let (at_s, from_tick) = match self {
             Fault::Link(link) => (link.at_s, link.from_tick),
             Fault::Process(process) => (process.at_s, process.from_tick),
@@ -116,7 +115,7 @@ impl Fault {
                 "at_s",
                 format!(
                     "{at_s} s is not before the end of the run, duration_s = {} s: the fault would never happen",
-                    scenario.duration_s
+                    duration_s
                 ),
             ),
             (None, tick) => Invalid::new(
@@ -124,14 +123,14 @@ impl Fault {
                 format!(
                     "tick {} is not before the end of the run, {} ticks: the fault would never happen",
                     tick.unwrap_or_default(),
-                    scenario.ticks()
+                    ticks
                 ),
             ),
         }
     }
 
     /// A program of somebody else's does nothing of what it is not told.
-    fn not_read(&self, external: &[NodeId]) -> Invalid {
+    pub(super) fn not_read(&self, external: &[NodeId]) -> Invalid {
         let node = self.node();
         match self {
             Fault::Link(link) => Invalid::new(
@@ -171,7 +170,7 @@ fn one() -> u64 {
     1
 }
 
-fn begin(at_s: Option<f64>, from_tick: Option<u64>, tick_s: f64) -> Result<u64, Invalid> {
+pub(super) fn begin(at_s: Option<f64>, from_tick: Option<u64>, tick_s: f64) -> Result<u64, Invalid> {
     match (at_s, from_tick) {
         (Some(at_s), None) => {
             Invalid::unless_between("at_s", at_s, 0.0, 1e9, "s")?;
@@ -186,7 +185,7 @@ fn begin(at_s: Option<f64>, from_tick: Option<u64>, tick_s: f64) -> Result<u64, 
 }
 
 impl LinkFault {
-    fn on_tokens(&self, tick_s: f64) -> Result<TokenFault, Invalid> {
+    pub(super) fn on_tokens(&self, tick_s: f64) -> Result<TokenFault, Invalid> {
         let fault = TokenFault {
             from_tick: begin(self.at_s, self.from_tick, tick_s)?,
             for_ticks: self.for_ticks,
@@ -196,66 +195,5 @@ impl LinkFault {
         };
         fault.validate()?;
         Ok(fault)
-    }
-}
-
-impl Scenario {
-    /// The faults of links.
-    ///
-    /// # Errors
-    /// The first that makes no sense.
-    pub fn token_faults(&self) -> Result<Vec<TokenFault>, Invalid> {
-        self.collect_faults(|fault| match fault {
-            Fault::Link(link) => Some(link.on_tokens(self.tick_s)),
-            Fault::Process(_) => None,
-        })
-    }
-
-    /// The faults of the process that runs these nodes, by tick.
-    ///
-    /// # Errors
-    /// The first that makes no sense.
-    pub fn process_faults(&self, nodes: &[NodeId]) -> Result<Vec<(u64, ProcessKind)>, Invalid> {
-        let mut faults = self.collect_faults(|fault| match fault {
-            Fault::Process(process) if nodes.contains(&process.node) => {
-                let tick = begin(process.at_s, process.from_tick, self.tick_s);
-                Some(tick.map(|tick| (tick, process.kind)))
-            }
-            _ => None,
-        })?;
-        faults.sort_by_key(|(tick, _)| *tick);
-        Ok(faults)
-    }
-
-    fn collect_faults<T>(&self, of: impl Fn(&Fault) -> Option<Result<T, Invalid>>) -> Result<Vec<T>, Invalid> {
-        let all = self.faults.iter().enumerate();
-        all.filter_map(|(index, fault)| {
-            of(fault).map(|result| result.map_err(|invalid| invalid.within(&format!("faults.{index}"))))
-        })
-        .collect()
-    }
-
-    pub(super) fn validate_faults(&self) -> Result<(), Invalid> {
-        self.token_faults()?;
-        self.process_faults(&NodeId::LOOP_ORDER)?;
-        let external = self.external_nodes();
-        for (index, fault) in self.faults.iter().enumerate() {
-            let refuse = |invalid: Invalid| invalid.within(&format!("faults.{index}"));
-            if fault.begin_tick(self.tick_s).map_err(refuse)? >= self.ticks() {
-                return Err(refuse(fault.too_late(self)));
-            }
-            if external.contains(&fault.node()) {
-                return Err(refuse(fault.not_read(&external)));
-            }
-            let Fault::Process(process) = fault else { continue };
-            if self.placement == Placement::Embedded {
-                let sentence = "all nodes share one process: there is no other to see what its fault does";
-                return Err(refuse(Invalid::new("node", sentence)));
-            }
-            if let ProcessKind::Stop(stop_s) = process.kind {
-                Invalid::unless_between("kind", stop_s, 0.0, 3600.0, "s").map_err(refuse)?;
-            }
-        }
-        Ok(())
     }
 }

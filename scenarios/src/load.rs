@@ -74,7 +74,7 @@ pub fn load_changed(
     let mut scenario: Scenario = parse(&shown, &text)?;
     let folder = file.parent().unwrap_or(Path::new("."));
     if let MaterialSource::File(material) = &scenario.material {
-        let found = load_material(&folder.join(material), &shown, &text)?;
+        let found = load_material(&folder.join(material), &shown, &text, scenario.amplifier)?;
         // A model of an actuator: what the scenario says of itself goes before what the model says.
         if scenario.effects.is_empty() {
             scenario.effects = found.effects;
@@ -238,13 +238,19 @@ fn misread(path: &Path, text: &str, error: &SpannedError) -> ScenarioError {
 }
 
 /// A file of a material, or of an actuator's model.
-fn load_material(file: &Path, scenario: &Path, text: &str) -> Result<ActuatorModel, ScenarioError> {
+fn load_material(
+    file: &Path,
+    scenario: &Path,
+    text: &str,
+    amplifier: AmplifierConstants,
+) -> Result<ActuatorModel, ScenarioError> {
     if !file.is_file() && !BUILT_IN.iter().any(|(name, _)| file == Path::new(name)) {
         let sentence = format!("the material file {} does not exist", file.display());
         return Err(ScenarioError::at(scenario, text, place_of(text, "material"), sentence));
     }
     let model = load_model(file)?;
-    if model.amplifier != AmplifierConstants::default() {
+    // An amended model of a run has the amplifier of that run's scenario.
+    if model.amplifier != AmplifierConstants::default() && model.amplifier != amplifier {
         let sentence = format!(
             "the model in {} has an amplifier of its own, which a scenario does not take from there: say it in the \
              scenario's amplifier, and leave it out of the model",
@@ -285,6 +291,7 @@ pub fn load_model(path: &Path) -> Result<ActuatorModel, ScenarioError> {
             coil: true,
             effects: Vec::new(),
             ambient_temperature_k: ROOM_TEMPERATURE_K,
+            tolerances: Default::default(),
         }
     };
     model

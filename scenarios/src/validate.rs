@@ -8,12 +8,12 @@ use anhyst_model::{Hysteresis, MagneticState, Material, ModelError};
 use anhyst_plant_sim::{PlantError, PlantNode, ShapeCourse};
 use std::path::Path;
 
-/// The longest run that a lockstep digest trail is kept for: 8 bytes a tick and node.
-const MOST_TICKS: f64 = 1e9;
+/// The longest run that a lockstep digest history is kept for: 8 bytes a tick and node.
+const MAX_TICKS: f64 = 1e9;
 /// No system wakes a process more often.
-const SHORTEST_REAL_TICK_S: f64 = 1e-5;
+const MIN_REAL_TICK_S: f64 = 1e-5;
 /// More elements than this change nothing and cost a step quadratically.
-const MOST_ELEMENTS: usize = 64;
+const MAX_ELEMENTS: usize = 64;
 
 fn physical(path: &'static str) -> impl Fn(ModelError) -> Invalid {
     move |error| Invalid::new(path, error.to_string())
@@ -36,8 +36,8 @@ impl Scenario {
             .validate()
             .map_err(physical("material.magnetostriction"))?;
         self.rod.constants.validate().map_err(physical("rod.constants"))?;
-        if !(1..=MOST_ELEMENTS).contains(&self.rod.elements) {
-            let sentence = format!("{} elements are outside [1, {MOST_ELEMENTS}]", self.rod.elements);
+        if !(1..=MAX_ELEMENTS).contains(&self.rod.elements) {
+            let sentence = format!("{} elements are outside [1, {MAX_ELEMENTS}]", self.rod.elements);
             return Err(Invalid::new("rod.elements", sentence));
         }
         self.validate_effects()?;
@@ -101,15 +101,15 @@ impl Scenario {
         Invalid::unless_between("tick_s", self.tick_s, 1e-6, 1.0, "s")?;
         Invalid::unless_positive("duration_s", self.duration_s, "s")?;
         let ticks = self.duration_s / self.tick_s;
-        if !(1.0..=MOST_TICKS).contains(&ticks.round()) {
+        if !(1.0..=MAX_TICKS).contains(&ticks.round()) {
             let sentence = format!(
-                "{} s are {ticks:.3e} ticks, outside [1, {MOST_TICKS:e}]",
+                "{} s are {ticks:.3e} ticks, outside [1, {MAX_TICKS:e}]",
                 self.duration_s
             );
             return Err(Invalid::new("duration_s", sentence));
         }
         if self.clock.realtime().is_some() {
-            Invalid::unless_between("tick_s", self.tick_s, SHORTEST_REAL_TICK_S, 1.0, "s in real time")?;
+            Invalid::unless_between("tick_s", self.tick_s, MIN_REAL_TICK_S, 1.0, "s in real time")?;
         }
         self.clock.validate(ticks)?;
         if let Placement::Groups(groups) = &self.placement {

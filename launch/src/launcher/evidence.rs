@@ -1,7 +1,8 @@
 //! Gathers what is known of the processes of a run, and waits until that is all there will be to know.
 
 use super::root_cause::{Fault, Inquiry, Witness};
-use super::{LaunchError, Running, restart};
+use super::running::Running;
+use super::{LaunchError, restart};
 use crate::across::BRIDGE;
 use crate::folder::RunFolder;
 use crate::supervisor::LOOK_PERIOD;

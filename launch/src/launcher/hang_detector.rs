@@ -1,7 +1,7 @@
 //! Notices in real time a process of ours that neither ends nor goes on. There nobody waits for it: the guard and the amplifier
 //! take the field away, and without this the run would go on so to its end.
 
-use super::Running;
+use super::running::{Running, Stillness};
 use crate::supervisor::LOOK_PERIOD;
 use anhyst_ipc::{NodeId, Observer};
 use anhyst_scenario::Scenario;
@@ -14,25 +14,7 @@ const PATIENCE_WITH_A_DISK: Duration = Duration::from_secs(10);
 /// A process says where it is once in 64 ticks: so many must have passed, and one may have been under way.
 const SAYINGS_TICKS: f64 = 3.0 * 64.0;
 /// More time than this does not count between two looks: then the launcher, or the machine, stood still as well.
-const LONGEST_LOOK: Duration = Duration::from_millis(10 * LOOK_PERIOD.as_millis() as u64);
-
-/// For how long a process has not gone on.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Stillness {
-    /// Where it stands.
-    reached: Option<u64>,
-    lasts: Duration,
-    /// Too long: it was killed for it.
-    hung: bool,
-}
-
-impl Stillness {
-    /// How such a process has ended, in words.
-    pub fn describe(&self) -> Option<String> {
-        self.hung
-            .then(|| format!("stood still for {:.1} s", self.lasts.as_secs_f64()))
-    }
-}
+const MAX_LOOK: Duration = Duration::from_millis(10 * LOOK_PERIOD.as_millis() as u64);
 
 /// Looks at where the processes are.
 pub(super) struct HangDetector {
@@ -70,7 +52,7 @@ impl HangDetector {
     /// Kills what hangs: it cannot be asked. `tick` is the plant's. Paced by the measurement all stand still with the plant:
     /// of them only the time counts in which it goes on, and that after its end.
     pub fn look(&mut self, observer: &mut Observer, children: &mut [Running], tick: u64) {
-        let passed = self.looked.elapsed().min(LONGEST_LOOK);
+        let passed = self.looked.elapsed().min(MAX_LOOK);
         self.looked = Instant::now();
         let of_the_plant = match tick >= self.ticks {
             true => passed,

@@ -1,6 +1,8 @@
 //! Starts again what a real-time loop can do without for a while: estimator, inverse, recorder.
 
-use super::{LaunchError, Options, Running, Stillness, start_own};
+use super::LaunchError;
+use super::running::{Running, Stillness};
+use super::start::{Options, start_own};
 use crate::folder::RunFolder;
 use crate::realtime::Restart;
 use anhyst_ipc::{NodeId, Observer};

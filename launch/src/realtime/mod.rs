@@ -5,9 +5,11 @@ mod looping;
 mod machine;
 mod replay;
 mod report;
+mod summary;
 
 pub use empty::empty_stage;
 pub use looping::{Timed, pace};
 pub use machine::{Attempt, ask};
 pub use replay::{Logs, Replayed, replay};
-pub use report::{Distribution, ForeignCount, RealtimeReport, RealtimeSummary, Restart};
+pub use report::{Distribution, RealtimeReport, Restart};
+pub use summary::{ForeignCount, RealtimeSummary};
