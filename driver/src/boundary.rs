@@ -1,7 +1,6 @@
 //! What crosses the boundary to C: strings, tokens, and never a panic.
 
-use crate::error::{Failure, PANIC};
-use crate::settle;
+use crate::error::{Failure, PANIC, result_code};
 use std::ffi::{CStr, c_char, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
@@ -9,7 +8,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 pub fn guarded(body: impl FnOnce() -> Result<i32, Failure>) -> i32 {
     // After a panic a handle may be half-way through a token: the header says that it can only be closed.
     let caught = catch_unwind(AssertUnwindSafe(body));
-    settle(caught.unwrap_or_else(|_| {
+    result_code(caught.unwrap_or_else(|_| {
         Err(Failure {
             code: PANIC,
             sentence: "the library has a fault: see the standard error output".into(),

@@ -58,14 +58,14 @@ thread_local! {
 }
 
 /// Keeps a sentence for [`last`].
-pub fn remember(sentence: &str) {
+fn remember(sentence: &str) {
     // A zero byte inside would end the sentence early; there is none in ours.
     let sentence = CString::new(sentence.replace('\0', " ")).unwrap_or_default();
     LAST.with_borrow_mut(|last| *last = sentence);
 }
 
 /// Drops the kept sentence. Costs nothing where there is none: it is called in every tick.
-pub fn forget() {
+fn forget() {
     LAST.with_borrow_mut(|last| {
         if !last.is_empty() {
             *last = CString::default();
@@ -76,6 +76,20 @@ pub fn forget() {
 /// The kept sentence; it lives until the thread's next call.
 pub fn last() -> *const c_char {
     LAST.with_borrow(|last| last.as_ptr())
+}
+
+/// Takes the result of a call over the boundary: a number, and the sentence kept for `anhyst_last_error`.
+pub fn result_code(result: Result<i32, Failure>) -> i32 {
+    match result {
+        Ok(code) => {
+            forget();
+            code
+        }
+        Err(failure) => {
+            remember(&failure.sentence);
+            failure.code
+        }
+    }
 }
 
 #[cfg(test)]

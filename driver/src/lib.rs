@@ -9,7 +9,7 @@ mod options;
 
 use anhyst_ipc::{Channel, ExternalNode, MAX_WORDS, RawToken, Received};
 use boundary::{guarded, read_words, text, write_words};
-use error::{Failure, forget, remember};
+use error::Failure;
 use std::ffi::{c_char, c_void};
 use std::time::Duration;
 
@@ -149,18 +149,4 @@ pub unsafe extern "C" fn anhyst_close(handle: *mut AnhystHandle) -> i32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn anhyst_last_error() -> *const c_char {
     error::last()
-}
-
-/// Takes the result of a call over the boundary: a number, and the sentence kept for [`anhyst_last_error`].
-fn settle(result: Result<i32, Failure>) -> i32 {
-    match result {
-        Ok(code) => {
-            forget();
-            code
-        }
-        Err(failure) => {
-            remember(&failure.sentence);
-            failure.code
-        }
-    }
 }

@@ -31,7 +31,7 @@ RAMP_S = 0.02
 # In real time nobody has commanded for so long: unless AMPLIFIER_WATCHDOG_S tells otherwise, 20 ticks.
 SILENT_TICKS = 20
 # No pause is made up for tick by tick for longer.
-MOST_TICKS = 100_000
+MAX_TICKS = 100_000
 # Bits 16 to 31 are a driver's own.
 NOT_A_NUMBER = 1 << 16
 
@@ -109,7 +109,7 @@ def follow(amplifier, meeting, limit_s):
                 raise
             passed, fading = max(1, int((silence_s - silent_s) / tick_s) - alone_ticks), tick_s / RAMP_S
             tick, alone_ticks = tick + passed, alone_ticks + passed
-        for _ in range(min(passed, MOST_TICKS)):
+        for _ in range(min(passed, MAX_TICKS)):
             share = max(0.0, share - fading)
             field, status = amplifier.step(share * command)
         if share < 1.0:

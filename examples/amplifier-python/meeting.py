@@ -17,7 +17,7 @@ RUN_UP_NS = 20_000_000
 # The recorder may be so many ticks behind a plant: half of what its buffer takes.
 CREDIT_TICKS = 4096
 # How many successors of a process that died are looked for at the end.
-MOST_STARTS = 10
+MAX_STARTS = 10
 
 
 class Absent(Exception):
@@ -64,17 +64,17 @@ def value(entry):
 def event(node, process):
     name = iox2.ServiceName.new(interface.BELL_SERVICE.format(process))
     builder = node.service_builder(name).event()
-    builder = builder.max_notifiers(interface.MOST_NOTIFIERS).max_listeners(interface.MOST_LISTENERS)
-    return builder.max_nodes(interface.MOST_NODES).open_or_create()
+    builder = builder.max_notifiers(interface.MAX_NOTIFIERS).max_listeners(interface.MAX_LISTENERS)
+    return builder.max_nodes(interface.MAX_NODES).open_or_create()
 
 
 def channel(node, message):
     builder = node.service_builder(iox2.ServiceName.new(message.SERVICE)).publish_subscribe(message)
     builder = builder.enable_safe_overflow(True).history_size(0)
     builder = builder.subscriber_max_buffer_size(interface.DEEPEST_BUFFER)
-    builder = builder.subscriber_max_borrowed_samples(interface.MOST_BORROWED)
-    builder = builder.max_publishers(interface.MOST_PUBLISHERS).max_subscribers(interface.MOST_SUBSCRIBERS)
-    return patiently(builder.max_nodes(interface.MOST_NODES).open_or_create)
+    builder = builder.subscriber_max_borrowed_samples(interface.MAX_BORROWED)
+    builder = builder.max_publishers(interface.MAX_PUBLISHERS).max_subscribers(interface.MAX_SUBSCRIBERS)
+    return patiently(builder.max_nodes(interface.MAX_NODES).open_or_create)
 
 
 def patiently(open_service, limit_s=2.0):
@@ -133,7 +133,7 @@ class Meeting:
     def _create_status(self):
         name = iox2.ServiceName.new(interface.STATUS_SERVICE.format(self.process))
         builder = self._node.service_builder(name).blackboard_creator(ctypes.c_uint64)
-        builder = builder.max_readers(interface.MOST_STATUS_READERS).max_nodes(interface.MOST_NODES)
+        builder = builder.max_readers(interface.MAX_STATUS_READERS).max_nodes(interface.MAX_NODES)
         zeros = (interface.PHASE, interface.ASLEEP, interface.TICK, interface.EPOCH)
         for key, first in {**dict.fromkeys(zeros, 0), interface.AGREEMENT: interface.ANY_AGREEMENT}.items():
             builder = builder.add(ctypes.c_uint64(key), ctypes.c_uint64(first))
@@ -185,7 +185,7 @@ class Meeting:
 
     def _successor_at_end(self, peer):
         """In real time a process that died may have been started again: under another status."""
-        for start in range(1, MOST_STARTS + 1):
+        for start in range(1, MAX_STARTS + 1):
             service = iox2.ServiceName.new(interface.STATUS_SERVICE.format(peer.name) + f"/{start}")
             try:
                 status = self._node.service_builder(service).blackboard_opener(ctypes.c_uint64).open()

@@ -26,7 +26,7 @@ import anhyst_interface as interface
 from meeting import Absent, Lost, Meeting, Taken
 
 # No coil has more; a field that is no number is left out, too.
-MOST_A_PER_M = 1e7
+MAX_A_PER_M = 1e7
 
 
 class Rod:
@@ -38,7 +38,7 @@ class Rod:
 
     def advance(self, field):
         """Goes on by a tick, at whose end the coil has this field."""
-        if not abs(field) <= MOST_A_PER_M:
+        if not abs(field) <= MAX_A_PER_M:
             field = self.field
         gain, omega, damping, time_s = self.gain, self.omega, self.damping, self.tick_s
         rate = (field - self.field) / time_s

@@ -8,6 +8,7 @@ use crate::error::Writing as _;
 use crate::layout;
 use crate::tokens::TIMELINE;
 use crate::views::{Desk, Span};
+use anhyst_report::chart::{Chart, Curve, Role};
 use rerun::blueprint::{ContainerLike, Grid, Tabs, TextDocumentView};
 use rerun::log::TimeColumn;
 use rerun::{RecordingStream, RecordingStreamBuilder};
@@ -19,46 +20,6 @@ use std::time::Duration;
 /// Another application than that of runs: the viewer keeps one layout for each.
 const APPLICATION: &str = "anhyst_album";
 const FLUSH_LIMIT: Duration = Duration::from_secs(60);
-/// Told apart by people who do not see red and green alike (Okabe and Ito).
-const COLORS: [u32; 7] = [
-    0x56B4_E9FF,
-    0xE69F_00FF,
-    0x009E_73FF,
-    0xCC79_A7FF,
-    0xD55E_00FF,
-    0xF0E4_42FF,
-    0x9CA3_AFFF,
-];
-
-/// One line of a chart.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct ChartLine {
-    /// For the legend.
-    pub name: String,
-    /// Abscissa (seconds in a chart over time) and ordinate. Points that are no numbers are left out.
-    pub points: Vec<[f64; 2]>,
-}
-
-/// A coordinate system.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Chart {
-    /// Lines over time, in seconds.
-    OverTime {
-        /// With the ordinate's unit.
-        title: String,
-        /// The lines.
-        lines: Vec<ChartLine>,
-    },
-    /// Lines in a plane.
-    Plane {
-        /// Above the plane.
-        title: String,
-        /// Names of abscissa and ordinate, with units.
-        axes: [String; 2],
-        /// The lines.
-        lines: Vec<ChartLine>,
-    },
-}
 
 /// Charts that are seen together.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -114,7 +75,7 @@ impl AlbumPage {
     fn write(&self, stream: &RecordingStream, desk: &mut Desk, number: usize) -> Result<ContainerLike, RecorderError> {
         let mut views = Vec::with_capacity(self.charts.len() + 1);
         for (at, chart) in self.charts.iter().enumerate() {
-            views.push(chart.write(stream, desk, &format!("page{number}/chart{at}"))?);
+            views.push(write(chart, stream, desk, &format!("page{number}/chart{at}"))?);
         }
         if !self.notes.is_empty() {
             let entity = format!("page{number}/notes");
@@ -127,68 +88,69 @@ impl AlbumPage {
     }
 }
 
-impl Chart {
-    fn lines(&self) -> &[ChartLine] {
-        match self {
-            Chart::OverTime { lines, .. } | Chart::Plane { lines, .. } => lines,
+/// A chart with its curves in the units of its axes; over time as a plot, else in a plane.
+fn write(
+    chart: &Chart,
+    stream: &RecordingStream,
+    desk: &mut Desk,
+    entity: &str,
+) -> Result<ContainerLike, RecorderError> {
+    let (curves, (exponents, labels)) = (chart.lines(), chart.prefixes());
+    let scales = exponents.map(|exponent| 10_f64.powi(-exponent));
+    if chart.x.is_time() {
+        // The timeline is in seconds, whatever the axis would take for its unit.
+        for (at, curve) in curves.iter().enumerate() {
+            over_time(curve, stream, &format!("{entity}/line{at}"), scales[1])?;
         }
+        let title = format!("{}: {}", chart.title, labels[1]);
+        return Ok(desk.plot(&title, &[&format!("/{entity}/**")], Span::Run));
     }
-
-    fn write(&self, stream: &RecordingStream, desk: &mut Desk, entity: &str) -> Result<ContainerLike, RecorderError> {
-        for (at, line) in self.lines().iter().enumerate() {
-            let color = COLORS[at % COLORS.len()];
-            match self {
-                Chart::OverTime { .. } => line.over_time(stream, &format!("{entity}/line{at}"), color)?,
-                Chart::Plane { .. } => line.in_plane(stream, &format!("{entity}/raw/line{at}"), color)?,
-            }
+    let mut extents = [Extent::default(); 2];
+    for (at, curve) in curves.iter().enumerate() {
+        let points: Vec<[f64; 2]> = finite(curve).map(|[x, y]| [x * scales[0], y * scales[1]]).collect();
+        for point in &points {
+            extents[0].add(point[0]);
+            extents[1].add(point[1]);
         }
-        match self {
-            Chart::OverTime { title, .. } => Ok(desk.plot(title, &[&format!("/{entity}/**")], Span::Run)),
-            Chart::Plane { title, axes, lines } => {
-                let mut extents = [Extent::default(); 2];
-                for point in lines.iter().flat_map(|line| &line.points) {
-                    extents[0].add(point[0]);
-                    extents[1].add(point[1]);
-                }
-                if let [Some(x), Some(y)] = extents.map(|extent| extent.range()) {
-                    let named = lines.iter().zip(COLORS.iter().cycle());
-                    let curves: Vec<_> = named.map(|(line, color)| (line.name.as_str(), *color)).collect();
-                    let names = [axes[0].as_str(), axes[1].as_str()];
-                    Axes { x, y }.write(stream, entity, names, &curves)?;
-                }
-                let legend = legend_below(lines.iter().map(|line| line.name.as_str()));
-                Ok(desk.plane(title, entity, legend))
-            }
-        }
+        in_plane(&points, curve.role, stream, &format!("{entity}/raw/line{at}"))?;
     }
+    let named = || {
+        curves
+            .iter()
+            .filter_map(|curve| Some((curve.name.as_deref()?, curve.role.on_dark())))
+    };
+    if let [Some(x), Some(y)] = extents.map(|extent| extent.range()) {
+        let names = [labels[0].as_str(), labels[1].as_str()];
+        Axes { x, y }.write(stream, entity, names, &named().collect::<Vec<_>>())?;
+    }
+    let legend = legend_below(named().map(|(name, _)| name));
+    Ok(desk.plane(&chart.title, entity, legend))
 }
 
-impl ChartLine {
-    fn finite(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
-        let known = |point: &&[f64; 2]| point.iter().all(|value| value.is_finite());
-        self.points.iter().filter(known).copied()
-    }
+fn finite(curve: &Curve) -> impl Iterator<Item = [f64; 2]> + '_ {
+    let known = |point: &&[f64; 2]| point.iter().all(|value| value.is_finite());
+    curve.points.iter().filter(known).copied()
+}
 
-    fn over_time(&self, stream: &RecordingStream, entity: &str, color: u32) -> Result<(), RecorderError> {
-        let style = SeriesLines::new()
-            .with_names([self.name.as_str()])
-            .with_colors([Color::from_u32(color)]);
-        stream.log_static(entity, &style).writing(entity)?;
-        let times = self.finite().map(|[time_s, _]| (time_s * 1e9).round() as i64);
-        let times = TimeColumn::new_duration_nanos(TIMELINE, times);
-        let values = Scalars::new(self.finite().map(|[_, value]| value));
-        let columns = values.columns_of_unit_batches().writing(entity)?;
-        stream.send_columns(entity, [times], columns).writing(entity)
-    }
+fn over_time(curve: &Curve, stream: &RecordingStream, entity: &str, scale: f64) -> Result<(), RecorderError> {
+    let style = SeriesLines::new()
+        .with_names([curve.name.as_deref().unwrap_or_default()])
+        .with_colors([Color::from_u32(curve.role.on_dark())]);
+    stream.log_static(entity, &style).writing(entity)?;
+    let times = finite(curve).map(|[time_s, _]| (time_s * 1e9).round() as i64);
+    let times = TimeColumn::new_duration_nanos(TIMELINE, times);
+    let values = Scalars::new(finite(curve).map(|[_, value]| value * scale));
+    let columns = values.columns_of_unit_batches().writing(entity)?;
+    stream.send_columns(entity, [times], columns).writing(entity)
+}
 
-    fn in_plane(&self, stream: &RecordingStream, entity: &str, color: u32) -> Result<(), RecorderError> {
-        let strip: Vec<[f32; 2]> = self.finite().map(|point| point.map(|value| value as f32)).collect();
-        let lines = LineStrips2D::new([strip])
-            .with_colors([Color::from_u32(color)])
-            .with_radii([Radius::new_ui_points(1.0)])
-            .with_draw_order(30.0);
-        stream.log_static(entity, &lines).writing(entity)
-    }
+fn in_plane(points: &[[f64; 2]], role: Role, stream: &RecordingStream, entity: &str) -> Result<(), RecorderError> {
+    let strip: Vec<[f32; 2]> = points.iter().map(|point| point.map(|value| value as f32)).collect();
+    let lines = LineStrips2D::new([strip])
+        .with_colors([Color::from_u32(role.on_dark())])
+        .with_radii([Radius::new_ui_points(1.0)])
+        .with_draw_order(30.0);
+    stream.log_static(entity, &lines).writing(entity)
 }
 
 #[cfg(test)]
@@ -196,23 +158,12 @@ mod tests {
     use super::*;
 
     fn album() -> Album {
-        let lines = vec![ChartLine {
-            name: "line".into(),
-            points: vec![[0.0, 1.0], [1.0, f64::NAN], [2.0, 3.0]],
-        }];
-        let over_time = Chart::OverTime {
-            title: "over time [m]".into(),
-            lines: lines.clone(),
-        };
-        let plane = Chart::Plane {
-            title: "plane".into(),
-            axes: ["x [m]".into(), "y [m]".into()],
-            lines,
-        };
+        let curve = Curve::of("line", [[0.0, 1.0], [1.0, f64::NAN], [2.0, 3.0]]);
+        let charts = ["time, s", "field, A/m"].map(|x| Chart::new("chart", x, "output, m").series([curve.clone()]));
         let page = AlbumPage {
             title: "page".into(),
             notes: "what it shows".into(),
-            charts: vec![over_time, plane],
+            charts: charts.into(),
         };
         Album {
             name: "album".into(),

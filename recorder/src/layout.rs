@@ -4,7 +4,7 @@
 use crate::RecorderError;
 use crate::error::Writing as _;
 use crate::streams::APPLICATION;
-use crate::views::{Property, arrange};
+use crate::views::{Layout, Property, arrange};
 use rerun::blueprint::components::{PanelState, PlayState};
 use rerun::blueprint::{Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, SelectionPanel, TimePanel};
 use rerun::external::re_log_encoding::Encoder;
@@ -13,19 +13,6 @@ use rerun::external::re_log_types::BlueprintActivationCommand;
 use rerun::log::LogMsg;
 use rerun::{RecordingStream, RecordingStreamBuilder};
 use std::path::Path;
-
-/// What the layout depends on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Layout {
-    /// Length of the zoomed plots.
-    pub zoom_s: f64,
-    /// Half the height of the error plot; None: as the data want it.
-    pub error_axis_nm: Option<f64>,
-    /// There are histograms of periods and answers.
-    pub timed: bool,
-    /// The tolerance is drawn in the error plot if it fits.
-    pub tolerance_nm: f64,
-}
 
 impl Layout {
     /// Sends the layout into a recording and makes it the one shown.

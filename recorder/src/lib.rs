@@ -28,7 +28,7 @@ mod viewer;
 mod views;
 mod writer;
 
-pub use album::{Album, AlbumPage, Chart, ChartLine};
+pub use album::{Album, AlbumPage};
 pub use error::RecorderError;
 pub use read::{Recording, read_tokens};
 pub use recorder::{Outcome, Recorder, RecorderReport};

@@ -2,7 +2,6 @@
 //! Right: the loops and the field. Below: what happened, in which state each node is, how warm the rod is.
 
 use crate::axes::BOX;
-use crate::layout::Layout;
 use crate::loops::HISTORIES;
 use crate::timing::{ANSWERS, PERIODS, QUANTILES};
 use crate::tokens::TIMELINE;
@@ -17,6 +16,19 @@ use rerun_types::blueprint::archetypes::{
     PlotLegend, ScalarAxis, TextLogColumns, TimeAxis, VisibleTimeRanges, VisualBounds2D,
 };
 use rerun_types::datatypes::{Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange};
+
+/// What the layout depends on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Layout {
+    /// Length of the zoomed plots.
+    pub zoom_s: f64,
+    /// Half the height of the error plot; None: as the data want it.
+    pub error_axis_nm: Option<f64>,
+    /// There are histograms of periods and answers.
+    pub timed: bool,
+    /// The tolerance is drawn in the error plot if it fits.
+    pub tolerance_nm: f64,
+}
 
 /// A property of a view.
 pub(crate) struct Property {

@@ -3,13 +3,13 @@
 use crate::axes::nice;
 use crate::error::Writing as _;
 use crate::events::Watch;
-use crate::layout::Layout;
 use crate::pipe::{Consumer, Totals};
 use crate::row::{Block, Presence, Row};
 use crate::run::Level;
 use crate::spread::Spread;
 use crate::streams::Stream;
 use crate::timing::Timing;
+use crate::views::Layout;
 use crate::{RecorderError, RecorderSettings, RunInfo};
 use std::time::Duration;
 

@@ -14,10 +14,10 @@ use std::time::{Duration, Instant};
 const CHANNELS_FIRST: Duration = Duration::from_secs(2);
 const LOOK: Duration = Duration::from_millis(2);
 /// So many answers may be missing, and so many in a row, before the process counts as silent.
-const MOST_MISSING: usize = 5;
-const MOST_MISSING_IN_A_ROW: usize = 3;
+const MAX_MISSING: usize = 5;
+const MAX_MISSING_IN_A_ROW: usize = 3;
 /// A process that repeats itself more often than this within a tick counts as silent.
-const MOST_REPEATED: usize = 1000;
+const MAX_REPEATED: usize = 1000;
 const HOUSEKEEPING_TICKS: usize = 64;
 
 /// A channel whose tokens are not ours.
@@ -131,7 +131,7 @@ impl Bench {
             } else {
                 0
             };
-            if missing_in_a_row >= MOST_MISSING_IN_A_ROW || transcript.missing >= MOST_MISSING {
+            if missing_in_a_row >= MAX_MISSING_IN_A_ROW || transcript.missing >= MAX_MISSING {
                 transcript.end = End::Silent(format!(
                     "{} answers are missing, the last of them that to tick {tick}",
                     transcript.missing
@@ -174,7 +174,7 @@ impl Bench {
 
     /// The answer to a tick; none if it does not come in time.
     fn answer(&mut self, tick: u64, transcript: &mut Transcript) -> Result<Option<Answer>, End> {
-        for _ in 0..MOST_REPEATED {
+        for _ in 0..MAX_REPEATED {
             match self.answers.receive_next(tick) {
                 Ok(token) if token.tick < tick => {
                     // One that was given up comes late, or one comes again.

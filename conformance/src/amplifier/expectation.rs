@@ -62,7 +62,7 @@ const RARE: f64 = 20.0;
 /// After so many time constants a lag has settled, even one that is five times slower than stated.
 const SETTLING_LAGS: f64 = 50.0;
 /// Ticks that are waited at least until something counts as settled.
-const LEAST_SETTLING_TICKS: f64 = 64.0;
+const MIN_SETTLING_TICKS: f64 = 64.0;
 
 impl Expectation {
     /// Longest median from sending to the answer.
@@ -92,7 +92,7 @@ impl Expectation {
             .slew_limit_a_per_m_s
             .map_or(0.0, |slew| 6.0 * self.range_a_per_m / slew);
         let ticks = (SETTLING_LAGS * self.amplifier.lag_s() + slewing_s) / self.tick_s;
-        (ticks + LEAST_SETTLING_TICKS).ceil() as usize + self.amplifier.delay_ticks as usize
+        (ticks + MIN_SETTLING_TICKS).ceil() as usize + self.amplifier.delay_ticks as usize
     }
 
     /// Ticks in which the field must be back after commands that were no numbers: time to notice, to go to the safe field, to

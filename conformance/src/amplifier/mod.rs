@@ -16,7 +16,7 @@ mod transcript;
 pub use driver::Driver;
 pub use expectation::{Expectation, Tolerances};
 pub use findings::{Bound, Check, Findings, NotJudged};
-pub use report::{Outcome, Report, short};
+pub use report::{Outcome, Report};
 
 use anhyst_ipc::{LinkError, NodeId, SharedSettings};
 use anhyst_launch::error::RunError;

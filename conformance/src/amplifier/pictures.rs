@@ -3,22 +3,19 @@
 use super::expectation::Expectation;
 use super::judge::{Curves, Evidence, Response};
 use super::program::{Part, Segment};
-use anhyst_report::plot::{Axis, Figure, Line, Panel, Role};
+use anhyst_report::chart::{Axis, Chart, Curve, Figure, Role};
 use num_complex::Complex64;
 
-/// A picture, its size in pixels, and what it shows.
+/// A picture and what it shows.
 pub struct Picture {
     /// Heading.
     pub title: &'static str,
     /// What is drawn.
     pub figure: Figure,
-    /// Width and height.
-    pub size: (u32, u32),
     /// How to read it.
     pub caption: &'static str,
 }
 
-const WIDE: (u32, u32) = (1000, 400);
 const LATENCY_CLASSES: usize = 80;
 
 /// Those for which there is something to draw.
@@ -34,20 +31,12 @@ pub fn pictures(evidence: &Evidence, curves: &Curves) -> Vec<Picture> {
     pictures.into_iter().flatten().collect()
 }
 
-fn figure(columns: usize, panels: Vec<Panel>) -> Figure {
-    Figure {
-        title: String::new(),
-        columns,
-        panels,
-    }
+fn measured(points: Vec<(f64, f64)>) -> Curve {
+    Curve::new(points, Role::Measured).named("this process")
 }
 
-fn measured(points: Vec<(f64, f64)>) -> Line {
-    Line::new(points, Role::Measured).named("this process")
-}
-
-fn expected(points: Vec<(f64, f64)>) -> Line {
-    Line::new(points, Role::Model).named("expected").dashed()
+fn expected(points: Vec<(f64, f64)>) -> Curve {
+    Curve::new(points, Role::Nominal).named("expected").dashed()
 }
 
 fn bode(expectation: &Expectation, responses: &[Response]) -> Option<Picture> {
@@ -61,20 +50,19 @@ fn bode(expectation: &Expectation, responses: &[Response]) -> Option<Picture> {
     let decibel = |value: Complex64, at_rest: Complex64| 20.0 * (value.norm() / at_rest.norm()).log10();
     let frequency = || Axis::new("frequency", "Hz").logarithmic();
     let (rest, model_rest) = (first.measured, first.expected);
-    let mut gain = Panel::new("Gain", frequency(), Axis::new("gain", "dB"))
-        .line(measured(points(&|response| decibel(response.measured, rest))))
-        .line(expected(points(&|response| decibel(response.expected, model_rest))))
+    let mut gain = Chart::new("Gain", frequency(), Axis::new("gain", "dB"))
+        .curve(measured(points(&|response| decibel(response.measured, rest))))
+        .curve(expected(points(&|response| decibel(response.expected, model_rest))))
         .horizontal(-3.0103, Role::Limit, "−3 dB");
     if let Some(bandwidth_hz) = expectation.amplifier.bandwidth_hz {
         gain = gain.vertical(bandwidth_hz, Role::Limit, "stated");
     }
-    let phase = Panel::new("Phase", frequency(), Axis::new("phase", "°"))
-        .line(measured(unwrapped(points(&|response| response.measured.arg()))))
-        .line(expected(unwrapped(points(&|response| response.expected.arg()))));
+    let phase = Chart::new("Phase", frequency(), Axis::new("phase", "°"))
+        .curve(measured(unwrapped(points(&|response| response.measured.arg()))))
+        .curve(expected(unwrapped(points(&|response| response.expected.arg()))));
     Some(Picture {
         title: "Frequency response",
-        figure: figure(2, vec![gain, phase]),
-        size: (1000, 380),
+        figure: Figure::new("", vec![gain, phase]),
         caption: "Stepped sine, small signal. The phase holds the delay of computing and hold that every loop has.",
     })
 }
@@ -97,17 +85,16 @@ fn step(expectation: &Expectation, curves: &Curves) -> Option<Picture> {
         let times = (1..).map(|tick| f64::from(tick) * expectation.tick_s);
         times.zip(values.iter().copied()).take(60).collect()
     };
-    let panel = Panel::new(
+    let panel = Chart::new(
         "",
         Axis::new("time since the step", "s"),
         Axis::new("field over step", ""),
     )
-    .line(measured(points(&response.measured)))
-    .line(expected(points(&response.expected)));
+    .curve(measured(points(&response.measured)))
+    .curve(expected(points(&response.expected)));
     Some(Picture {
         title: "Small step",
-        figure: figure(1, vec![panel]),
-        size: WIDE,
+        figure: Figure::new("", vec![panel]),
         caption: "Mean of eight steps by a tenth of the range.",
     })
 }
@@ -122,8 +109,7 @@ fn limits(evidence: &Evidence) -> Option<Picture> {
     }
     Some(Picture {
         title: "Amplitude and slew",
-        figure: figure(1, vec![panel]),
-        size: WIDE,
+        figure: Figure::new("", vec![panel]),
         caption: "Commands beyond the limit, then from one end of the range to the other.",
     })
 }
@@ -145,8 +131,7 @@ fn recovery(evidence: &Evidence) -> Option<Picture> {
     }
     Some(Picture {
         title: "Commands that are no numbers",
-        figure: figure(1, vec![panel]),
-        size: WIDE,
+        figure: Figure::new("", vec![panel]),
         caption: "Between them the command is a fifth of the range; each marker is a broken command, five ticks long.",
     })
 }
@@ -157,7 +142,7 @@ fn span<'a>(segments: impl Iterator<Item = &'a Segment>) -> Option<std::ops::Ran
         .reduce(|one, other| one.start.min(other.start)..one.end.max(other.end))
 }
 
-fn over_time(evidence: &Evidence, ticks: std::ops::Range<usize>) -> Option<Panel> {
+fn over_time(evidence: &Evidence, ticks: std::ops::Range<usize>) -> Option<Chart> {
     let fields = evidence.transcript.fields(&ticks)?;
     let times: Vec<f64> = ticks
         .clone()
@@ -174,11 +159,11 @@ fn over_time(evidence: &Evidence, ticks: std::ops::Range<usize>) -> Option<Panel
         .iter()
         .map(|command| command.clamp(-most, most))
         .collect();
-    let commands = Line::new(points(&commands), Role::Limit).named("command");
-    let panel = Panel::new("", Axis::new("time in the loop", "s"), Axis::new("field", "A/m"))
-        .line(commands)
-        .line(measured(points(&fields)))
-        .line(expected(points(&model)));
+    let commands = Curve::new(points(&commands), Role::Limit).named("command");
+    let panel = Chart::new("", Axis::new("time in the loop", "s"), Axis::new("field", "A/m"))
+        .curve(commands)
+        .curve(measured(points(&fields)))
+        .curve(expected(points(&model)));
     Some(panel)
 }
 
@@ -192,23 +177,22 @@ fn end(evidence: &Evidence) -> Option<Picture> {
     let points: Vec<(f64, f64)> = std::iter::once((0.0, before))
         .chain(aftermath.answers.iter().copied())
         .collect();
-    let panel = Panel::new(
+    let panel = Chart::new(
         "",
         Axis::new("time since the last command", "s"),
         Axis::new("field", "A/m"),
     )
-    .line(
-        Line::new(points.clone(), Role::Measured)
+    .curve(
+        Curve::new(points.clone(), Role::Measured)
             .named("this process")
             .as_points(),
     )
-    .line(Line::new(points, Role::Measured))
+    .curve(Curve::new(points, Role::Measured))
     .horizontal(evidence.expected.safe_field_a_per_m, Role::Limit, "safe field")
     .vertical(evidence.expected.silence_s, Role::Limit, "silence");
     Some(Picture {
         title: "When the controller dies",
-        figure: figure(1, vec![panel]),
-        size: WIDE,
+        figure: Figure::new("", vec![panel]),
         caption: "Answers by the wall clock, after the commands have ended. A simulated amplifier goes the whole way at once.",
     })
 }
@@ -233,13 +217,12 @@ fn latency(evidence: &Evidence) -> Option<Picture> {
         [(edge(class), height), (edge(class + 1), height)]
     });
     let axis = Axis::new("from command to answer", "s").logarithmic();
-    let panel = Panel::new("", axis, Axis::new("answers", ""))
-        .line(measured(points.collect()))
+    let panel = Chart::new("", axis, Axis::new("answers", ""))
+        .curve(measured(points.collect()))
         .vertical(evidence.expected.tick_s, Role::Limit, "one tick");
     Some(Picture {
         title: "Latency",
-        figure: figure(1, vec![panel]),
-        size: WIDE,
+        figure: Figure::new("", vec![panel]),
         caption: "Wall clock, on this machine as it was loaded during the run.",
     })
 }

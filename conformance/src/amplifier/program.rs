@@ -72,9 +72,9 @@ const NONSENSE_TICKS: usize = 5;
 const CONSTANT_TICKS: usize = 200;
 const NOISE_TICKS: usize = 1000;
 const FREQUENCIES: usize = 16;
-const LEAST_SINE_TICKS: usize = 1000;
+const MIN_SINE_TICKS: usize = 1000;
 /// A program that takes longer is refused: 5 million ticks are four minutes at 20 kHz.
-const MOST_TICKS: usize = 5_000_000;
+const MAX_TICKS: usize = 5_000_000;
 
 impl Program {
     /// The program for an amplifier.
@@ -86,11 +86,11 @@ impl Program {
         let range = expected.range_a_per_m;
         let sweep = Sweep::new(expected);
         let length = 40 * settling + FREQUENCIES * (sweep.ticks + settling) + 6 * expected.return_ticks();
-        if length > MOST_TICKS {
+        if length > MAX_TICKS {
             return Err(Invalid::new(
                 "amplifier",
                 format!(
-                    "the test of an amplifier with these constants would take {length} ticks; at most {MOST_TICKS} are run"
+                    "the test of an amplifier with these constants would take {length} ticks; at most {MAX_TICKS} are run"
                 ),
             ));
         }
@@ -178,7 +178,7 @@ impl Sweep {
             ),
             None => (rate_hz / 200.0, highest_hz),
         };
-        let ticks = LEAST_SINE_TICKS.max((2.0 * rate_hz / low_hz).ceil() as usize);
+        let ticks = MIN_SINE_TICKS.max((2.0 * rate_hz / low_hz).ceil() as usize);
         let ratio = high_hz / low_hz;
         let mut periods: Vec<usize> = (0..FREQUENCIES)
             .map(|index| {

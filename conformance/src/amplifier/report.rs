@@ -3,8 +3,9 @@
 use super::expectation::Expectation;
 use super::findings::{Bound, Check, Findings, NotJudged};
 use super::pictures::Picture;
-use anhyst_report::ReportError;
-use anhyst_report::page::{Badge, Cell, Page, Section, Table};
+use anhyst_report::number::{Digits, Si};
+use anhyst_report::page::{Page, Section};
+use anhyst_report::table::{Badge, Cell, Table};
 use serde::Serialize;
 
 /// How it came out.
@@ -85,29 +86,35 @@ impl Report {
         }
     }
 
-    /// The page, self-contained.
-    ///
-    /// # Errors
-    /// A picture that cannot be drawn.
-    pub fn html(&self, pictures: &[Picture], command_line: &str) -> Result<String, ReportError> {
-        let mut table = Table::new(&["check", "", "value", "limit", "unit", "what it says"]);
+    /// The checks.
+    pub fn table(&self) -> Table {
+        let mut table = Table::new(["check", "", "value", "limit", "unit"]);
         for check in &self.checks {
             let sign = match check.bound {
                 Bound::AtMost => "≤",
                 Bound::AtLeast => "≥",
             };
-            table = table.row([
+            table.push([
                 Cell::Words(check.name.into()),
                 Cell::Badge(Badge::of(check.passed, if check.passed { "pass" } else { "FAIL" })),
-                Cell::from(check.value),
-                Cell::Number(format!("{sign} {}", short(check.limit))),
+                Cell::Number(format!("{:#}", Digits(check.value, 5))),
+                Cell::Number(format!("{sign} {:#}", Digits(check.limit, 5))),
                 Cell::Words(check.unit.into()),
-                Cell::Words(check.sentence.clone()),
             ]);
+        }
+        table
+    }
+
+    /// The page, self-contained.
+    pub fn html(&self, pictures: Vec<Picture>, command_line: &str) -> String {
+        let mut table = self.table();
+        table.header.push("what it says".to_owned());
+        for (row, check) in table.rows.iter_mut().zip(&self.checks) {
+            row.push(Cell::Words(check.sentence.clone()));
         }
         let mut checks = Section::new("Checks").table(table);
         if !self.not_judged.is_empty() {
-            let mut table = Table::new(&["not judged", "why"]);
+            let mut table = Table::new(["not judged", "why"]);
             for check in &self.not_judged {
                 table = table.row([Cell::Words(check.name.into()), Cell::Words(check.sentence.clone())]);
             }
@@ -122,16 +129,16 @@ impl Report {
             if self.passed { "passed" } else { "not passed" },
         ));
         for picture in pictures {
-            page = page.section(Section::new(picture.title).figure(&picture.figure, picture.size, picture.caption)?);
+            page = page.section(Section::new(picture.title).figure(picture.figure, picture.caption));
         }
         page = page
             .command(command_line)
             .fact("ticks", &self.ticks.to_string())
-            .fact("tick", &format!("{} s", short(self.expected.tick_s)));
+            .fact("tick", &Si(self.expected.tick_s, "s").to_string());
         if let Some(command) = &self.command {
             page = page.fact("process started with", command);
         }
-        Ok(page.html())
+        page.html()
     }
 }
 
@@ -139,22 +146,11 @@ impl Check {
     /// What is said of it where it is not judged.
     pub fn warning(&self) -> String {
         format!(
-            "Warning, {}: {}; {} {} would be the limit with --paced.",
+            "Warning, {}: {}; {:#} {} would be the limit with --paced.",
             self.name,
             self.sentence,
-            short(self.limit),
+            Digits(self.limit, 5),
             self.unit
         )
-    }
-}
-
-/// Five digits.
-pub fn short(value: f64) -> String {
-    let size = value.abs();
-    if value == 0.0 || (0.01..1e5).contains(&size) {
-        let rounded = format!("{value:.4}");
-        rounded.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        format!("{value:.4e}")
     }
 }

@@ -1,6 +1,6 @@
 //! The interface as a C header: the structs with their sizes and offsets asserted, and the driver library's functions.
 
-use super::read_by;
+use super::wiring::read_by;
 use anhyst_ipc::{ChannelDescription, NodeId, interface};
 use std::fmt::Write;
 

@@ -1,6 +1,6 @@
 //! The interface for people: `docs/interface.md`.
 
-use super::readers;
+use super::wiring::readers;
 use anhyst_ipc::{ChannelDescription, Interface, NodeId, interface};
 use anhyst_launch::external::VARIABLES;
 use std::fmt::Write;
@@ -73,18 +73,18 @@ fn services(text: &mut String, interface: &Interface) {
         text,
         "\n## Services\n\nAll names lie under the run's prefix and root. Whoever comes first creates a service, so all must create it alike.\n\n| service | pattern | settings |\n|---|---|---|\n| `loop/CHANNEL` | publish-subscribe | safe overflow, `subscriber_max_buffer_size` {}, `subscriber_max_borrowed_samples` {}, `history_size` 0, `max_publishers` {}, `max_subscribers` {}, `max_nodes` {}. A node of the loop subscribes with `buffer_size` {}, the recorder with the largest. A subscriber bears its node's name |\n| `{}` | event | `max_notifiers` {}, `max_listeners` {}, `max_nodes` {}; its process listens, the others ring |\n| `{}` | blackboard, keys and values `u64` | `max_readers` {}, `max_nodes` {}; its process writes, the others read |\n\n",
         sizes.deepest_buffer,
-        sizes.most_borrowed,
-        sizes.most_publishers,
-        sizes.most_subscribers,
-        sizes.most_nodes,
+        sizes.max_borrowed,
+        sizes.max_publishers,
+        sizes.max_subscribers,
+        sizes.max_nodes,
         sizes.loop_buffer,
         interface.bell_service,
-        sizes.most_notifiers,
-        sizes.most_listeners,
-        sizes.most_nodes,
+        sizes.max_notifiers,
+        sizes.max_listeners,
+        sizes.max_nodes,
         interface.status_service,
-        sizes.most_status_readers,
-        sizes.most_nodes,
+        sizes.max_status_readers,
+        sizes.max_nodes,
     );
     text.push_str("Entries of a status:\n\n| key | name | meaning |\n|---|---|---|\n");
     for entry in &interface.status {

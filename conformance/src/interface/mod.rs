@@ -4,35 +4,14 @@
 mod c_header;
 mod markdown;
 mod python;
+mod wiring;
 
 pub use c_header::c_header;
 pub use markdown::markdown;
 pub use python::python;
 
-use anhyst_ipc::{Channel, Interface, NodeId, Wire};
+use anhyst_ipc::{Interface, Wire};
 use serde::Serialize;
-
-/// Who reads a channel: node and by how many ticks it is late, in loop order.
-fn readers(channel: &str) -> Vec<(NodeId, u64)> {
-    let mut readers: Vec<(NodeId, u64)> = anhyst_scenario::wires()
-        .into_iter()
-        .filter(|wire| wire.channel.name() == channel)
-        .map(|wire| (wire.reader, wire.delay))
-        .collect();
-    readers.sort();
-    readers
-}
-
-/// What a node reads, in channel order.
-fn read_by(node: NodeId) -> Vec<Channel> {
-    let wires = anhyst_scenario::wires().into_iter();
-    let mut channels: Vec<Channel> = wires
-        .filter(|wire| wire.reader == node)
-        .map(|wire| wire.channel)
-        .collect();
-    channels.sort();
-    channels
-}
 
 #[derive(Serialize)]
 struct Everything {

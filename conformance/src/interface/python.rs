@@ -1,6 +1,6 @@
 //! The interface as a Python module: ctypes structures that the PyPI package `iceoryx2` can send.
 
-use super::readers;
+use super::wiring::readers;
 use anhyst_ipc::{ChannelDescription, interface};
 use std::fmt::Write;
 
@@ -14,13 +14,13 @@ pub fn python() -> String {
     let numbers = [
         ("DEEPEST_BUFFER", sizes.deepest_buffer),
         ("LOOP_BUFFER", sizes.loop_buffer),
-        ("MOST_BORROWED", sizes.most_borrowed),
-        ("MOST_PUBLISHERS", sizes.most_publishers),
-        ("MOST_SUBSCRIBERS", sizes.most_subscribers),
-        ("MOST_NODES", sizes.most_nodes),
-        ("MOST_NOTIFIERS", sizes.most_notifiers),
-        ("MOST_LISTENERS", sizes.most_listeners),
-        ("MOST_STATUS_READERS", sizes.most_status_readers),
+        ("MAX_BORROWED", sizes.max_borrowed),
+        ("MAX_PUBLISHERS", sizes.max_publishers),
+        ("MAX_SUBSCRIBERS", sizes.max_subscribers),
+        ("MAX_NODES", sizes.max_nodes),
+        ("MAX_NOTIFIERS", sizes.max_notifiers),
+        ("MAX_LISTENERS", sizes.max_listeners),
+        ("MAX_STATUS_READERS", sizes.max_status_readers),
         ("ANY_AGREEMENT", interface.any_agreement as usize),
     ];
     // Writing to a String cannot fail, here and below.

@@ -4,7 +4,7 @@
 
 use super::super::findings::Findings;
 use super::super::program::Part;
-use super::{Evidence, Levels, STUCK, mean, rms};
+use super::evidence::{Evidence, Levels, STUCK, mean, rms};
 
 /// A gain outside of this is a unit, not an error of adjustment.
 const UNIT_FACTOR: f64 = 5.0;

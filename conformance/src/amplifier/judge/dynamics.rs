@@ -6,7 +6,7 @@
 
 use super::super::findings::Findings;
 use super::super::program::{Part, STEPS, Segment};
-use super::{Evidence, Levels, STUCK, mean};
+use super::evidence::{Evidence, Levels, STUCK, mean};
 use core::f64::consts::{FRAC_1_SQRT_2, PI};
 use num_complex::Complex64;
 

@@ -2,10 +2,10 @@
 
 use super::super::findings::Findings;
 use super::super::program::{LEVEL_SHARE, Part, Segment};
-use super::{Evidence, Levels, NOT_REACHED, STUCK, largest};
+use super::evidence::{Evidence, Levels, NOT_REACHED, STUCK, largest};
 
 /// So many equal answers in a row are a stuck answer, unless the sine is so slow that they are its crest.
-const MOST_EQUAL: usize = 50;
+const MAX_EQUAL: usize = 50;
 /// Share of a period that may look constant.
 const CREST: f64 = 0.1;
 
@@ -26,7 +26,7 @@ pub fn finite(evidence: &Evidence, findings: &mut Findings) {
 
 pub fn stuck(evidence: &Evidence, findings: &mut Findings) {
     let mut longest = 0;
-    let mut allowed = MOST_EQUAL;
+    let mut allowed = MAX_EQUAL;
     let mut judged = 0;
     for segment in &evidence.program.segments {
         let Part::Sine { periods } = segment.part else { continue };

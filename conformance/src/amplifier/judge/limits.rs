@@ -2,7 +2,7 @@
 
 use super::super::findings::Findings;
 use super::super::program::{Part, Segment};
-use super::{Evidence, Levels, STUCK, largest};
+use super::evidence::{Evidence, Levels, STUCK, largest};
 use anhyst_ipc::CoilField;
 
 /// So much of the time at the limit the answer must say so.
@@ -22,15 +22,9 @@ fn amplitude(evidence: &Evidence, noise_a_per_m: f64, findings: &mut Findings) {
         findings.skip(&names, "no field limit of the amplifier is stated");
         return;
     };
-    let segments: Vec<&Segment> = evidence.program.of(Part::Limit).collect();
-    let Some(fields) = fields(evidence, &segments) else {
-        findings.skip(&names, &evidence.unreached());
+    let Some((segments, fields)) = judgeable(evidence, Part::Limit, &names, findings) else {
         return;
     };
-    if findings.fails("stuck") {
-        findings.skip(&names, STUCK);
-        return;
-    }
     let most = largest(fields.iter().map(|field| field.abs()));
     let allowed = limit_a_per_m * (1.0 + evidence.expected.tolerances.limit_tolerance) + noise_a_per_m;
     findings.at_most(
@@ -69,15 +63,9 @@ fn slew(evidence: &Evidence, noise_a_per_m: f64, findings: &mut Findings) {
         findings.skip(&names, "no slew limit of the amplifier is stated");
         return;
     };
-    let segments: Vec<&Segment> = evidence.program.of(Part::Slew).collect();
-    let Some(fields) = fields(evidence, &segments) else {
-        findings.skip(&names, &evidence.unreached());
+    let Some((segments, fields)) = judgeable(evidence, Part::Slew, &names, findings) else {
         return;
     };
-    if findings.fails("stuck") {
-        findings.skip(&names, STUCK);
-        return;
-    }
     let fastest = largest(
         fields
             .windows(2)
@@ -110,10 +98,20 @@ fn slew(evidence: &Evidence, noise_a_per_m: f64, findings: &mut Findings) {
     );
 }
 
-fn fields(evidence: &Evidence, segments: &[&Segment]) -> Option<Vec<f64>> {
-    let pieces: Option<Vec<Vec<f64>>> = segments
-        .iter()
-        .map(|segment| evidence.transcript.fields(&segment.ticks))
-        .collect();
-    pieces.map(|pieces| pieces.concat())
+/// The stretches of a part and their fields; where they cannot be judged `names` are skipped, with the reason.
+fn judgeable<'a>(
+    evidence: &Evidence<'a>,
+    part: Part,
+    names: &[&'static str],
+    findings: &mut Findings,
+) -> Option<(Vec<&'a Segment>, Vec<f64>)> {
+    let segments: Vec<&Segment> = evidence.program.of(part).collect();
+    let of = |segment: &&Segment| evidence.transcript.fields(&segment.ticks);
+    let pieces: Option<Vec<Vec<f64>>> = segments.iter().map(of).collect();
+    match pieces {
+        None => findings.skip(names, &evidence.unreached()),
+        Some(_) if findings.fails("stuck") => findings.skip(names, STUCK),
+        Some(pieces) => return Some((segments, pieces.concat())),
+    }
+    None
 }

@@ -1,7 +1,7 @@
 //! A token for each tick, in order, and how long it takes.
 
 use super::super::findings::Findings;
-use super::Evidence;
+use super::evidence::Evidence;
 
 /// p50, p99 and the longest of some latencies, s; none without any.
 pub fn quantiles(latencies_s: &[f64]) -> Option<[f64; 3]> {
