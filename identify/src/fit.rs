@@ -3,19 +3,20 @@
 //! min over (Ms, a, k, α, c) and the instrument's zeros of the joint NRMSE (`residuals.rs`), searched from many starts
 //! (`search.rs`) in coordinates that part what one loop fixes from what it does not (`parameters.rs`).
 
-use anhyst_model::{Anhysteretic, Hysteresis, Magnetostriction, Material};
+use anhyst_model::{Anhysteretic, Hysteresis, MagneticState, Magnetostriction, Material};
 
 use crate::error::IdentifyError;
 use crate::modelled::{FittedLoop, Modelled};
 use crate::observed::ObservedLoop;
 use crate::parameters::{Bounds, Coordinates, Fixed};
+use crate::prepared::{PrepareOptions, PreparedRun, Start};
 use crate::progress::Progress;
 use crate::report::FitReport;
 use crate::residuals::{Fitter, Observation};
 use crate::search::{self, Effort};
 use crate::simulate::{Beginning, range};
 use crate::summary;
-use anhyst_measured::{MeasuredError, MeasuredLoop, MeasuredLoops, sweep};
+use anhyst_measured::{MeasuredError, MeasuredRun, Quantity, sweep};
 
 /// Which anhysteretic curves to try.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +31,7 @@ pub enum Curves {
 pub struct FitOptions {
     pub curves: Curves,
     pub fixed: Vec<Fixed>,
-    /// How the sweeps begin; None decides by whether each closes ([`Beginning::of`]).
+    /// How the sweeps begin; None decides by whether each closes ([`Start`]).
     pub beginning: Option<Beginning>,
     /// Fit the instrument's zero of M of each loop.
     pub free_offset: bool,
@@ -87,7 +88,7 @@ impl Fit {
 
 /// Fits one parameter set to all loops; `progress` hears of every fifty random sets and every polished start.
 pub fn fit(
-    measured: &MeasuredLoops,
+    measured: &[MeasuredRun],
     options: &FitOptions,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Fit, IdentifyError> {
@@ -168,33 +169,31 @@ fn check(options: &FitOptions) -> Result<(), IdentifyError> {
     Ok(())
 }
 
-fn observe(measured: &MeasuredLoops, options: &FitOptions) -> Result<Observation, IdentifyError> {
-    let one = |of: &MeasuredLoop| {
-        let magnetization = of
-            .magnetization_a_per_m
-            .clone()
-            .ok_or_else(|| MeasuredError::NothingToFit {
-                file: measured.source.clone().into(),
-            })?;
-        let field = sweep::monotone_between_turns(&of.field_a_per_m, options.reversal_threshold);
-        let beginning = options
-            .beginning
-            .unwrap_or_else(|| Beginning::of(&field, &magnetization));
+fn observe(measured: &[MeasuredRun], options: &FitOptions) -> Result<Observation, IdentifyError> {
+    let prepare = PrepareOptions {
+        reversal_threshold: options.reversal_threshold,
+        ..PrepareOptions::default()
+    };
+    let one = |run: &MeasuredRun| {
+        let run = PreparedRun::of(run, &prepare)?;
+        let series = |quantity: Quantity| run.channel(quantity).map(|channel| channel.measured.clone());
+        let magnetization = series(Quantity::Magnetization).ok_or_else(|| MeasuredError::NothingToFit {
+            file: run.source.clone().into(),
+        })?;
         Ok(ObservedLoop {
-            field_a_per_m: field,
             magnetization_range_a_per_m: range(&magnetization),
             magnetization_a_per_m: magnetization,
-            strain: of.strain.clone(),
-            beginning,
+            strain: series(Quantity::Strain),
+            beginning: options.beginning.unwrap_or_else(|| Beginning::of(run.start)),
+            before: match run.start {
+                Start::Cycled(state) => state,
+                _ => MagneticState::default(),
+            },
+            field_a_per_m: run.drive_a_per_m,
         })
     };
-    let loops = measured
-        .loops
-        .iter()
-        .map(one)
-        .collect::<Result<Vec<_>, IdentifyError>>()?;
     Ok(Observation {
-        loops,
+        loops: measured.iter().map(one).collect::<Result<_, IdentifyError>>()?,
         free_offset: options.free_offset,
         strain_weight: options.strain_weight,
     })

@@ -7,12 +7,14 @@
 pub mod engine;
 mod error;
 pub mod estimate;
+mod first_things;
 mod fit;
 mod material;
 mod modelled;
 mod observed;
 pub mod parallel;
 mod parameters;
+pub mod prepared;
 mod progress;
 pub mod report;
 mod residuals;
@@ -24,6 +26,7 @@ mod uncertainty;
 mod warnings;
 
 pub use error::IdentifyError;
+pub use first_things::first_things;
 pub use fit::{Curves, Fit, FitOptions, fit};
 pub use material::material_text;
 pub use modelled::{FittedLoop, FittedStrain};

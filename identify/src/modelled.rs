@@ -1,6 +1,6 @@
 //! Measured loops beside the model's, at the fitted parameters.
 
-use anhyst_measured::MeasuredLoops;
+use anhyst_measured::MeasuredRun;
 use anhyst_model::Hysteresis;
 
 use crate::observed::{Nuisance, ObservedLoop};
@@ -37,13 +37,13 @@ impl Modelled {
     }
 
     /// The curves as the instrument would show them.
-    pub fn loops(&self, measured: &MeasuredLoops, observation: &Observation, nuisance: &Nuisance) -> Vec<FittedLoop> {
+    pub fn loops(&self, measured: &[MeasuredRun], observation: &Observation, nuisance: &Nuisance) -> Vec<FittedLoop> {
         let fitted = |(index, of): (usize, &ObservedLoop)| {
             let offset = nuisance.offset[index] * of.magnetization_range_a_per_m;
             let model = &self.magnetizations[index];
             let strain = of.strain.clone().zip(self.law.as_ref());
             FittedLoop {
-                id: measured.loops[index].id.clone(),
+                id: measured[index].loop_id.clone(),
                 field_a_per_m: of.field_a_per_m.clone(),
                 measured_magnetization_a_per_m: of.magnetization_a_per_m.clone(),
                 model_magnetization_a_per_m: model.iter().map(|m| m + offset).collect(),

@@ -1,5 +1,7 @@
 //! Measured loops as a fit sees them, and what of them belongs to the instrument.
 
+use anhyst_model::MagneticState;
+
 use crate::simulate::Beginning;
 
 /// One loop as the fit sees it.
@@ -10,6 +12,8 @@ pub(crate) struct ObservedLoop {
     pub magnetization_range_a_per_m: f64,
     pub strain: Option<Vec<f64>>,
     pub beginning: Beginning,
+    /// Before the first of two runs.
+    pub before: MagneticState,
 }
 
 /// Unknowns that belong to the instrument and not to the material, as fractions of each loop's range of M.

@@ -75,7 +75,7 @@ impl Observation {
         let along = |(of, start): (&ObservedLoop, &f64)| {
             let mut magnetization = Vec::with_capacity(of.field_a_per_m.len());
             if of.beginning == Beginning::Cycled {
-                simulate::cycled(hysteresis, &of.field_a_per_m, &mut magnetization);
+                simulate::cycled(hysteresis, of.before, &of.field_a_per_m, &mut magnetization);
             } else {
                 let first = of.magnetization_a_per_m.first().copied().unwrap_or_default();
                 let true_first = first + of.magnetization_range_a_per_m * start;

@@ -5,13 +5,12 @@
 use anhyst_model::{Hysteresis, MagneticState};
 use serde::{Deserialize, Serialize};
 
-/// A loop whose ends differ by less than this share of its range is closed.
-const CLOSURE: f64 = 0.01;
+use crate::prepared::Start;
 
 /// In which state the material was when the sweep began.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Beginning {
-    /// Closed quasi-static loop: from the demagnetised state the sweep is run twice and the second run compared.
+    /// Closed quasi-static loop: the sweep is run twice and the second run compared ([`Start::Cycled`]).
     Cycled,
     /// The first measured magnetization, less the offset of the instrument, is true.
     Measured,
@@ -20,20 +19,12 @@ pub enum Beginning {
 }
 
 impl Beginning {
-    /// A sweep that ends where it began is a closed loop; any other begins at what was measured, which is fitted
-    /// because a single sample carries the noise of the instrument.
-    pub fn of(field_a_per_m: &[f64], magnetization_a_per_m: &[f64]) -> Self {
-        let closes = |series: &[f64]| {
-            let (low, high) = anhyst_measured::sweep::extremes(series);
-            match (series.first(), series.last()) {
-                (Some(first), Some(last)) => (first - last).abs() < CLOSURE * (high - low),
-                _ => false,
-            }
-        };
-        if closes(field_a_per_m) && closes(magnetization_a_per_m) {
-            Beginning::Cycled
-        } else {
-            Beginning::Fitted
+    /// A closed sweep is cycled; any other begins at what was measured, which is fitted because a single sample carries the noise of
+    /// the instrument.
+    pub(crate) fn of(start: Start) -> Self {
+        match start {
+            Start::Cycled(_) => Beginning::Cycled,
+            _ => Beginning::Fitted,
         }
     }
 }
@@ -44,9 +35,8 @@ pub(crate) fn range(series: &[f64]) -> f64 {
     high - low
 }
 
-/// Magnetization (A/m) along `field`, from demagnetised through one whole sweep, then recorded on the second.
-pub(crate) fn cycled(hysteresis: &Hysteresis, field: &[f64], magnetization: &mut Vec<f64>) {
-    let mut state = MagneticState::default();
+/// Magnetization (A/m) along `field`, from a state through one whole sweep, then recorded on the second.
+pub(crate) fn cycled(hysteresis: &Hysteresis, mut state: MagneticState, field: &[f64], magnetization: &mut Vec<f64>) {
     for &to in field {
         state = hysteresis.advance(state, to);
     }

@@ -15,11 +15,11 @@ use crate::simulate::{Beginning, range};
 use crate::strain::StrainLaw;
 use crate::uncertainty::Uncertainty;
 use crate::warnings::warnings;
-use anhyst_measured::MeasuredLoops;
+use anhyst_measured::{MeasuredRun, Quantity};
 
 /// Everything that is known after a search; `polished` is sorted, best first.
 pub(crate) fn report(
-    measured: &MeasuredLoops,
+    measured: &[MeasuredRun],
     observation: &Observation,
     polished: &[Polished<'_>],
     tried: Vec<(Anhysteretic, f64)>,
@@ -27,7 +27,7 @@ pub(crate) fn report(
     hysteresis: &Hysteresis,
     modelled: &Modelled,
 ) -> FitReport {
-    let best = &polished[0];
+    let (file, best) = (measured.first(), &polished[0]);
     let nuisance = best.nuisance();
     let uncertainty = Uncertainty::of(best, hysteresis);
     let loops = loops(measured, observation, &nuisance, modelled, &uncertainty);
@@ -38,8 +38,8 @@ pub(crate) fn report(
     let magnetization_nrmse = squares(&|of| Some(of.magnetization_nrmse)).unwrap_or(f64::NAN);
     let strain_nrmse = squares(&|of| of.strain.map(|strain| strain.nrmse));
     let mut report = FitReport {
-        source: measured.source.clone(),
-        data_hash: measured.data_hash.clone(),
+        source: file.map(|run| run.source.clone()).unwrap_or_default(),
+        data_hash: file.map(|run| run.data_hash.clone()).unwrap_or_default(),
         anhysteretic: hysteresis.anhysteretic,
         parameters: parameters(hysteresis, &uncertainty),
         effective_shape_a_per_m: Estimate {
@@ -72,7 +72,7 @@ fn parameters(hysteresis: &Hysteresis, uncertainty: &Uncertainty) -> Vec<FittedP
 }
 
 fn loops(
-    measured: &MeasuredLoops,
+    measured: &[MeasuredRun],
     observation: &Observation,
     nuisance: &Nuisance,
     modelled: &Modelled,
@@ -105,9 +105,9 @@ fn loops(
                 zero: law.zero[index],
             })
         });
-        let raw_field = &measured.loops[index].field_a_per_m;
+        let raw_field = measured[index].series(Quantity::Field).unwrap_or_default();
         LoopReport {
-            id: measured.loops[index].id.clone(),
+            id: measured[index].loop_id.clone(),
             samples: model.len(),
             largest_field_a_per_m: of
                 .field_a_per_m
@@ -187,7 +187,8 @@ fn assumptions(observation: &Observation) -> Vec<String> {
     for (beginning, sentence) in [
         (
             Beginning::Cycled,
-            "closed loops were run twice from the demagnetised state and compared on the second run",
+            "closed loops were run twice, from the demagnetised state or, where the field does not go as far either way, from their first magnetization, \
+             and compared on the second run",
         ),
         (
             Beginning::Measured,

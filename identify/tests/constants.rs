@@ -79,12 +79,11 @@ fn a_soft_magnet_sweep_never_ends_worse_than_it_began() {
     };
     let observed = Observed::of(&run, &model, 0.0).unwrap();
     let rms = |model: &ActuatorModel| {
-        let mut outputs = ActuatorOutputs::default();
-        observed.simulate(model, &mut outputs).unwrap();
+        let [output, _] = observed.simulate(model).unwrap();
         let left: Vec<f64> = observed
             .measured
             .iter()
-            .zip(observed.output.of(&outputs))
+            .zip(output)
             .map(|(measured, own)| measured - own)
             .collect();
         let mean = left.iter().sum::<f64>() / left.len() as f64;

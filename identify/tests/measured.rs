@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use anhyst_identify::{Curves, Fit, FitOptions, fit};
-use anhyst_measured::{MeasuredLoops, ReadOptions};
+use anhyst_measured::{MeasuredRun, RunReadOptions};
 use anhyst_model::Anhysteretic;
 
-fn fitted(file: &Path, read: &ReadOptions, options: &FitOptions) -> Fit {
-    let measured = MeasuredLoops::read(file, read).unwrap_or_else(|refusal| panic!("{refusal}"));
+fn fitted(file: &Path, read: &RunReadOptions, options: &FitOptions) -> Fit {
+    let measured = MeasuredRun::read_loops(file, read).unwrap_or_else(|refusal| panic!("{refusal}"));
     fit(&measured, options, &mut |_| ()).unwrap_or_else(|refusal| panic!("{refusal}"))
 }
 
@@ -22,7 +22,7 @@ fn one_set_for_four_amplitudes_of_a_ferrite() {
         starts: 5,
         ..FitOptions::default()
     };
-    let fit = fitted(&file, &ReadOptions::default(), &options);
+    let fit = fitted(&file, &RunReadOptions::default(), &options);
     let report = &fit.report;
     assert_eq!(report.loops.len(), 4);
     assert!(
@@ -48,9 +48,9 @@ fn one_set_for_four_amplitudes_of_a_ferrite() {
 #[ignore = "needs the file named by ANHYST_TERFENOL_CSV, which its licence keeps out of this repository"]
 fn magnetization_and_strain_of_terfenol_d() {
     let file = std::env::var("ANHYST_TERFENOL_CSV").expect("ANHYST_TERFENOL_CSV must name the Terfenol-D sweep");
-    let read = ReadOptions {
+    let read = RunReadOptions {
         drop_rows: vec!["1139..".parse().unwrap()],
-        ..ReadOptions::default()
+        ..RunReadOptions::default()
     };
     let fit = fitted(Path::new(&file), &read, &FitOptions::default());
     let report = &fit.report;

@@ -4,7 +4,7 @@
 mod synthetic;
 
 use anhyst_identify::{Beginning, Curves, Fit, FitOptions, Fixed, fit, material_text};
-use anhyst_measured::MeasuredLoops;
+use anhyst_measured::MeasuredRun;
 use anhyst_model::{Anhysteretic, Hysteresis, HysteresisParameter, MagneticState, Magnetostriction, Material};
 use synthetic::Noise;
 
@@ -18,7 +18,7 @@ fn quick() -> FitOptions {
     }
 }
 
-fn fitted(measured: &MeasuredLoops, options: &FitOptions) -> Fit {
+fn fitted(measured: &[MeasuredRun], options: &FitOptions) -> Fit {
     fit(measured, options, &mut |_| ()).unwrap()
 }
 
@@ -125,7 +125,7 @@ fn a_held_parameter_stays_and_ends_the_ambiguity() {
 
 /// The Terfenol-D sweep cannot be carried here (its licence), so its faults are made: begins at H = 0 off the loop, integrator
 /// offset, H in steps of 232.2 A/m, strain in steps of 0.2038 ppm with an arbitrary zero, tips of unequal height, noise of B.
-fn faulty_sweep() -> (Hysteresis, f64, MeasuredLoops) {
+fn faulty_sweep() -> (Hysteresis, f64, Vec<MeasuredRun>) {
     let truth = Hysteresis {
         anhysteretic: Anhysteretic::Langevin,
         saturation_magnetization_a_per_m: 6.474e5,
@@ -162,7 +162,7 @@ fn faulty_sweep() -> (Hysteresis, f64, MeasuredLoops) {
         .collect();
     let seen_field = true_field.iter().map(|h| to_step(*h, 232.2)).collect();
     let measured = synthetic::measured(0, seen_field, seen_magnetization, Some(seen_strain));
-    (truth, gamma, synthetic::loops(vec![measured]))
+    (truth, gamma, vec![measured])
 }
 
 #[test]

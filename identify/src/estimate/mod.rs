@@ -3,5 +3,5 @@
 mod observed;
 mod several;
 
-pub use observed::{Observed, Output};
+pub use observed::Observed;
 pub use several::{SeveralFound, several};

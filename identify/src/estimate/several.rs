@@ -4,9 +4,10 @@
 //! σ noise, z the instrument's zero (of strain and magnetization), θ0 the model's values and s their priors (the table of
 //! parameters). The model's effects are simulated with it. It never ends worse than it began.
 
-use anhyst_model::{ActuatorModel, ActuatorOutputs, NominalParameter};
+use anhyst_measured::Quantity;
+use anhyst_model::{ActuatorModel, NominalParameter};
 
-use super::observed::{Observed, Output};
+use super::observed::Observed;
 use crate::engine::{Coordinate, Problem, Stop};
 use crate::error::IdentifyError;
 use crate::parallel;
@@ -51,7 +52,7 @@ pub fn several(
             .ok_or_else(missing)
     };
     let coordinates = parameters.iter().map(coordinate).collect::<Result<Vec<_>, _>>()?;
-    observed.simulate(model, &mut ActuatorOutputs::default())?;
+    observed.simulate(model)?;
     let (low, high) = anhyst_measured::sweep::extremes(&observed.measured);
     let noise = observed
         .noise
@@ -65,16 +66,15 @@ pub fn several(
         changed
     };
     let simulator = |values: &[f64]| {
-        let mut outputs = ActuatorOutputs::default();
-        observed.simulate(&with(values), &mut outputs).ok()?;
-        let series: Vec<f64> = observed.output.of(&outputs).iter().map(|value| value / noise).collect();
+        let [output, _] = observed.simulate(&with(values)).ok()?;
+        let series: Vec<f64> = output.iter().map(|value| value / noise).collect();
         series.iter().all(|value| value.is_finite()).then_some(series)
     };
     let measured: Vec<f64> = observed.measured.iter().map(|value| value / noise).collect();
-    let compared = observed.settled..measured.len();
+    let compared = observed.run.settling_rows..measured.len();
     let rows = std::slice::from_ref(&compared);
     let mut linear = Vec::new();
-    if observed.output != Output::Displacement {
+    if observed.output != Quantity::Displacement {
         linear.push(vec![1.0 / noise; measured.len()]);
     }
     let problem = Problem {

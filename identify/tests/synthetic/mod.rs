@@ -1,12 +1,12 @@
 //! Loops made from known parameters, with the faults of real instruments.
 
-use anhyst_measured::{MeasuredLoop, MeasuredLoops};
+use anhyst_measured::{MeasuredRun, Quantity};
 use anhyst_model::{Hysteresis, MagneticState};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// Field and true magnetization of `amplitudes.len()` closed loops of 200 samples each.
-pub fn closed_loops(material: &Hysteresis, amplitudes: &[f64], noise_a_per_m: f64, seed: u64) -> MeasuredLoops {
+pub fn closed_loops(material: &Hysteresis, amplitudes: &[f64], noise_a_per_m: f64, seed: u64) -> Vec<MeasuredRun> {
     let mut noise = Noise::new(seed);
     let one = |(index, amplitude): (usize, &f64)| {
         let samples = 200;
@@ -21,7 +21,7 @@ pub fn closed_loops(material: &Hysteresis, amplitudes: &[f64], noise_a_per_m: f6
             .collect();
         measured(index, field, magnetization, None)
     };
-    loops(amplitudes.iter().enumerate().map(one).collect())
+    amplitudes.iter().enumerate().map(one).collect()
 }
 
 /// Magnetization along a field from a state.
@@ -38,24 +38,15 @@ pub fn measured(
     field_a_per_m: Vec<f64>,
     magnetization: Vec<f64>,
     strain: Option<Vec<f64>>,
-) -> MeasuredLoop {
-    MeasuredLoop {
-        id: index.to_string(),
-        rows: (0..field_a_per_m.len() as u64).collect(),
-        time_s: None,
-        field_a_per_m,
-        magnetization_a_per_m: Some(magnetization),
-        strain,
-    }
-}
-
-pub fn loops(loops: Vec<MeasuredLoop>) -> MeasuredLoops {
-    MeasuredLoops {
-        source: "synthetic".to_owned(),
-        data_hash: String::new(),
-        dropped_rows: 0,
-        loops,
-    }
+) -> MeasuredRun {
+    let mut series = vec![
+        (Quantity::Field, field_a_per_m),
+        (Quantity::Magnetization, magnetization),
+    ];
+    series.extend(strain.map(|strain| (Quantity::Strain, strain)));
+    let mut run = MeasuredRun::in_memory("synthetic", None, series).unwrap();
+    run.loop_id = index.to_string();
+    run
 }
 
 /// Gaussian noise from a seed.
