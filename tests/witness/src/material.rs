@@ -1,9 +1,10 @@
 //! Domain wall hysteresis in its algebraic form, the paper's (3) and (5):
 //!
-//! M = (1 − c) M_irr + c M_an(H + αM),   dM_irr/dH = δ̂ (M_an − M_irr) / (δk − α (M_an − M_irr)),
+//! M = (1 − c) M_irr + c M_an(H + αM + b₃M³),   dM_irr/dH = δ̂ (M_an − M_irr) / (δk − α' (M_an − M_irr)),   α' = α + 3b₃M²,
 //!
 //! H field, M magnetization, M_irr its irreversible part, M_an the anhysteretic curve (all A/m), a its shape and k the pinning
-//! (A/m), α coupling, c reversible share (no unit), δ the sign of dH, δ̂ = 0 where (M_an − M_irr) dH < 0 and else 1.
+//! (A/m), α coupling, c reversible share (no unit), b₃ of a prestressed rod (m²/A²), δ the sign of dH, δ̂ = 0 where (M_an − M_irr) dH < 0 and else 1; with
+//! walls that move against the field (accommodation) dM_irr/dH = ρδ (M_an − M_irr)/k there.
 //! M is solved for by Newton's method; nothing here knows the derivative dM/dH, which `model/` integrates.
 
 /// M_an(H_e) / M_s over x = H_e/a.
@@ -49,6 +50,8 @@ pub struct Material {
     pub coupling: f64,
     /// c.
     pub reversible_share: f64,
+    /// b₃, m²/A².
+    pub cubic_coupling: f64,
 }
 
 impl Material {
@@ -60,17 +63,19 @@ impl Material {
         pinning_a_per_m: 4000.0,
         coupling: -0.01,
         reversible_share: 0.18,
+        cubic_coupling: 0.0,
     };
 
     /// M and M_an where the field and M_irr are these.
     pub fn magnetization(&self, field: f64, irreversible: f64) -> (f64, f64) {
-        let (c, alpha) = (self.reversible_share, self.coupling);
+        let (c, cubic) = (self.reversible_share, self.cubic_coupling);
         let mut m = irreversible;
         loop {
-            let (value, slope) = self.curve.at((field + alpha * m) / self.shape_a_per_m);
+            let effective = field + (self.coupling + cubic * m * m) * m;
+            let (value, slope) = self.curve.at(effective / self.shape_a_per_m);
             let anhysteretic = self.saturation_a_per_m * value;
             let miss = m - (1.0 - c) * irreversible - c * anhysteretic;
-            let step = miss / (1.0 - c * alpha * self.saturation_a_per_m * slope / self.shape_a_per_m);
+            let step = miss / (1.0 - c * self.tangent(m) * self.saturation_a_per_m * slope / self.shape_a_per_m);
             m -= step;
             // Not so for a number that is none, which would never arrive.
             if step.abs() > 1e-9 * self.saturation_a_per_m {
@@ -80,13 +85,24 @@ impl Material {
         }
     }
 
-    /// dM_irr/dt where the field changes at this rate.
-    pub fn irreversible_rate(&self, anhysteretic: f64, irreversible: f64, field_rate: f64) -> f64 {
+    /// α'.
+    fn tangent(&self, m: f64) -> f64 {
+        self.coupling + 3.0 * self.cubic_coupling * m * m
+    }
+
+    /// dM_irr/dt where the field changes at this rate; ρ of the walls that move against it.
+    pub fn irreversible_rate(
+        &self,
+        (m, anhysteretic): (f64, f64),
+        irreversible: f64,
+        field_rate: f64,
+        relaxing_share: f64,
+    ) -> f64 {
         let distance = anhysteretic - irreversible;
         if distance * field_rate <= 0.0 {
-            return 0.0;
+            return relaxing_share * field_rate.abs() * distance / self.pinning_a_per_m;
         }
         let pinning = self.pinning_a_per_m * field_rate.signum();
-        field_rate * distance / (pinning - self.coupling * distance)
+        field_rate * distance / (pinning - self.tangent(m) * distance)
     }
 }

@@ -1,11 +1,36 @@
-//! What is said of the tip: a pure delay, a wrong scale, a limit, noise, and steps.
+//! What is said of the sensor's end x, from the end to the reading:
+//!
+//! z̈ + 2ζω ż + ω² z = ω² x,   y = x + G(z − x);   y (1 − s m), ṁ = (x²/X² − m)/τ;   y + e sin(2πy/p);   y(t − d);   (1 + g) y;   ±L.
+//!
+//! A light resonance between rod and sensor (gain G, ω = 2πf), a gain that sags after activity (s; X = 20 μm, τ = 0.05 s), an encoder's
+//! interpolation error (e and its period p, m), a pure delay d, a wrong scale g and a limit L. The other laws: the resonance damped against
+//! the rod, z̈ + 2ζω(ż − ẋ) + ω² (z − x) = 0, and a limit that is round (`amplifier.rs`).
 
-use crate::noise::Noise;
-use std::collections::VecDeque;
+use crate::amplifier::clipped;
+use crate::hidden::Laws;
+use std::f64::consts::TAU;
+
+/// X, m, and τ, s, of the gain that sags.
+const ACTIVE_M: f64 = 2e-5;
+const FATIGUE_S: f64 = 0.05;
+
+/// A light resonance between rod and sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mode {
+    /// G; 0 is absent.
+    pub gain: f64,
+    pub hz: f64,
+    pub damping_ratio: f64,
+}
 
 /// A displacement sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sensor {
+    pub mode: Mode,
+    /// s.
+    pub fatigue: f64,
+    /// e and p, m.
+    pub encoder_m: [f64; 2],
     /// Pure delay, s.
     pub delay_s: f64,
     /// The scale is off by this share.
@@ -21,6 +46,13 @@ pub struct Sensor {
 impl Sensor {
     /// 20 nm rms in steps of 1 nm.
     pub const GOOD: Sensor = Sensor {
+        mode: Mode {
+            gain: 0.0,
+            hz: 400.0,
+            damping_ratio: 0.03,
+        },
+        fatigue: 0.0,
+        encoder_m: [0.0, 5e-6],
         delay_s: 0.0,
         relative_gain: 0.0,
         limit_m: f64::INFINITY,
@@ -28,20 +60,57 @@ impl Sensor {
         resolution_m: 1e-9,
     };
 
-    /// What it says of the way until now, whose points are `substep_s` apart.
-    pub fn measure(&self, way: &VecDeque<f64>, substep_s: f64, noise: &mut Noise) -> f64 {
-        let (back, last) = (self.delay_s / substep_s, way.len() - 1);
-        // Between two points a straight line; before the first one, at rest.
-        let point = |steps: usize| last.checked_sub(steps).map_or(0.0, |index| way[index]);
-        let (near, far) = (point(back as usize), point(back as usize + 1));
-        let seen = near + (far - near) * back.fract();
-        let scaled = (seen * (1.0 + self.relative_gain)).clamp(-self.limit_m, self.limit_m);
-        let noisy = scaled + self.noise_m * noise.normal();
-        (noisy / self.resolution_m).round() * self.resolution_m
+    /// What it would say without noise, from points of the way that are `h` seconds apart; before the first one, at rest.
+    pub(crate) fn look(&self, mut way: Vec<f64>, h: f64, laws: Laws) -> Vec<f64> {
+        if self.mode.gain != 0.0 {
+            self.mode.shake(&mut way, h, laws);
+        }
+        if self.fatigue != 0.0 {
+            let mut memory = 0.0;
+            for x in &mut way {
+                memory += h / FATIGUE_S * ((*x / ACTIVE_M).powi(2) - memory);
+                *x *= 1.0 - self.fatigue * memory;
+            }
+        }
+        let [error, period] = self.encoder_m;
+        if error != 0.0 {
+            way.iter_mut().for_each(|x| *x += error * (TAU * *x / period).sin());
+        }
+        let back = self.delay_s / h;
+        let point = |place: usize, steps: usize| way[place.saturating_sub(steps)];
+        (0..way.len())
+            .map(|place| {
+                let (near, far) = (point(place, back as usize), point(place, back as usize + 1));
+                let scaled = (near + (far - near) * back.fract()) * (1.0 + self.relative_gain);
+                if self.limit_m.is_finite() {
+                    clipped(scaled, self.limit_m, laws)
+                } else {
+                    scaled
+                }
+            })
+            .collect()
     }
+}
 
-    /// So many points of the way are needed.
-    pub fn memory(&self, substep_s: f64) -> usize {
-        (self.delay_s / substep_s) as usize + 2
+impl Mode {
+    /// Runge and Kutta again, the way a straight line between its points.
+    fn shake(&self, way: &mut [f64], h: f64, laws: Laws) {
+        let omega = TAU * self.hz;
+        let (mut z, mut speed, mut from) = (way[0], 0.0, way[0]);
+        for x in &mut way[1..] {
+            let (to, rate) = (*x, (*x - from) / h);
+            let against = if laws == Laws::Usual { 0.0 } else { rate };
+            let pull = |share: f64, z: f64, speed: f64| {
+                omega * (omega * (from + share * (to - from) - z) - 2.0 * self.damping_ratio * (speed - against))
+            };
+            let (a1, v1) = (pull(0.0, z, speed), speed);
+            let (a2, v2) = (pull(0.5, z + 0.5 * h * v1, speed + 0.5 * h * a1), speed + 0.5 * h * a1);
+            let (a3, v3) = (pull(0.5, z + 0.5 * h * v2, speed + 0.5 * h * a2), speed + 0.5 * h * a2);
+            let (a4, v4) = (pull(1.0, z + h * v3, speed + h * a3), speed + h * a3);
+            z += h / 6.0 * (v1 + 2.0 * (v2 + v3) + v4);
+            speed += h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4);
+            from = to;
+            *x = to + self.gain * (z - to);
+        }
     }
 }

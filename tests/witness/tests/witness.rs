@@ -24,6 +24,7 @@ fn material(name: &str) -> Material {
         pinning_a_per_m,
         coupling,
         reversible_share,
+        ..base
     };
     match name {
         _ if name.contains("positive_coupling") => Material { coupling: 0.01, ..base },
