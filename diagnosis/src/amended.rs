@@ -1,17 +1,22 @@
 //! `amended.ron`: the model with what was found, and in comments where it comes from and how sure it is.
 
 use anhyst_model::ActuatorModel;
+use anhyst_report::number::Si;
 use ron::ser::PrettyConfig;
 
-use crate::diagnosis::{Diagnosis, Verdict};
+use crate::diagnosis::Diagnosis;
 use crate::error::DiagnosisError;
-use crate::wording::Amount;
 
-/// The amended model as text for a file. Without anything named it is the model as given, and says so.
+/// The amended model as text for a file. Where no effect was named it holds the calibrated constants, and says so.
 ///
 /// # Errors
 /// A model that cannot be written as RON.
 pub fn amended_text(diagnosis: &Diagnosis, amended: &ActuatorModel) -> Result<String, DiagnosisError> {
+    let unit = if diagnosis.unit.is_empty() {
+        "m/m"
+    } else {
+        &diagnosis.unit
+    };
     let mut lines = vec![
         format!(
             "{}, amended by `anhyst diagnose`: verdict {}.",
@@ -28,11 +33,13 @@ pub fn amended_text(diagnosis: &Diagnosis, amended: &ActuatorModel) -> Result<St
     }
     lines.push(format!(
         "Held-out gap before {}, after {}, noise {}",
-        Amount(diagnosis.gap_before, &diagnosis.unit),
-        Amount(diagnosis.gap_after, &diagnosis.unit),
-        Amount(diagnosis.noise_rms, &diagnosis.unit)
+        Si(diagnosis.gap_before, unit),
+        Si(diagnosis.gap_after, unit),
+        Si(diagnosis.noise_rms, unit)
     ));
-    for effect in diagnosis.effects.iter().chain(&diagnosis.calibrated) {
+    // What was fitted and makes nothing smaller is not in the model.
+    let parts = diagnosis.effects.iter().chain(&diagnosis.parameters);
+    for effect in parts.filter(|_| diagnosis.explained > 0.0) {
         for value in &effect.values {
             let known = value
                 .standard_deviation
@@ -46,11 +53,18 @@ pub fn amended_text(diagnosis: &Diagnosis, amended: &ActuatorModel) -> Result<St
     for other in &diagnosis.ambiguous_with {
         lines.push(format!("These data allow {other} as well."));
     }
-    if matches!(
-        diagnosis.verdict,
-        Verdict::None | Verdict::NotExcited | Verdict::Unknown
-    ) {
-        lines.push("Nothing was named: this is the model as it was given.".to_owned());
+    let shrinks = diagnosis.explained > 0.0;
+    lines.push(if shrinks {
+        format!(
+            "Explained: {:.1} % of the gap's energy; left: {}",
+            100.0 * diagnosis.explained,
+            Si(diagnosis.remainder_rms, unit)
+        )
+    } else {
+        "Nothing that was tried makes the gap smaller: the model is as it was given.".to_owned()
+    });
+    if shrinks && diagnosis.effects.is_empty() {
+        lines.push("No effect was named: only constants are calibrated.".to_owned());
     }
     let header: String = lines
         .iter()

@@ -1,20 +1,34 @@
-//! The workflow: set up, search, decide, and the series behind the pictures.
+//! The workflow: set up, decompose, tell, and the series behind the pictures.
 
+use anhyst_identify::{first_things, parallel};
+use anhyst_measured::check::Finding;
+use anhyst_measured::{MeasuredRun, Quantity};
 use anhyst_model::ActuatorModel;
 
-use crate::diagnosis::{DataSource, Diagnosed, RunSeries, Verdict};
+use crate::acquisition::{Likely, LowPass};
+use crate::composition::Composition;
+use crate::decompose::{self, Decomposition, Search};
+use crate::diagnosis::{Candidate, DataSource, Diagnosed, Diagnosis, RunSeries, Verdict};
 use crate::error::DiagnosisError;
-use crate::observation::Observation;
-use crate::setup::DiagnoseOptions;
-use crate::term::Term;
-use crate::workbench::Workbench;
-use crate::{decide, plant, remainder, search, setup};
-use anhyst_identify::parallel;
-use anhyst_measured::MeasuredRun;
-use anhyst_measured::Quantity;
+use crate::experiment::{Comparison, Experiment, advise};
+use crate::likelihood::Bench;
+use crate::locate::{channel_gaps, locate, sentences};
+use crate::plant::{ChannelKind, Plant};
+use crate::setup::{DiagnoseOptions, setup};
+use crate::shares::remainder_rms;
+use crate::sight::sight;
+use crate::signals::signals;
+use crate::statistics::rms;
+use crate::unlisted::UnknownTerm;
+use crate::verdict::{Told, candidates, moved, name, tell, tests};
+use crate::wording::{amplifier_sentences, sentence};
 
-/// How the source of a model begins whose numbers were fitted to measurements; `anhyst fit` writes it so.
-const FITTED: &str = "fitted to";
+/// Share of the rows on which a held-out gap is not measured.
+const TRAINING: f64 = 0.75;
+/// Sentences on where the gap is.
+const MAX_SENTENCES: usize = 6;
+/// Explanations that are named beside the first.
+pub(crate) const MAX_TIES: usize = 2;
 
 /// Compares a model with runs and says what is missing; `progress` hears what is being done and how far it has come (0 to 1).
 ///
@@ -24,105 +38,332 @@ pub fn diagnose(
     model: &ActuatorModel,
     runs: &[MeasuredRun],
     options: &DiagnoseOptions,
-    progress: &mut dyn FnMut(&'static str, f64),
+    progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Diagnosed, DiagnosisError> {
-    let fitted_model = options.fitted_model || model.source.starts_with(FITTED);
-    let setup = setup::setup(model, runs, fitted_model, options)?;
-    let observation = Observation::new(setup.plant.channels.clone(), setup.measured);
-    let bench = Workbench {
-        system: &setup.plant,
-        model: &setup.plant.model,
-        observation: &observation,
-        linear: observation.zeros(),
-        lattice: setup.lattice,
-        threads: if options.threads == 0 {
-            parallel::available()
-        } else {
-            options.threads
-        },
+    progress("signs, units and places of the columns", 0.0);
+    let first_things: Vec<Finding> = runs.iter().flat_map(|run| first_things(run, model)).collect();
+    if first_things.iter().any(|own| !own.amended_columns.is_empty()) {
+        return Ok(misread(model, runs, first_things));
+    }
+    let setup = setup(model, runs, options)?;
+    let threads = if options.threads == 0 {
+        parallel::available()
+    } else {
+        options.threads
     };
+    let mut bench = Bench::new(setup.plant, threads);
+    progress("the recorder", 0.0);
+    let low_passes = decompose::low_passes(&bench).unwrap_or_default();
+    let memories = low_passes.iter().map(|(_, seen)| seen[0].1.memory_s());
+    if let Some(memory_s) = memories.reduce(f64::max) {
+        // What it was fed before the first row is not known.
+        bench = Bench::new(bench.plant.skipping(memory_s), threads);
+    }
+    let model_on_runs = bench.plant.model.clone();
     let no_simulation = || DiagnosisError::NoDiagnosis {
         sentence: format!("the model \"{}\" cannot be simulated on these runs", model.name),
     };
-    let found = search::search(&bench, progress).ok_or_else(no_simulation)?;
-    progress("weighing the evidence", 0.92);
-    let unit = if setup.output == Quantity::Strain { "" } else { "m" };
-    let mut decided = decide::decide(&bench, &setup.plant, &found, unit);
-    if decided.diagnosis.verdict == Verdict::Unknown
-        && fitted_model
-        && let Some(remainder) = remainder::remainder(&bench, &setup.plant, &found)
-    {
-        decided.name_beside_error(&bench, &found, remainder);
+    let mut search = Search {
+        bench: &bench,
+        model: &model_on_runs,
+        lattice: setup.lattice,
+        low_passes: Vec::new(),
+        progress,
+    };
+    // The noise tells a low pass roughly; the motion that passes it tells which of the likely ones it is.
+    let mut best: Option<(f64, Decomposition)> = None;
+    for (unlikely, low_passes) in alternatives(&low_passes) {
+        search.low_passes = low_passes;
+        let Some(found) = search.run() else { continue };
+        let cost = found.cost() + unlikely;
+        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+            best = Some((cost, found));
+        }
     }
-    decided.diagnosis.data = runs
-        .iter()
-        .map(|run| DataSource {
-            source: run.source.clone(),
-            data_hash: run.data_hash.clone(),
-            rows: run.len(),
-        })
-        .collect();
-    // What was fitted, with the creep's time constants for these runs; a creep that was not found goes again.
-    let mut amended = plant::amended(&setup.plant.model, &decided.settings).unwrap_or_else(|_| model.clone());
+    let (_, found) = best.ok_or_else(no_simulation)?;
+    progress("weighing the evidence", 0.93);
+    let told = tell(&bench, &model_on_runs, &found).ok_or_else(no_simulation)?;
+    let unit = match setup.output {
+        Quantity::Strain => "",
+        Quantity::Magnetization => "A/m",
+        _ => "m",
+    };
+    let named = !told.effects.is_empty();
+    let improved = told.remainder_rms < rms_of_gap(&bench, &found);
+    let mut amended = if improved {
+        found
+            .last
+            .point
+            .composition
+            .model(&model_on_runs)
+            .map_err(|_| no_simulation())?
+    } else {
+        model.clone()
+    };
+    // A creep that was prepared for long runs and not found goes again.
     amended.effects.retain(|effect| {
-        let term = Term::Effect(effect.kind());
-        model.effect(effect.kind()).is_some() || decided.settings.iter().any(|own| own.term == term)
+        let term = crate::term::Term::Effect(effect.kind());
+        model.effect(effect.kind()).is_some() || found.last.point.composition.terms().contains(&term)
     });
-    if !decided.settings.is_empty() {
+    if amended != *model {
         let files: Vec<String> = runs
             .iter()
             .map(|run| format!("{}, XXH3 {}", run.source, run.data_hash))
             .collect();
         amended.source = format!("{}; amended by anhyst diagnose from {}", model.source, files.join("; "));
     }
-    let runner_up = (!decided.runner_up.is_empty())
-        .then(|| plant::amended(model, &decided.runner_up).ok())
-        .flatten();
-    let series = series(&bench, runs, setup.output, &found, &decided).ok_or_else(no_simulation)?;
+    let mut diagnosis = diagnosis(&bench, &model_on_runs, runs, &found, &told, unit);
+    diagnosis.first_things = first_things;
+    let runner_up = diagnosis.runner_up.as_ref().and_then(|rival| {
+        let fits = found.tried.iter().chain(&found.ties);
+        let fit = fits
+            .into_iter()
+            .find(|fit| name(&fit.point.composition.terms()) == rival.name)?;
+        fit.point.composition.model(&model_on_runs).ok()
+    });
+    let series = series(&bench, runs, &found, diagnosis.unknown_term.as_ref());
     progress("done", 1.0);
     Ok(Diagnosed {
-        diagnosis: decided.diagnosis,
+        diagnosis,
         amended,
-        runner_up,
+        runner_up: runner_up.filter(|_| named),
         runs: series,
+        contributions: told.contributions,
+    })
+}
+
+/// Each likely low pass of each channel with the likeliest of the others, and how unlikely that is.
+fn alternatives(low_passes: &[(ChannelKind, Likely)]) -> Vec<(f64, Vec<(ChannelKind, LowPass)>)> {
+    let likeliest: Vec<(ChannelKind, LowPass)> = low_passes.iter().map(|(kind, seen)| (*kind, seen[0].1)).collect();
+    let mut all = vec![(0.0, likeliest.clone())];
+    for (index, (kind, seen)) in low_passes.iter().enumerate() {
+        for (unlikely, low_pass) in &seen[1..] {
+            let mut other = likeliest.clone();
+            other[index] = (*kind, *low_pass);
+            all.push((*unlikely, other));
+        }
+    }
+    all
+}
+
+/// What is said of a run whose columns are not what they are read as.
+fn misread(model: &ActuatorModel, runs: &[MeasuredRun], first_things: Vec<Finding>) -> Diagnosed {
+    let sentences = first_things.iter().map(|own| {
+        let columns = own.amended_columns.iter().map(|column| format!(" --column {column}"));
+        let columns = columns.collect::<String>();
+        if columns.is_empty() {
+            own.sentence.clone()
+        } else {
+            format!("{} Read it with{columns}.", own.sentence)
+        }
+    });
+    Diagnosed {
+        diagnosis: Diagnosis {
+            verdict: Verdict::Columns,
+            sentence: sentences.collect::<Vec<_>>().join(" "),
+            confidence: 1.0,
+            unit: "m".to_owned(),
+            model: model.name.clone(),
+            data: sources(runs),
+            first_things,
+            ..Diagnosis::default()
+        },
+        amended: model.clone(),
+        runner_up: None,
+        runs: Vec::new(),
+        contributions: Vec::new(),
+    }
+}
+
+fn sources(runs: &[MeasuredRun]) -> Vec<DataSource> {
+    let source = |run: &MeasuredRun| DataSource {
+        source: run.source.clone(),
+        data_hash: run.data_hash.clone(),
+        rows: run.len(),
+    };
+    runs.iter().map(source).collect()
+}
+
+fn rms_of_gap(bench: &Bench, found: &Decomposition) -> f64 {
+    remainder_rms(bench, &found.nominal)
+}
+
+fn diagnosis(
+    bench: &Bench,
+    model: &ActuatorModel,
+    runs: &[MeasuredRun],
+    found: &Decomposition,
+    told: &Told,
+    unit: &str,
+) -> Diagnosis {
+    let signals = signals(&bench.plant, &found.nominal.runs);
+    let gap_over = locate(bench, &found.nominal, &signals);
+    let channels = channel_gaps(bench, &found.nominal, unit);
+    let mut place = amplifier_sentences(&channels);
+    place.extend(sentences(&gap_over, &channels, MAX_SENTENCES));
+    let (detectable, not_excited) = sight(model, found, &signals);
+    let (test_before, test_after) = tests(found);
+    let candidates = candidates(bench, found);
+    let answer = name(&found.last.point.composition.terms());
+    let tied: Vec<String> = found
+        .ties
+        .iter()
+        .map(|fit| name(&fit.point.composition.terms()))
+        .collect();
+    let rivals = candidates
+        .iter()
+        .filter(|own| own.name != answer && !tied.contains(&own.name));
+    let runner_up: Option<Candidate> = rivals
+        .min_by(|one, other| one.delta_bic.total_cmp(&other.delta_bic))
+        .cloned();
+    let (gap_before, gap_after) = held_out(bench, found);
+    let unknown_term = found
+        .unlisted
+        .first()
+        .filter(|own| own.gain > decompose::JOINS)
+        .map(|own| UnknownTerm {
+            curves: vec![own.curve.clone()],
+            share_of_energy_explained: {
+                let left = remainder_rms(bench, &found.last.point);
+                (own.curve.rms / left.max(f64::MIN_POSITIVE)).powi(2).min(1.0)
+            },
+            contributions: own.contributions.clone(),
+        });
+    let mut own = Diagnosis {
+        verdict: told.verdict,
+        sentence: String::new(),
+        effects: told.effects.clone(),
+        nuisance: told.nuisance.clone(),
+        explained: told.explained,
+        remainder_rms: told.remainder_rms,
+        ambiguous_with: tied.into_iter().take(MAX_TIES).collect(),
+        unknown_term,
+        gap_before,
+        gap_after,
+        noise_rms: told.noise_rms,
+        unit: unit.to_owned(),
+        place,
+        confidence: told.confidence,
+        experiment: None,
+        delta_bic: runner_up.as_ref().map(|rival| rival.delta_bic),
+        runner_up,
+        calibrated: moved(&told.parameters),
+        parameters: told.parameters.clone(),
+        test_before,
+        test_after,
+        channels,
+        gap_over,
+        candidates,
+        detectable,
+        not_excited,
+        model: model.name.clone(),
+        data: sources(runs),
+        first_things: Vec::new(),
+    };
+    if own.verdict == Verdict::Ambiguous {
+        own.experiment = experiment(bench, model, found);
+    }
+    own.sentence = sentence(&own);
+    own
+}
+
+/// Rms of the output on rows that were not fitted, under the model as given and with what was found.
+fn held_out(bench: &Bench, found: &Decomposition) -> (f64, f64) {
+    let part = Bench::new(bench.plant.first_part(TRAINING), bench.threads);
+    let predicted = |composition: &Composition| {
+        let point = part.point(composition)?;
+        let mut squares = Vec::new();
+        for ((index, channel), (_, fitted)) in bench.plant.outputs().zip(part.plant.outputs()) {
+            let run = &point.runs[channel.run];
+            let model = &bench.plant.series(channel, run)[channel.rows.clone()];
+            let seen = fitted.rows.len();
+            let left: Vec<f64> = bench.plant.measured[index]
+                .iter()
+                .zip(model)
+                .map(|(y, m)| y - m)
+                .collect();
+            // The linear nuisance goes on as it was: its columns over all rows, at the coefficients of the first.
+            let all = bench.nuisance_series(&point, index, seen);
+            let left: Vec<f64> = left.iter().zip(&all).map(|(own, nuisance)| own - nuisance).collect();
+            let zero = left[..seen].iter().sum::<f64>() / seen as f64;
+            squares.extend(left[seen..].iter().map(|own| own - zero));
+        }
+        Some(rms(squares))
+    };
+    let before = predicted(&Composition::default());
+    let refitted = part.fit(&found.last.point.composition, None);
+    let after = refitted.and_then(|fit| predicted(&fit.point.composition));
+    let fallback = |point| remainder_rms(bench, point);
+    (
+        before.unwrap_or_else(|| fallback(&found.nominal)),
+        after.unwrap_or_else(|| fallback(&found.last.point)),
+    )
+}
+
+fn experiment(bench: &Bench, model: &ActuatorModel, found: &Decomposition) -> Option<Experiment> {
+    let plant: &Plant = &bench.plant;
+    let fits = std::iter::once(&found.last).chain(found.ties.iter().take(MAX_TIES));
+    let (mut models, mut names) = (Vec::new(), Vec::new());
+    for fit in fits {
+        models.push(fit.point.composition.model(model).ok()?);
+        names.push(name(&fit.point.composition.terms()));
+    }
+    let drives = plant.runs.iter().flat_map(|run| run.drive_a_per_m.iter());
+    let noise = |kind| {
+        plant
+            .channels
+            .iter()
+            .find(|own| own.kind == kind)
+            .map(|own| own.noise_rms)
+    };
+    advise(&Comparison {
+        models: &models,
+        names: &names,
+        amplitude_a_per_m: drives.fold(0.0_f64, |most, value| most.max(value.abs())),
+        tick_s: plant.runs.first().and_then(|run| run.tick_s),
+        output_noise: noise(ChannelKind::Output)?,
+        field_noise: noise(ChannelKind::Field),
+        threads: bench.threads,
     })
 }
 
 /// Measured output and both models, on the instrument's own zero.
-fn series(
-    bench: &Workbench,
-    runs: &[MeasuredRun],
-    output: Quantity,
-    found: &search::Found,
-    decided: &decide::Decided,
-) -> Option<Vec<RunSeries>> {
-    let before = &found.nominal.signals;
-    let after = bench.system.signals(&decided.settings)?;
-    let term = decided.diagnosis.unknown_term.as_ref();
-    let series = runs.iter().zip(before).zip(after).map(|((run, before), after)| {
-        let measured = run.series(output).unwrap_or_default().to_vec();
-        let added = term.map(|term| term.along(&after)).unwrap_or_default();
-        let mut modelled = after.output;
-        for (value, own) in modelled.iter_mut().zip(added) {
-            *value += own;
-        }
-        let zero = |model: &[f64]| {
-            let free = bench.observation.channels.iter().any(|channel| channel.free_zero);
-            let mean = measured.iter().zip(model).map(|(y, m)| y - m).sum::<f64>() / measured.len().max(1) as f64;
-            if free { mean } else { 0.0 }
-        };
-        let shifted = |model: &[f64]| {
-            let zero = zero(model);
-            model.iter().map(|value| value + zero).collect::<Vec<f64>>()
-        };
-        RunSeries {
-            source: run.source.clone(),
-            tick_s: run.tick_s,
-            before: shifted(&before.output),
-            after: shifted(&modelled),
-            field_a_per_m: before.field.clone(),
-            measured,
-        }
-    });
-    Some(series.collect())
+fn series(bench: &Bench, runs: &[MeasuredRun], found: &Decomposition, unknown: Option<&UnknownTerm>) -> Vec<RunSeries> {
+    let plant = &bench.plant;
+    let outputs = plant.outputs().enumerate();
+    outputs
+        .map(|(number, (index, channel))| {
+            let measured = plant.measured[index].clone();
+            let shifted = |model: &[f64]| {
+                let zero = measured.iter().zip(model).map(|(y, m)| y - m).sum::<f64>() / measured.len() as f64;
+                model.iter().map(|value| value + zero).collect::<Vec<f64>>()
+            };
+            let before = &plant.series(channel, &found.nominal.runs[channel.run])[channel.rows.clone()];
+            let after = &plant.series(channel, &found.last.point.runs[channel.run])[channel.rows.clone()];
+            let added = unknown.map(|term| &term.contributions[number][channel.rows.clone()]);
+            let after: Vec<f64> = match added {
+                Some(added) => after.iter().zip(added).map(|(own, more)| own + more).collect(),
+                None => after.to_vec(),
+            };
+            let left = bench.left(&found.last.point, channel);
+            let nuisance = measured
+                .iter()
+                .zip(shifted(&after))
+                .zip(&left)
+                .map(|((y, m), left)| y - m - left);
+            RunSeries {
+                source: runs[channel.run].source.clone(),
+                tick_s: runs[channel.run].tick_s,
+                before: shifted(before),
+                nuisance: if added.is_some() {
+                    vec![0.0; measured.len()]
+                } else {
+                    nuisance.collect()
+                },
+                after: shifted(&after),
+                field_a_per_m: found.nominal.runs[channel.run].field_a_per_m[channel.rows.clone()].to_vec(),
+                measured,
+            }
+        })
+        .collect()
 }

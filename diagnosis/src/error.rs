@@ -1,6 +1,5 @@
 //! Why there is no diagnosis.
 
-use anhyst_report::ReportError;
 use thiserror::Error;
 
 /// Runs or a model that cannot be compared, or a result that cannot be written.
@@ -10,6 +9,4 @@ pub enum DiagnosisError {
     NoDiagnosis { sentence: String },
     #[error("the fitted material cannot be written: {0}")]
     MaterialText(#[from] ron::Error),
-    #[error(transparent)]
-    Report(#[from] ReportError),
 }

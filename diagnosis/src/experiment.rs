@@ -7,9 +7,8 @@
 use anhyst_model::{ActuatorModel, Drive, DriveSignal};
 use serde::{Deserialize, Serialize};
 
-use crate::plant::{RunInputs, amended};
+use crate::plant::RunInputs;
 use crate::statistics::rms;
-use crate::system::Setting;
 use anhyst_identify::parallel;
 
 /// Below this distance (noises, rms) a drive separates nothing in practice.
@@ -93,9 +92,8 @@ fn menu(amplitude_a_per_m: f64, highest_hz: f64) -> Vec<(DriveSignal, f64)> {
 
 /// What the explanations are compared on.
 pub(crate) struct Comparison<'a> {
-    pub model: &'a ActuatorModel,
-    /// The tied explanations with their fitted values.
-    pub explanations: &'a [Vec<Setting>],
+    /// With each of the tied explanations.
+    pub models: &'a [ActuatorModel],
     pub names: &'a [String],
     pub amplitude_a_per_m: f64,
     /// None for a sweep without time.
@@ -108,14 +106,9 @@ pub(crate) struct Comparison<'a> {
 
 pub(crate) fn advise(comparison: &Comparison) -> Option<Experiment> {
     let tick_s = comparison.tick_s.unwrap_or(1e-3);
-    let models: Vec<ActuatorModel> = comparison
-        .explanations
-        .iter()
-        .map(|settings| amended(comparison.model, settings).ok())
-        .collect::<Option<_>>()?;
     let menu = menu(comparison.amplitude_a_per_m, 0.1 / tick_s);
     let distances = parallel::map(comparison.threads, &menu, |(drive, duration_s)| {
-        distance(comparison, &models, drive, *duration_s, tick_s)
+        distance(comparison, drive, *duration_s, tick_s)
     });
     let (index, distance) = distances
         .iter()
@@ -165,13 +158,7 @@ impl Experiment {
     }
 }
 
-fn distance(
-    comparison: &Comparison,
-    models: &[ActuatorModel],
-    drive: &DriveSignal,
-    duration_s: f64,
-    tick_s: f64,
-) -> f64 {
+fn distance(comparison: &Comparison, drive: &DriveSignal, duration_s: f64, tick_s: f64) -> f64 {
     let rows = (duration_s / tick_s) as usize;
     let run = RunInputs {
         drive_a_per_m: (0..rows).map(|row| drive.field_a_per_m(row as f64 * tick_s)).collect(),
@@ -179,9 +166,10 @@ fn distance(
         tick_s: comparison.tick_s,
         ..RunInputs::default()
     };
-    let Some(outputs) = models
+    let Some(outputs) = comparison
+        .models
         .iter()
-        .map(|model| run.simulate(model).ok())
+        .map(|model| run.simulate(model, None).ok())
         .collect::<Option<Vec<_>>>()
     else {
         return 0.0;

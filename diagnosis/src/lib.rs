@@ -1,48 +1,50 @@
 //! Where simulation and measurement disagree: find it, name it, add it, show the gap shrink.
 //!
-//! [`diagnose`] takes a nominal model and measured runs. It asks whether anything is missing (`score.rs`), tries every effect
-//! of the library and every nominal parameter alone, then pairs, then with all parameters calibrated (`search.rs`), each by fits of
-//! free-running simulations, and gives a [`Diagnosis`]: verdict, values ± standard deviation, evidence, and what could not be seen.
-//! A verdict rests on held-out rows; a tie is reported as one, with the drive that would break it (`ties.rs`, `experiment.rs`).
+//! [`diagnose`] takes a nominal model and measured runs and decomposes their difference: what was measured is what is
+//! simulated, nuisance and what is left (`decompose.rs`), on one likelihood (`likelihood.rs`). It gives a [`Diagnosis`]: shares of the gap, values
+//! with intervals, a verdict, what is left, and what could not be seen. A tie is reported as one, with the drive that would break it.
 
+mod acquisition;
 mod amended;
-mod decide;
+mod bands;
+mod composition;
+mod decompose;
 mod diagnose;
 mod diagnosis;
 mod error;
 mod experiment;
-mod freeform;
-mod hats;
+mod likelihood;
+mod lines;
 mod locate;
-mod observation;
+mod normal;
+mod nuisance;
 mod plant;
 mod probes;
-mod remainder;
 mod report;
-mod score;
 mod screening;
-mod search;
-mod select;
 mod setup;
+mod shares;
 mod sight;
+mod signals;
+mod spectrum;
 mod statistics;
-mod system;
 mod term;
-mod ties;
+mod unlisted;
+mod verdict;
 mod wording;
-mod workbench;
 
 pub use amended::amended_text;
 pub use diagnose::diagnose;
-pub use diagnosis::{Candidate, DataSource, Diagnosed, Diagnosis, FittedValue, FoundEffect, RunSeries, Verdict};
+pub use diagnosis::{
+    Candidate, DataSource, Diagnosed, Diagnosis, FittedValue, FoundEffect, RunSeries, ScoreGroup, ScoreTest, Verdict,
+};
 pub use error::DiagnosisError;
 pub use experiment::Experiment;
-pub use freeform::{FreeCurve, UnknownTerm};
-pub use hats::Over;
 pub use locate::{ChannelGap, GapCell, GapOver};
-pub use report::{page, report};
-pub use score::{ScoreGroup, ScoreTest};
+pub use report::{page, report, table};
 pub use setup::DiagnoseOptions;
+pub use shares::{Contribution, ContributionKind};
 pub use sight::{Detectable, NotExcited};
 pub use statistics::rms;
 pub use term::Term;
+pub use unlisted::{FreeCurve, Over, UnknownTerm};

@@ -5,16 +5,18 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::observation::Observation;
-use crate::probes::powers;
-use crate::score::kind_name;
+use crate::likelihood::{Bench, Point};
+use crate::plant::ChannelKind;
+use crate::signals::Signals;
+use crate::spectrum::Spectrum;
 use crate::statistics::{quantile, sorted};
-use crate::system::{Channel, ChannelKind, Signals};
 
 /// Cells of a quantity that is cut by its quantiles.
 const CELLS: usize = 5;
 /// Shares of the energy that are called concentrated.
 const CONCENTRATED: f64 = 1.5;
+/// A gap stands out of the noise from this multiple of it on.
+const LOUD: f64 = 1.05;
 
 /// Energy of the gap over one quantity.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -35,7 +37,7 @@ pub struct GapCell {
     pub share_of_rows: Option<f64>,
     /// Of all places: of the rows, or of the band.
     #[serde(skip)]
-    pub(crate) share: f64,
+    pub share: f64,
     pub share_of_energy: f64,
     /// Rms of the gap within, noise taken off, in the channel's unit.
     pub rms: f64,
@@ -52,30 +54,59 @@ pub struct ChannelGap {
     pub noise_rms: f64,
 }
 
-/// Tables of the gap's energy, for every channel whose gap stands out of its noise.
-pub(crate) fn locate(observation: &Observation, residual: &[f64], signals: &[Signals]) -> Vec<GapOver> {
-    let mut tables = Vec::new();
-    for channel in &observation.channels {
-        let gap: Vec<f64> = residual[channel.rows.clone()]
-            .iter()
-            .map(|z| z * channel.noise_rms)
-            .collect();
-        let signals = &signals[channel.run];
-        let table = |over: &str, cells: Vec<GapCell>| GapOver {
-            run: channel.run + 1,
-            channel: kind_name(channel.kind).to_owned(),
-            over: over.to_owned(),
-            cells,
+impl GapOver {
+    /// The tables of a part of an output's gap that is known apart from its noise, in the cells that a diagnosis has over that field.
+    pub fn of(part: &[f64], field_a_per_m: &[f64], tick_s: Option<f64>) -> Vec<GapOver> {
+        let signals = Signals {
+            field: field_a_per_m.to_vec(),
+            tick_s,
+            ..Signals::default()
         };
-        for (over, unit, values) in quantities(signals) {
-            tables.push(table(over, cut(channel, &gap, &values, unit)));
-        }
-        for (over, cells) in named(signals) {
-            tables.push(table(over, by_name(channel, &gap, &cells)));
-        }
-        if let Some(tick_s) = signals.tick_s {
-            tables.push(table("frequency", spectrum(channel, &gap, tick_s)));
-        }
+        tables(1, ChannelKind::Output, part, 0.0, &signals)
+    }
+}
+
+impl GapCell {
+    /// Whether it holds clearly more of the energy than of the places.
+    pub fn is_concentrated(&self) -> bool {
+        self.share > 0.0 && self.share_of_energy > CONCENTRATED * self.share
+    }
+}
+
+impl ChannelGap {
+    /// Whether there is a gap beside the noise.
+    pub fn is_loud(&self) -> bool {
+        self.rms > LOUD * self.noise_rms
+    }
+}
+
+/// Tables of the gap's energy, for every channel.
+pub(crate) fn locate(bench: &Bench, point: &Point, signals: &[Signals]) -> Vec<GapOver> {
+    let mut all = Vec::new();
+    for channel in &bench.plant.channels {
+        let gap = bench.left(point, channel);
+        let signals = &signals[channel.run].part(channel.rows.clone());
+        all.extend(tables(channel.run + 1, channel.kind, &gap, channel.noise_rms, signals));
+    }
+    all
+}
+
+fn tables(run: usize, kind: ChannelKind, gap: &[f64], noise_rms: f64, signals: &Signals) -> Vec<GapOver> {
+    let mut tables = Vec::new();
+    let table = |over: &str, cells: Vec<GapCell>| GapOver {
+        run,
+        channel: kind_name(kind).to_owned(),
+        over: over.to_owned(),
+        cells,
+    };
+    for (over, unit, values) in quantities(signals) {
+        tables.push(table(over, cut(noise_rms, gap, &values, unit)));
+    }
+    for (over, cells) in named(signals) {
+        tables.push(table(over, by_name(noise_rms, gap, &cells)));
+    }
+    if let Some(tick_s) = signals.tick_s {
+        tables.push(table("frequency", spectrum(noise_rms, gap, tick_s)));
     }
     tables.retain(|table| !table.cells.is_empty());
     tables
@@ -88,18 +119,15 @@ pub(crate) fn sentences(tables: &[GapOver], channels: &[ChannelGap], most: usize
         let loud = channels
             .iter()
             .find(|gap| gap.run == table.run && gap.channel == table.channel);
-        if loud.is_none_or(|gap| gap.rms < 1.05 * gap.noise_rms) {
+        if loud.is_none_or(|gap| !gap.is_loud()) {
             continue;
         }
         let highest = table
             .cells
             .iter()
             .max_by(|one, other| one.share_of_energy.total_cmp(&other.share_of_energy));
-        let Some(cell) = highest.filter(|cell| cell.share > 0.0) else {
-            continue;
-        };
-        let factor = cell.share_of_energy / cell.share;
-        if factor > CONCENTRATED {
+        if let Some(cell) = highest.filter(|cell| cell.is_concentrated()) {
+            let factor = cell.share_of_energy / cell.share;
             let run = if table.run > 1 || channels.iter().any(|gap| gap.run > 1) {
                 format!("run {}: ", table.run)
             } else {
@@ -205,21 +233,21 @@ fn cycles_and_loops(field: &[f64]) -> (Vec<&'static str>, Vec<&'static str>) {
     (cycles, loops)
 }
 
-fn cut(channel: &Channel, gap: &[f64], values: &[f64], unit: &str) -> Vec<GapCell> {
+fn cut(noise_rms: f64, gap: &[f64], values: &[f64], unit: &str) -> Vec<GapCell> {
     let all = sorted(values.iter().copied());
     let edges: Vec<f64> = (0..=CELLS)
         .map(|edge| quantile(&all, edge as f64 / CELLS as f64))
         .collect();
     let inner = &edges[1..CELLS];
     let places = values.iter().map(|value| inner.partition_point(|edge| edge <= value));
-    cells(channel, gap, places, CELLS, |cell| {
+    cells(noise_rms, gap, places, CELLS, |cell| {
         format!("{} to {} {unit}", Short(edges[cell]), Short(edges[cell + 1]))
             .trim_end()
             .to_owned()
     })
 }
 
-fn by_name(channel: &Channel, gap: &[f64], names: &[&'static str]) -> Vec<GapCell> {
+fn by_name(noise_rms: f64, gap: &[f64], names: &[&'static str]) -> Vec<GapCell> {
     let mut different: Vec<&'static str> = Vec::new();
     for name in names {
         if !different.contains(name) {
@@ -229,20 +257,20 @@ fn by_name(channel: &Channel, gap: &[f64], names: &[&'static str]) -> Vec<GapCel
     let places = names
         .iter()
         .map(|name| different.iter().position(|own| own == name).unwrap_or(0));
-    cells(channel, gap, places, different.len(), |cell| {
+    cells(noise_rms, gap, places, different.len(), |cell| {
         format!("({})", different[cell])
     })
 }
 
 fn cells(
-    channel: &Channel,
+    noise_rms: f64,
     gap: &[f64],
     places: impl Iterator<Item = usize>,
     count: usize,
     label: impl Fn(usize) -> String,
 ) -> Vec<GapCell> {
     let mut sums = vec![(0.0_f64, 0.0_f64); count];
-    let variance = channel.noise_rms * channel.noise_rms;
+    let variance = noise_rms * noise_rms;
     for (gap, place) in gap.iter().zip(places) {
         sums[place].0 += gap * gap - variance;
         sums[place].1 += 1.0;
@@ -262,11 +290,11 @@ fn cells(
 }
 
 /// Decades of frequency, with the noise taken as white.
-fn spectrum(channel: &Channel, gap: &[f64], tick_s: f64) -> Vec<GapCell> {
-    let powers = powers(gap);
+fn spectrum(noise_rms: f64, gap: &[f64], tick_s: f64) -> Vec<GapCell> {
+    let powers = Spectrum::powers(&Spectrum::new(gap.len()).of(gap));
     let bins = powers.len() as f64;
     let highest = 0.5 / tick_s;
-    let floor = channel.noise_rms * channel.noise_rms * gap.len() as f64;
+    let floor = noise_rms * noise_rms;
     let mut edges = vec![0.0];
     let mut edge = 1.0;
     while edge < highest {
@@ -284,8 +312,8 @@ fn spectrum(channel: &Channel, gap: &[f64], tick_s: f64) -> Vec<GapCell> {
         found[cell].1 += 1.0;
     }
     let total: f64 = found.iter().map(|(energy, _)| energy.max(0.0)).sum();
-    // Parseval: two sides, padded.
-    let scale = 2.0 / (2.0 * bins * gap.len() as f64);
+    // Parseval: two numbers a line.
+    let scale = 2.0 / gap.len() as f64;
     found
         .iter()
         .enumerate()
@@ -318,9 +346,8 @@ impl std::fmt::Display for Short {
 }
 
 /// Gap of each channel against its noise.
-pub(crate) fn channel_gaps(observation: &Observation, residual: &[f64], output_unit: &str) -> Vec<ChannelGap> {
-    let gap = observation.unwhiten(residual.to_vec());
-    let channels = observation.channels.iter();
+pub(crate) fn channel_gaps(bench: &Bench, point: &Point, output_unit: &str) -> Vec<ChannelGap> {
+    let channels = bench.plant.channels.iter();
     channels
         .map(|channel| ChannelGap {
             run: channel.run + 1,
@@ -329,8 +356,16 @@ pub(crate) fn channel_gaps(observation: &Observation, residual: &[f64], output_u
                 ChannelKind::Output => output_unit.to_owned(),
                 _ => "A/m".to_owned(),
             },
-            rms: crate::statistics::rms(gap[channel.rows.clone()].iter().copied()),
+            rms: crate::statistics::rms(bench.left(point, channel)),
             noise_rms: channel.noise_rms,
         })
         .collect()
+}
+
+fn kind_name(kind: ChannelKind) -> &'static str {
+    match kind {
+        ChannelKind::Field => "field",
+        ChannelKind::Output => "output",
+        ChannelKind::Magnetization => "magnetization",
+    }
 }

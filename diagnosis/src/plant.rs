@@ -1,15 +1,17 @@
-//! The actuator chain as the engine sees it: runs in, stacked outputs out.
+//! The actuator chain as a diagnosis sees it: runs in, the spectra of all channels out.
 //!
 //! A run is driven by its command through the amplifier's model; where only a measured field exists, by that field
 //! through a play of 3σ: a noisy field would ratchet a rate-independent model. A run without time is a sweep through states
 //! of rest; unless its first magnetization was measured, the sweep is run twice and the second time counts.
 
+use std::ops::Range;
+
 use anhyst_model::{
-    Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutputs, Drive, Effect, MagneticState, ModelError,
+    Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutputs, Drive, MagneticState, ModelError,
 };
 
-use crate::system::{Channel, ChannelKind, Setting, Signals, System};
-use crate::term::Term;
+use crate::composition::Composition;
+use crate::spectrum::Spectrum;
 
 /// What drives the model in one run.
 #[derive(Clone, Debug, Default)]
@@ -27,35 +29,45 @@ pub(crate) struct RunInputs {
     pub from_rest: bool,
 }
 
+/// One series of one run that is compared with the model.
+#[derive(Clone)]
+pub(crate) struct Channel {
+    pub run: usize,
+    pub kind: ChannelKind,
+    /// Rows of the run that are compared: those after the settling.
+    pub rows: Range<usize>,
+    /// Their place among the stacked spectra; its first number is the mean.
+    pub places: Range<usize>,
+    pub spectrum: Spectrum,
+    /// What the measurement itself says of its noise, in the channel's unit.
+    pub noise_rms: f64,
+    /// Step of its digits; 0: none.
+    pub resolution: f64,
+}
+
+/// What a channel holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ChannelKind {
+    /// Coil field: separates the amplifier from the rest.
+    Field,
+    /// Displacement, strain, or magnetization where nothing else was measured.
+    Output,
+    /// Magnetization beside another output.
+    Magnetization,
+}
+
 /// A nominal model and the runs that it has to explain.
+#[derive(Clone)]
 pub(crate) struct Plant {
     pub model: ActuatorModel,
     pub runs: Vec<RunInputs>,
     pub channels: Vec<Channel>,
-}
-
-/// The model under a set of terms.
-pub(crate) fn amended(model: &ActuatorModel, settings: &[Setting]) -> Result<ActuatorModel, ModelError> {
-    let mut amended = model.clone();
-    for setting in settings {
-        match setting.term {
-            Term::Effect(kind) => {
-                let mut effect = model.effect(kind).copied().unwrap_or_else(|| Effect::typical(kind));
-                for ((index, _), value) in Term::fitted(kind).zip(&setting.values) {
-                    effect.values_mut()[index] = *value;
-                }
-                effect.validate()?;
-                amended = amended.with_effect(effect);
-            }
-            Term::Parameter(parameter) => {
-                if let Some(value) = setting.values.first() {
-                    parameter.set(&mut amended, *value);
-                }
-            }
-        }
-    }
-    amended.validate()?;
-    Ok(amended)
+    /// By channel, rows as compared, in its unit.
+    pub measured: Vec<Vec<f64>>,
+    /// The output is the magnetization itself.
+    pub magnetic: bool,
+    /// The model's numbers were fitted to measurements, so they carry its errors.
+    pub fitted: bool,
 }
 
 impl RunInputs {
@@ -68,7 +80,8 @@ impl RunInputs {
         }
     }
 
-    pub fn simulate(&self, model: &ActuatorModel) -> Result<ActuatorOutputs, ModelError> {
+    /// `start`: where the material was, if that is being found out.
+    pub fn simulate(&self, model: &ActuatorModel, start: Option<MagneticState>) -> Result<ActuatorOutputs, ModelError> {
         let mut outputs = ActuatorOutputs::default();
         let mut actuator = match self.tick_s {
             Some(tick_s) if self.from_rest => {
@@ -83,7 +96,7 @@ impl RunInputs {
             Some(tick_s) => Actuator::new(model, tick_s)?,
             None => Actuator::quasi_static(model)?,
         };
-        if let Some(start) = self.start {
+        if let Some(start) = start.or(self.start) {
             actuator = actuator.starting_at(start);
         } else if self.tick_s.is_none() {
             actuator.run(self.inputs(), &mut outputs)?;
@@ -96,41 +109,102 @@ impl RunInputs {
 }
 
 impl Plant {
-    fn simulate(&self, settings: &[Setting]) -> Option<Vec<ActuatorOutputs>> {
-        let model = amended(&self.model, settings).ok()?;
-        self.runs.iter().map(|run| run.simulate(&model).ok()).collect()
-    }
-}
-
-impl System for Plant {
-    fn outputs(&self, settings: &[Setting]) -> Option<Vec<f64>> {
-        let runs = self.simulate(settings)?;
-        let with_rod = self.model.rod.is_some();
-        let length = self.channels.last().map_or(0, |channel| channel.rows.end);
-        let mut outputs = Vec::with_capacity(length);
-        for channel in &self.channels {
-            let run = &runs[channel.run];
-            outputs.extend_from_slice(match channel.kind {
-                ChannelKind::Field => &run.field_a_per_m,
-                ChannelKind::Output if with_rod => &run.displacement_m,
-                // Without a rod the sensor's end is that of a bar one metre long.
-                ChannelKind::Output => &run.displacement_m,
-                ChannelKind::Magnetization => &run.magnetization_a_per_m,
-            });
-        }
-        outputs.iter().all(|value| value.is_finite()).then_some(outputs)
-    }
-
-    fn signals(&self, settings: &[Setting]) -> Option<Vec<Signals>> {
-        let runs = self.simulate(settings)?;
-        let signals = runs.into_iter().zip(&self.runs).map(|(outputs, run)| Signals {
-            drive: run.drive_a_per_m.clone(),
-            field: outputs.field_a_per_m,
-            magnetization: outputs.magnetization_a_per_m,
-            output: outputs.displacement_m,
-            tick_s: run.tick_s,
-            temperature: run.temperature_k.as_ref().map(|_| outputs.temperature_k),
+    /// All runs under a composition; None where the model refuses its values.
+    pub fn simulate(&self, composition: &Composition) -> Option<Vec<ActuatorOutputs>> {
+        let model = composition.model(&self.model).ok()?;
+        let of = |kind: ChannelKind| composition.fitted_low_pass(kind);
+        let low_passes = [of(ChannelKind::Field), of(ChannelKind::Output)];
+        let simulated = self.runs.iter().enumerate().map(|(index, run)| {
+            let first = run.drive_a_per_m.first().copied().unwrap_or(0.0);
+            let mut outputs = run.simulate(&model, composition.start(index, first)).ok()?;
+            let output = if self.magnetic {
+                &mut outputs.magnetization_a_per_m
+            } else {
+                &mut outputs.displacement_m
+            };
+            for (series, low_pass) in [&mut outputs.field_a_per_m, output].into_iter().zip(low_passes) {
+                if let Some((low_pass, tick_s)) = low_pass.zip(run.tick_s) {
+                    low_pass.apply(series, tick_s);
+                }
+            }
+            Some(outputs)
         });
-        Some(signals.collect())
+        simulated.collect()
+    }
+
+    /// A channel's series of a simulated run, all rows.
+    pub fn series<'a>(&self, channel: &Channel, outputs: &'a ActuatorOutputs) -> &'a [f64] {
+        match channel.kind {
+            ChannelKind::Field => &outputs.field_a_per_m,
+            ChannelKind::Output if !self.magnetic => &outputs.displacement_m,
+            ChannelKind::Output | ChannelKind::Magnetization => &outputs.magnetization_a_per_m,
+        }
+    }
+
+    /// The stacked spectra of all channels.
+    pub fn spectra(&self, runs: &[ActuatorOutputs]) -> Option<Vec<f64>> {
+        let mut stacked = Vec::with_capacity(self.length());
+        for channel in &self.channels {
+            let series = self.series(channel, &runs[channel.run]);
+            stacked.extend(channel.spectrum.of(&series[channel.rows.clone()]));
+        }
+        stacked.iter().all(|value| value.is_finite()).then_some(stacked)
+    }
+
+    /// The same of what was measured.
+    pub fn measured_spectra(&self) -> Vec<f64> {
+        let channels = self.channels.iter().zip(&self.measured);
+        channels
+            .flat_map(|(channel, series)| channel.spectrum.of(series))
+            .collect()
+    }
+
+    /// Numbers of the stacked spectra.
+    pub fn length(&self) -> usize {
+        self.channels.last().map_or(0, |channel| channel.places.end)
+    }
+
+    /// The channels that hold the output, one a run.
+    pub fn outputs(&self) -> impl Iterator<Item = (usize, &Channel)> {
+        let channels = self.channels.iter().enumerate();
+        channels.filter(|(_, channel)| channel.kind == ChannelKind::Output)
+    }
+
+    /// Bands of all channels among the stacked spectra, with their channel.
+    pub fn bands(&self) -> Vec<Range<usize>> {
+        let shifted = |channel: &Channel| {
+            let from = channel.places.start;
+            let bands = channel.spectrum.bands();
+            bands.into_iter().map(move |band| band.start + from..band.end + from)
+        };
+        self.channels.iter().flat_map(shifted).collect()
+    }
+
+    /// The same plant with only a share of each channel's rows compared, from the first on.
+    pub fn first_part(&self, share: f64) -> Self {
+        self.part(|rows| rows.start..rows.start + (share * rows.len() as f64) as usize)
+    }
+
+    /// The same plant without the first seconds of what is compared.
+    pub fn skipping(&self, time_s: f64) -> Self {
+        let tick_s = self.runs.iter().find_map(|run| run.tick_s).unwrap_or(f64::INFINITY);
+        self.part(|rows| {
+            let start = rows.end.min(rows.start + (time_s / tick_s).ceil() as usize);
+            rows.end - Spectrum::quick_length(rows.end - start)..rows.end
+        })
+    }
+
+    fn part(&self, chosen: impl Fn(&Range<usize>) -> Range<usize>) -> Self {
+        let mut part = self.clone();
+        let mut from = 0;
+        for (channel, measured) in part.channels.iter_mut().zip(&mut part.measured) {
+            let rows = chosen(&channel.rows);
+            *measured = measured[rows.start - channel.rows.start..rows.end - channel.rows.start].to_vec();
+            channel.places = from..from + rows.len();
+            channel.spectrum = Spectrum::new(rows.len());
+            from += rows.len();
+            channel.rows = rows;
+        }
+        part
     }
 }

@@ -5,20 +5,27 @@
 //! magnetization where it was. The zero of strain and magnetization is the instrument's; that of a displacement is the model's,
 //! unless the run has no time or the model was itself fitted to measurements.
 
+use anhyst_identify::prepared::closes;
 use anhyst_model::{ActuatorModel, Drive, Effect, EffectKind, MagneticState, Play};
 
 use crate::error::DiagnosisError;
-use crate::plant::{Plant, RunInputs};
-use crate::system::{Channel, ChannelKind};
+use crate::plant::{Channel, ChannelKind, Plant, RunInputs};
+use crate::spectrum::Spectrum;
 use anhyst_measured::MeasuredRun;
 use anhyst_measured::Quantity;
 
+/// How the source of a model begins whose numbers were fitted to measurements; `anhyst fit` writes it so.
+const FITTED: &str = "fitted to";
 /// A lattice of more than this many noises is more than half of it: 1/√12 is all of it.
 const COARSE: f64 = 2.4;
 /// A first drive below this share of the largest is none.
 const DRIVEN: f64 = 0.02;
 /// A field whose middle is below this share of its span goes as far either way.
 const SYMMETRIC: f64 = 0.05;
+/// e^−10 of the rod's first motion is left after this many of its 1/k̂.
+const TRANSIENT: f64 = 20.0;
+/// Fewest rows that are compared.
+const MIN_ROWS: usize = 20;
 /// Half width of the play, in standard deviations of the field's noise.
 const PLAY_DEVIATIONS: f64 = 3.0;
 /// Runs longer than this (s) show creep slower than the library's usual three time constants.
@@ -42,8 +49,6 @@ pub struct DiagnoseOptions {
 /// A plant with what was measured on it.
 pub(crate) struct Setup {
     pub plant: Plant,
-    /// By channel, in its unit, one behind the other.
-    pub measured: Vec<f64>,
     pub output: Quantity,
     /// Step on which the output's values stand, where its rounding is the larger part of the noise.
     pub lattice: Option<f64>,
@@ -52,7 +57,6 @@ pub(crate) struct Setup {
 pub(crate) fn setup(
     model: &ActuatorModel,
     runs: &[MeasuredRun],
-    fitted_model: bool,
     options: &DiagnoseOptions,
 ) -> Result<Setup, DiagnosisError> {
     let Some(first) = runs.first() else {
@@ -60,7 +64,7 @@ pub(crate) fn setup(
     };
     let output = output_of(model, first)?;
     let (mut inputs, mut channels, mut measured) = (Vec::new(), Vec::new(), Vec::new());
-    let mut lattice = None;
+    let (mut lattice, mut from) = (None, 0);
     for (number, run) in runs.iter().enumerate() {
         let (input, has_command) = inputs_of(run)?;
         let mut compared = Vec::new();
@@ -75,29 +79,45 @@ pub(crate) fn setup(
             )));
         };
         compared.push((ChannelKind::Output, output, own));
-        if let Some(magnetization) = run.series(Quantity::Magnetization) {
+        if output != Quantity::Magnetization
+            && let Some(magnetization) = run.series(Quantity::Magnetization)
+        {
             compared.push((ChannelKind::Magnetization, Quantity::Magnetization, magnetization));
+        }
+        let settling = run.tick_s.map_or(0, |tick_s| {
+            // However the tip moved before the first row, it has forgotten.
+            let transient_s = model.rod.map_or(0.0, |rod| TRANSIENT / rod.damping_per_s);
+            let transient = ((transient_s / tick_s).ceil() as usize).min(run.len() / 50);
+            let settling = ((options.settle_s / tick_s) as usize).max(transient);
+            run.len() - Spectrum::quick_length(run.len().saturating_sub(settling))
+        });
+        if run.len() < settling + MIN_ROWS {
+            return Err(refusal(&format!(
+                "{}: {} rows are left after settling, {MIN_ROWS} are needed",
+                run.source,
+                run.len().saturating_sub(settling)
+            )));
         }
         for (kind, quantity, series) in compared {
             let floor = run.noise(quantity);
-            if kind == ChannelKind::Output
-                && let Some((floor, step)) = floor.and_then(|own| Some((own, own.resolution?)))
-            {
-                lattice = (step > COARSE * floor.rms).then_some(step);
+            let resolution = floor.and_then(|own| own.resolution).unwrap_or(0.0);
+            if kind == ChannelKind::Output {
+                let coarse = floor.is_some_and(|floor| resolution > COARSE * floor.rms);
+                lattice = lattice.or(coarse.then_some(resolution));
             }
             let span = span(series);
-            let noise_rms = floor.map_or(1e-3 * span, |floor| floor.rms).max(1e-9 * span);
-            let of_instrument = kind == ChannelKind::Magnetization || quantity == Quantity::Strain;
+            let rows = settling..series.len();
             channels.push(Channel {
                 run: number,
                 kind,
-                rows: measured.len()..measured.len() + series.len(),
-                noise_rms,
-                autoregression: floor.map_or(0.0, |floor| floor.autoregression),
-                settling_rows: run.tick_s.map_or(0, |tick_s| (options.settle_s / tick_s) as usize),
-                free_zero: kind != ChannelKind::Field && (of_instrument || fitted_model || run.tick_s.is_none()),
+                places: from..from + rows.len(),
+                spectrum: Spectrum::new(rows.len()),
+                noise_rms: floor.map_or(1e-3 * span, |floor| floor.rms).max(1e-9 * span),
+                resolution,
+                rows: rows.clone(),
             });
-            measured.extend_from_slice(series);
+            from += rows.len();
+            measured.push(series[rows].to_vec());
         }
         inputs.push(input);
     }
@@ -105,13 +125,11 @@ pub(crate) fn setup(
         model: prepared(model, &inputs),
         runs: inputs,
         channels,
-    };
-    Ok(Setup {
-        plant,
         measured,
-        output,
-        lattice,
-    })
+        magnetic: output == Quantity::Magnetization,
+        fitted: options.fitted_model || model.source.starts_with(FITTED),
+    };
+    Ok(Setup { plant, output, lattice })
 }
 
 fn refusal(sentence: &str) -> DiagnosisError {
@@ -122,9 +140,9 @@ fn refusal(sentence: &str) -> DiagnosisError {
 
 fn output_of(model: &ActuatorModel, run: &MeasuredRun) -> Result<Quantity, DiagnosisError> {
     let wanted: &[Quantity] = if model.rod.is_some() {
-        &[Quantity::Displacement]
+        &[Quantity::Displacement, Quantity::Magnetization]
     } else {
-        &[Quantity::Strain, Quantity::Displacement]
+        &[Quantity::Strain, Quantity::Displacement, Quantity::Magnetization]
     };
     wanted
         .iter()
@@ -157,9 +175,9 @@ fn inputs_of(run: &MeasuredRun) -> Result<(RunInputs, bool), DiagnosisError> {
         }
     };
     let start = match (run.tick_s, run.series(Quantity::Magnetization)) {
-        // The sweep's own first sample. A field that goes as far either way tells the instrument's zero; of another sweep the
-        // middle lies where it lies, and the instrument is believed.
-        (None, Some(magnetization)) => Some(MagneticState {
+        // The sweep's own first sample, unless it closes: then it is cycled. A field that goes as far either way tells the
+        // instrument's zero; of another sweep the middle lies where it lies, and the instrument is believed.
+        (None, Some(magnetization)) if !(closes(&drive_a_per_m) && closes(magnetization)) => Some(MagneticState {
             field_a_per_m: drive_a_per_m[0],
             magnetization_a_per_m: if middle(&drive_a_per_m).abs() < SYMMETRIC * span(&drive_a_per_m) {
                 magnetization[0] - middle(magnetization)
@@ -232,11 +250,12 @@ mod tests {
     /// Guards the start of a sweep: a loop takes the instrument's zero off, a first quadrant begins where it was measured.
     #[test]
     fn a_sweep_begins_where_its_first_sample_is() {
-        let turn = |samples: usize| (0..samples).map(move |k| std::f64::consts::TAU * k as f64 / samples as f64);
-        let both: Vec<f64> = turn(100).map(|angle| 1e4 * angle.cos()).collect();
+        // Three quarters: a sweep that closes is cycled instead. Both ends of the field are among 99 samples.
+        let turn = |samples: usize| (0..samples).map(move |k| 0.75 * std::f64::consts::TAU * k as f64 / samples as f64);
+        let both: Vec<f64> = turn(99).map(|angle| 1e4 * angle.cos()).collect();
         let off = start(both.clone(), both.iter().map(|h| 30.0 * h + 5e3).collect());
         assert!((off - 3e5).abs() < 1.0, "{off} A/m");
-        let one: Vec<f64> = turn(100).map(|angle| 1e4 * (1.0 - angle.cos())).collect();
+        let one: Vec<f64> = turn(99).map(|angle| 1e4 * (1.0 - angle.cos())).collect();
         let own = start(one.clone(), one.iter().map(|h| 30.0 * h).collect());
         assert_eq!(own, 0.0);
     }

@@ -1,24 +1,19 @@
 //! What could have been seen: the smallest size of each term that these data would have shown, and terms they cannot show.
 //!
-//! With d the answer of the whitened outputs to a term at size s (over the training rows), the expected fall of χ² at another
-//! size grows as the square: a fall of `SEEN` (a false alarm of 1e-6, found nine times in ten) needs s·√(SEEN/|d|²). Terms of
-//! limits are judged at the levels tried. A term is *not excited* if even its largest plausible size stays below that.
+//! With D the answer of the spectra to a trial of size s, the fall of J expected at another size grows as its square: `SEEN` needs
+//! s √(2 SEEN/Σ D²/S), S the levels that are left. A limit is judged at the levels tried. A term is *not excited* if even its largest
+//! plausible size stays below that.
 
-use anhyst_model::{ActuatorModel, EffectKind, NominalParameter, Stage};
+use anhyst_model::{ActuatorModel, EffectKind};
 use serde::{Deserialize, Serialize};
 
-use anhyst_identify::engine::dot;
-
-use crate::probes::Surroundings;
-use crate::screening::Screened;
-use crate::search::Found;
-use crate::select::lacking;
-use crate::system::Signals;
+use crate::decompose::{Decomposition, lacking};
+use crate::screening::{Screened, Seen};
+use crate::signals::Signals;
 use crate::term::Term;
-use crate::workbench::Workbench;
 
-/// Fall of χ² that is seen for sure: a normal deviate of 4.9 for the threshold and 1.3 above it.
-const SEEN: f64 = 38.0;
+/// Fall of J that is seen for sure: what joins, and a normal deviate of 1.3 above it.
+const SEEN: f64 = 40.0;
 /// Largest plausible size, in smallest interesting ones.
 const PLAUSIBLE: f64 = 1e4;
 
@@ -41,22 +36,18 @@ pub struct NotExcited {
 }
 
 /// What these data would have shown, and what they could not.
-pub(crate) fn sight(bench: &Workbench, found: &Found) -> (Vec<Detectable>, Vec<NotExcited>) {
+pub(crate) fn sight(
+    model: &ActuatorModel,
+    found: &Decomposition,
+    signals: &[Signals],
+) -> (Vec<Detectable>, Vec<NotExcited>) {
     let (mut seen, mut unseen) = (Vec::new(), Vec::new());
-    let signals = &found.nominal.signals;
-    let residuals: Vec<Vec<f64>> = Vec::new();
-    let surroundings = Surroundings {
-        model: bench.model,
-        signals,
-        residuals: &residuals,
-        lattice: None,
-    };
-    for screened in &found.library {
+    for screened in &found.screened {
         // Frequencies come from the residual and lattices from its size: neither is a matter of excitation.
-        if screened.term.is_line() || screened.term.is_lattice() {
+        if screened.term.is_line() || screened.term.is_lattice() || screened.seen.is_none() {
             continue;
         }
-        match smallest(bench, &surroundings, screened) {
+        match smallest(model, screened) {
             Some(found) => seen.push(found),
             None => unseen.push(NotExcited {
                 term: screened.term,
@@ -64,45 +55,38 @@ pub(crate) fn sight(bench: &Workbench, found: &Found) -> (Vec<Detectable>, Vec<N
             }),
         }
     }
-    unseen.extend(absent(bench.model, found));
-    (seen, unseen)
-}
-
-fn smallest(bench: &Workbench, surroundings: &Surroundings, screened: &Screened) -> Option<Detectable> {
-    let training = &bench.observation.training;
-    let specs = screened.term.specs(bench.model)?;
-    let mut best: Option<Detectable> = None;
-    let groups = surroundings.probes(screened.term);
-    for (group, directions) in groups.iter().zip(&screened.directions) {
-        let Some(((place, trial), direction)) = group.sizes.first().zip(directions.first()) else {
-            continue;
-        };
-        let answer: Vec<f64> = direction.iter().map(|z| f64::from(*z)).collect();
-        let size = dot(training, &answer, &answer);
-        let (smallest, better): (f64, fn(f64, f64) -> bool) = if specs[*place].is_fitted_by_ratio() {
-            if size < SEEN {
-                continue;
-            }
-            (*trial, |new, old| new > old)
-        } else {
-            let change = trial - group.absent[*place];
-            let factor = (SEEN / size).sqrt();
-            let range = specs[*place].upper - specs[*place].lower;
-            if factor > PLAUSIBLE || factor * change.abs() > range {
-                continue;
-            }
-            ((factor * change).abs(), |new, old| new < old)
-        };
-        if best.as_ref().is_none_or(|own| better(smallest, own.smallest)) {
-            best = Some(Detectable {
-                term: screened.term,
-                quantity: specs[*place].name.to_owned(),
-                unit: specs[*place].unit.to_owned(),
-                smallest,
+    for kind in EffectKind::ALL {
+        if let Some(reason) = lacking(model, signals, kind) {
+            unseen.push(NotExcited {
+                term: Term::Effect(kind),
+                reason: reason.to_owned(),
             });
         }
     }
-    best
+    (seen, unseen)
+}
+
+fn smallest(model: &ActuatorModel, screened: &Screened) -> Option<Detectable> {
+    let specs = screened.term.specs(model)?;
+    let Seen {
+        place,
+        trial,
+        is_ratio,
+        energy,
+    } = screened.seen?;
+    let factor = (2.0 * SEEN / energy).sqrt();
+    let smallest = if is_ratio {
+        (factor < 1.0).then_some(trial)?
+    } else {
+        let range = specs[place].upper - specs[place].lower;
+        (factor < PLAUSIBLE && factor * trial.abs() < range).then_some(factor * trial.abs())?
+    };
+    Some(Detectable {
+        term: screened.term,
+        quantity: specs[place].name.to_owned(),
+        unit: specs[place].unit.to_owned(),
+        smallest,
+    })
 }
 
 fn quiet_reason(term: Term) -> String {
@@ -111,28 +95,4 @@ fn quiet_reason(term: Term) -> String {
     } else {
         "even its largest plausible size moves the outputs by less than the noise hides".to_owned()
     }
-}
-
-/// Terms that were not tried, and what the data or the model lack for them.
-fn absent(model: &ActuatorModel, found: &Found) -> Vec<NotExcited> {
-    let tried = |term: Term| found.library.iter().any(|own| own.term == term);
-    let all = EffectKind::ALL.into_iter().map(Term::Effect);
-    let all = all.chain(NominalParameter::ALL.into_iter().map(Term::Parameter));
-    all.filter(|term| !tried(*term))
-        .map(|term| NotExcited {
-            term,
-            reason: reason(model, term, &found.nominal.signals).to_owned(),
-        })
-        .collect()
-}
-
-fn reason(model: &ActuatorModel, term: Term, signals: &[Signals]) -> &'static str {
-    let Term::Effect(kind) = term else {
-        return "the model has no such part";
-    };
-    lacking(model, signals, kind).unwrap_or(if kind.stage() == Stage::Amplifier {
-        "it acts between command and coil field, and the data hold no command"
-    } else {
-        "no trial of it moves the outputs"
-    })
 }

@@ -1,0 +1,306 @@
+//! What a simulated run is composed of: every number that is fitted, what it belongs to, and what is believed of it beforehand.
+//!
+//! Constants of the nominal chain and the magnetic start of each run are always there, each with a prior: a model file's numbers
+//! are measured, too. Effects join and leave; so does the low pass of the recorder. What enters the measurement linearly (zero, drift, lines,
+//! a probe's gain) is no unknown: it is profiled out (`likelihood.rs`).
+
+use anhyst_identify::engine::Coordinate;
+use anhyst_model::{
+    ActuatorModel, Effect, EffectKind, MagneticState, ModelError, NominalParameter, ParameterRole, ParameterSpec,
+};
+
+use crate::acquisition::LowPass;
+use crate::plant::ChannelKind;
+use crate::term::Term;
+
+/// A constant may lie this many standard deviations of its prior from its nominal value.
+const BOX_DEVIATIONS: f64 = 3.0;
+/// A constant that is set free is believed to this ratio.
+const FREE_DEVIATION: f64 = 0.5;
+/// Standard deviation of what is believed of the first magnetization, and its bounds, as shares of saturation.
+const START_DEVIATION: f64 = 0.26;
+const START_BOUND: f64 = 0.9;
+/// Of the corner of a low pass, by ratio.
+const CORNER_DEVIATION: f64 = 0.03;
+
+/// What a number belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Slot {
+    Nominal(NominalParameter),
+    /// A value of an effect, by its place.
+    Effect(EffectKind, usize),
+    /// Magnetization of a run's first sample, A/m.
+    Start(usize),
+    /// Corner of the recorder's low pass on a kind of channel, Hz.
+    Corner(ChannelKind),
+}
+
+/// A number that is fitted. A prior's deviation is by ratio where the coordinate is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Unknown {
+    pub slot: Slot,
+    pub value: f64,
+    pub coordinate: Coordinate,
+}
+
+impl Unknown {
+    /// How far from what was believed, in standard deviations; 0 where nothing was.
+    pub fn surprise(&self) -> f64 {
+        match self.coordinate.prior {
+            Some((mean, deviation)) if self.coordinate.logarithmic => (self.value / mean).ln() / deviation,
+            Some((mean, deviation)) => (self.value - mean) / deviation,
+            None => 0.0,
+        }
+    }
+
+    /// It stands at a bound, and a step of its coordinate would leave.
+    pub fn leaves(&self, step: f64) -> bool {
+        let own = &self.coordinate;
+        let at = |bound: f64| (own.free(self.value) - own.free(bound)).abs() < 1e-9;
+        (step < 0.0 && at(own.lower)) || (step > 0.0 && at(own.upper))
+    }
+
+    /// Change of [`Unknown::surprise`] by a unit of the coordinate.
+    pub fn surprise_slope(&self) -> f64 {
+        match self.coordinate.prior {
+            Some((_, deviation)) if self.coordinate.logarithmic => 1.0 / deviation,
+            Some((_, deviation)) => self.coordinate.scale / deviation,
+            None => 0.0,
+        }
+    }
+}
+
+/// A sine on the output that the drive does not make, by its frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Line {
+    pub run: usize,
+    pub frequency_hz: f64,
+}
+
+/// Everything that is in the model of a measurement.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Composition {
+    pub unknowns: Vec<Unknown>,
+    pub lines: Vec<Line>,
+    /// Of the recorder; its corner is an unknown.
+    pub low_passes: Vec<(ChannelKind, LowPass)>,
+    /// The zero of the outputs stands still.
+    pub no_drift: bool,
+    /// Constants that left the box of their prior: they are part of the answer.
+    pub freed: Vec<NominalParameter>,
+}
+
+impl Composition {
+    /// The nominal chain with all its constants, and the starts of runs that have one to be found. Those
+    /// of a model that was itself fitted are free.
+    pub fn nominal(model: &ActuatorModel, starts: &[usize], fitted: bool) -> Self {
+        let mut own = Composition::default();
+        for parameter in NominalParameter::ALL {
+            if let Some(spec) = parameter.spec(model) {
+                own.unknowns.push(calibrated(parameter, &spec, fitted));
+            }
+        }
+        let saturation = model.material.hysteresis.saturation_magnetization_a_per_m;
+        own.unknowns.extend(starts.iter().map(|run| Unknown {
+            slot: Slot::Start(*run),
+            value: 0.0,
+            coordinate: Coordinate {
+                lower: -START_BOUND * saturation,
+                upper: START_BOUND * saturation,
+                scale: 0.01 * saturation,
+                logarithmic: false,
+                prior: Some((0.0, START_DEVIATION * saturation)),
+            },
+        }));
+        own
+    }
+
+    /// The same with an effect at these values of its fitted rows, or another constant set free there.
+    pub fn with(&self, term: Term, model: &ActuatorModel, values: &[f64]) -> Option<Self> {
+        let mut own = self.without(term, model);
+        match term {
+            Term::Effect(kind) => {
+                let known = model.effect(kind);
+                for (value, (place, spec)) in values.iter().zip(Term::fitted(kind)) {
+                    own.unknowns.push(Unknown {
+                        slot: Slot::Effect(kind, place),
+                        value: *value,
+                        coordinate: coordinate(term, spec, *value),
+                    });
+                }
+                for (place, spec) in kind.parameters().iter().enumerate() {
+                    if spec.role == ParameterRole::Fixed
+                        && let Some(deviation) = spec.prior_deviation
+                    {
+                        let usual = known.map_or(spec.typical, |effect| effect.values()[place]);
+                        own.unknowns.push(Unknown {
+                            slot: Slot::Effect(kind, place),
+                            value: usual,
+                            coordinate: Coordinate {
+                                lower: spec.lower,
+                                upper: spec.upper,
+                                scale: 0.1,
+                                logarithmic: spec.logarithmic,
+                                prior: Some((usual, deviation)),
+                            },
+                        });
+                    }
+                }
+            }
+            Term::Parameter(parameter) => {
+                let spec = parameter.spec(model)?;
+                let unknown = own
+                    .unknowns
+                    .iter_mut()
+                    .find(|own| own.slot == Slot::Nominal(parameter))?;
+                let mean = spec.identity()?;
+                unknown.value = *values.first()?;
+                unknown.coordinate = Coordinate {
+                    prior: Some((mean, FREE_DEVIATION * spread(&spec))),
+                    ..Coordinate::of(&spec)
+                };
+                own.freed.push(parameter);
+            }
+        }
+        Some(own)
+    }
+
+    /// The same without an effect, or with a constant back in the box of its prior.
+    pub fn without(&self, term: Term, model: &ActuatorModel) -> Self {
+        let mut own = self.clone();
+        match term {
+            Term::Effect(kind) => own
+                .unknowns
+                .retain(|unknown| !matches!(unknown.slot, Slot::Effect(of, _) if of == kind)),
+            Term::Parameter(parameter) => {
+                own.freed.retain(|freed| *freed != parameter);
+                let unknown = own.unknowns.iter_mut().find(|own| own.slot == Slot::Nominal(parameter));
+                if let Some((unknown, spec)) = unknown.zip(parameter.spec(model)) {
+                    *unknown = calibrated(parameter, &spec, false);
+                }
+            }
+        }
+        own
+    }
+
+    /// The same with the recorder's low pass at its corner.
+    pub fn with_low_pass(mut self, kind: ChannelKind, low_pass: LowPass) -> Self {
+        self.unknowns.retain(|own| own.slot != Slot::Corner(kind));
+        self.low_passes.retain(|(own, _)| *own != kind);
+        self.unknowns.push(Unknown {
+            slot: Slot::Corner(kind),
+            value: low_pass.corner_hz,
+            coordinate: Coordinate {
+                lower: low_pass.corner_hz * (-BOX_DEVIATIONS * CORNER_DEVIATION).exp(),
+                upper: low_pass.corner_hz * (BOX_DEVIATIONS * CORNER_DEVIATION).exp(),
+                scale: 1.0,
+                logarithmic: true,
+                prior: Some((low_pass.corner_hz, CORNER_DEVIATION)),
+            },
+        });
+        self.low_passes.push((kind, low_pass));
+        self
+    }
+
+    /// What is in beside the calibrated chain, in the order in which it came.
+    pub fn terms(&self) -> Vec<Term> {
+        let mut terms: Vec<Term> = Vec::new();
+        for unknown in &self.unknowns {
+            if let Slot::Effect(kind, _) = unknown.slot
+                && !terms.contains(&Term::Effect(kind))
+            {
+                terms.push(Term::Effect(kind));
+            }
+        }
+        terms.extend(self.freed.iter().map(|parameter| Term::Parameter(*parameter)));
+        terms
+    }
+
+    /// The model with all that is in.
+    pub fn model(&self, nominal: &ActuatorModel) -> Result<ActuatorModel, ModelError> {
+        let mut model = nominal.clone();
+        let mut effects: Vec<Effect> = Vec::new();
+        for unknown in &self.unknowns {
+            match unknown.slot {
+                Slot::Nominal(parameter) => parameter.set(&mut model, unknown.value),
+                Slot::Effect(kind, place) => {
+                    if effects.last().is_none_or(|effect| effect.kind() != kind) {
+                        effects.push(nominal.effect(kind).copied().unwrap_or_else(|| Effect::typical(kind)));
+                    }
+                    if let Some(effect) = effects.last_mut() {
+                        effect.values_mut()[place] = unknown.value;
+                    }
+                }
+                Slot::Start(_) | Slot::Corner(_) => {}
+            }
+        }
+        for effect in effects {
+            effect.validate()?;
+            model = model.with_effect(effect);
+        }
+        model.validate()?;
+        Ok(model)
+    }
+
+    /// Where the material was before a run's first sample.
+    pub fn start(&self, run: usize, field_a_per_m: f64) -> Option<MagneticState> {
+        let own = self.unknowns.iter().find(|own| own.slot == Slot::Start(run))?;
+        Some(MagneticState {
+            field_a_per_m,
+            magnetization_a_per_m: own.value,
+        })
+    }
+
+    /// The recorder's low pass at the fitted corner.
+    pub fn fitted_low_pass(&self, kind: ChannelKind) -> Option<LowPass> {
+        let (_, low_pass) = *self.low_passes.iter().find(|(own, _)| *own == kind)?;
+        let corner = self.unknowns.iter().find(|own| own.slot == Slot::Corner(kind));
+        Some(LowPass {
+            corner_hz: corner.map_or(low_pass.corner_hz, |own| own.value),
+            ..low_pass
+        })
+    }
+}
+
+/// A constant within the box of its prior.
+fn calibrated(parameter: NominalParameter, spec: &ParameterSpec, fitted: bool) -> Unknown {
+    let nominal = spec.neutral();
+    let (deviation, reach) = if fitted {
+        (FREE_DEVIATION * spread(spec), f64::INFINITY)
+    } else {
+        let deviation = spec.tolerance.unwrap_or(0.0);
+        (deviation, BOX_DEVIATIONS * deviation)
+    };
+    Unknown {
+        slot: Slot::Nominal(parameter),
+        value: nominal,
+        coordinate: Coordinate {
+            lower: (nominal - reach).max(spec.lower),
+            upper: (nominal + reach).min(spec.upper),
+            prior: Some((nominal, deviation)),
+            ..Coordinate::of(spec)
+        },
+    }
+}
+
+/// What a deviation of one means for a constant that is set free.
+fn spread(spec: &ParameterSpec) -> f64 {
+    spec.neutral().abs().max(spec.prior_deviation.unwrap_or(0.0))
+}
+
+fn coordinate(term: Term, spec: &ParameterSpec, value: f64) -> Coordinate {
+    let own = Coordinate {
+        prior: None,
+        ..Coordinate::of(spec)
+    };
+    if term.is_lattice() {
+        // The model's answer to its step has no derivative.
+        Coordinate {
+            lower: value,
+            upper: value,
+            ..own
+        }
+    } else {
+        own
+    }
+}

@@ -1,0 +1,300 @@
+//! J = ½ Σ_b N_b ln(Σ_{f∈b} |Z(f)|² / N_b) + ½ Σ ((q − μ)/σ)²: how badly a composition explains the measurement.
+//!
+//! Z spectrum of measured − simulated(q) − linear nuisance, N_b numbers in band b (`spectrum.rs`), q the unknowns with their priors.
+//! It is −ln of Whittle's likelihood (1953) with the noise level of every band profiled out, so noise of any colour costs
+//! nothing and a misfit weighs by what it stands out of its own band. The nuisance that enters linearly (drift, lines, gain of the
+//! field probe, what creep remembers of before the run) is profiled out too, by least squares under the same levels.
+//! Minimised by Gauss-Newton steps with Marquardt's damping: H = AᵀS⁻¹A + 1/σ², S the band's level, reweighted at each step;
+//! a step counts only if J itself falls. A is a forward difference of free simulations.
+
+use anhyst_identify::parallel;
+use anhyst_model::{ActuatorOutputs, EffectKind};
+use nalgebra::DMatrix;
+
+use crate::bands::{ERRORS, bands};
+use crate::composition::{Composition, Slot, Unknown};
+use crate::normal::Normal;
+use crate::nuisance::Nuisance;
+use crate::plant::{Channel, Plant};
+
+/// Rounds in which levels and linear nuisance settle on each other.
+const ROUNDS: usize = 2;
+/// Dampings that are tried for one step.
+const MAX_DAMPINGS: usize = 6;
+const MAX_STEPS: usize = 12;
+/// A step that lowers J by less is the last one.
+const WORTH: f64 = 0.05;
+/// A coordinate by ratio moves by at most this a step.
+const MAX_LOG_STEP: f64 = 1.0;
+
+/// A plant and its measurement, ready to be fitted.
+pub(crate) struct Bench {
+    pub plant: Plant,
+    pub measured: Vec<f64>,
+    /// Places of each band among the stacked spectra.
+    pub bands: Vec<Vec<usize>>,
+    /// Independent numbers of each.
+    pub counts: Vec<f64>,
+    pub threads: usize,
+    /// Simulations so far, for those who wait.
+    pub simulations: std::sync::atomic::AtomicUsize,
+}
+
+/// A composition simulated and held against the measurement.
+#[derive(Clone)]
+pub(crate) struct Point {
+    pub composition: Composition,
+    pub runs: Vec<ActuatorOutputs>,
+    /// Stacked spectra of the simulation.
+    pub simulated: Vec<f64>,
+    /// Of what is left; the means are taken out.
+    pub residual: Vec<f64>,
+    pub nuisance: Nuisance,
+    /// Variance of each band.
+    pub levels: Vec<f64>,
+    pub cost: f64,
+}
+
+/// A fitted composition.
+#[derive(Clone)]
+pub(crate) struct Fitted {
+    pub point: Point,
+    /// Derivative of the spectra by each unknown's free coordinate.
+    pub columns: Vec<Vec<f64>>,
+}
+
+impl Bench {
+    pub fn new(plant: Plant, threads: usize) -> Self {
+        let (bands, errors) = bands(&plant);
+        let from = bands.len() - errors;
+        let count = |(index, band): (usize, &Vec<usize>)| {
+            if index < from { band.len() as f64 } else { ERRORS }
+        };
+        Bench {
+            measured: plant.measured_spectra(),
+            counts: bands.iter().enumerate().map(count).collect(),
+            bands,
+            plant,
+            threads,
+            simulations: Default::default(),
+        }
+    }
+
+    /// Spectra of a composition and the runs behind them.
+    pub fn simulate(&self, composition: &Composition) -> Option<(Vec<ActuatorOutputs>, Vec<f64>)> {
+        self.simulations.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        let runs = self.plant.simulate(composition)?;
+        let spectra = self.plant.spectra(&runs)?;
+        Some((runs, spectra))
+    }
+
+    /// A composition held against the measurement.
+    pub fn point(&self, composition: &Composition) -> Option<Point> {
+        let (runs, simulated) = self.simulate(composition)?;
+        let raw: Vec<f64> = self.measured.iter().zip(&simulated).map(|(y, m)| y - m).collect();
+        let (kinds, columns) = self.linear(composition, &simulated);
+        let (residual, levels, coefficients) = self.profiled(raw, &columns);
+        let prior: f64 = composition.unknowns.iter().map(|own| own.surprise().powi(2)).sum();
+        let cost = self.cost(&levels) + 0.5 * prior;
+        cost.is_finite().then(|| Point {
+            composition: composition.clone(),
+            runs,
+            simulated,
+            residual,
+            nuisance: Nuisance {
+                kinds,
+                columns,
+                coefficients,
+            },
+            levels,
+            cost,
+        })
+    }
+
+    /// ½ Σ N_b ln level.
+    pub fn cost(&self, levels: &[f64]) -> f64 {
+        let bands = self.counts.iter().zip(levels);
+        0.5 * bands.map(|(count, level)| count * level.ln()).sum::<f64>()
+    }
+
+    /// Mean square of each band, never quite nothing.
+    pub fn levels(&self, residual: &[f64]) -> Vec<f64> {
+        let channels = self.bands.iter().map(|band| {
+            let channel = self.plant.channels.iter().find(|own| own.places.contains(&band[0]));
+            channel.map_or(0.0, |own| 1e-3 * own.noise_rms)
+        });
+        let bands = self.bands.iter().zip(channels);
+        bands
+            .map(|(band, floor)| {
+                let energy: f64 = band.iter().map(|place| residual[*place] * residual[*place]).sum();
+                (energy / band.len() as f64).max(floor * floor)
+            })
+            .collect()
+    }
+
+    /// Takes linear columns out of a difference, under the levels of what remains.
+    pub fn profiled(&self, mut residual: Vec<f64>, columns: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+        for channel in &self.plant.channels {
+            residual[channel.places.start] = 0.0;
+        }
+        let raw = residual.clone();
+        let mut levels = self.levels(&residual);
+        let mut coefficients = vec![0.0; columns.len()];
+        for _ in 0..ROUNDS {
+            if columns.is_empty() {
+                break;
+            }
+            let system = Normal::of(self, &levels, columns, &raw);
+            coefficients = system.solve(&vec![0.0; columns.len()]);
+            residual.clone_from(&raw);
+            for (column, coefficient) in columns.iter().zip(&coefficients) {
+                for (z, own) in residual.iter_mut().zip(column) {
+                    *z -= coefficient * own;
+                }
+            }
+            for channel in &self.plant.channels {
+                residual[channel.places.start] = 0.0;
+            }
+            levels = self.levels(&residual);
+        }
+        (residual, levels, coefficients)
+    }
+
+    /// A series of one channel among the stacked spectra, its mean left out.
+    pub fn stacked(&self, channel: &Channel, series: &[f64]) -> Vec<f64> {
+        let mut own = vec![0.0; self.plant.length()];
+        own[channel.places.clone()].copy_from_slice(&channel.spectrum.of(series));
+        own[channel.places.start] = 0.0;
+        own
+    }
+
+    /// Derivatives by the free coordinates; those of `known` are taken from there.
+    pub fn columns(&self, here: &Point, known: Option<&Fitted>) -> Option<Vec<Vec<f64>>> {
+        let unknowns = &here.composition.unknowns;
+        let indices: Vec<usize> = (0..unknowns.len()).collect();
+        let columns = parallel::map(self.threads, &indices, |&index| {
+            let unknown = &unknowns[index];
+            let own = known.and_then(|fit| {
+                let of = fit
+                    .point
+                    .composition
+                    .unknowns
+                    .iter()
+                    .position(|own| own.slot == unknown.slot)?;
+                let same = fit.point.composition.unknowns[of].coordinate.scale == unknown.coordinate.scale;
+                same.then(|| fit.columns[of].clone())
+            });
+            own.or_else(|| self.column(here, index))
+        });
+        columns.into_iter().collect()
+    }
+
+    fn column(&self, here: &Point, index: usize) -> Option<Vec<f64>> {
+        let Unknown {
+            value,
+            coordinate,
+            slot,
+        } = here.composition.unknowns[index];
+        if coordinate.lower >= coordinate.upper {
+            return Some(vec![0.0; here.simulated.len()]);
+        }
+        let free = coordinate.free(value);
+        let difference = |step: f64| {
+            let mut moved = here.composition.clone();
+            moved.unknowns[index].value = coordinate.value(free + step);
+            let inverse = 1.0 / (coordinate.free(moved.unknowns[index].value) - free);
+            let (_, mut column) = self.simulate(&moved)?;
+            for (own, base) in column.iter_mut().zip(&here.simulated) {
+                *own = (*own - base) * inverse;
+            }
+            for channel in &self.plant.channels {
+                column[channel.places.start] = 0.0;
+            }
+            inverse.is_finite().then_some(column)
+        };
+        let step = match slot {
+            // Frequencies aside, ratios answer smoothly to a hundredth.
+            Slot::Corner(_) => 0.01,
+            Slot::Effect(EffectKind::AfterEffect | EffectKind::Friction, place) if place > 0 => 0.05,
+            _ => coordinate.step(value),
+        };
+        difference(step).or_else(|| difference(-step))
+    }
+
+    /// Fits the unknowns of a composition from their values; `known` lends its derivatives of all that it has in common, which a rough
+    /// fit keeps.
+    pub fn fit(&self, composition: &Composition, known: Option<&Fitted>) -> Option<Fitted> {
+        let mut here = self.point(composition)?;
+        let mut columns = self.columns(&here, known)?;
+        let mut damping = 1e-3;
+        for _ in 0..MAX_STEPS {
+            let (normal, surprise) = self.normal(&here, &columns);
+            let mut gained = 0.0;
+            for _ in 0..MAX_DAMPINGS {
+                let tried = self.stepped(&here, &normal, &surprise, damping);
+                if let Some(tried) = self.point(&tried).filter(|tried| tried.cost < here.cost) {
+                    gained = here.cost - tried.cost;
+                    here = tried;
+                    damping = (damping * 0.1).max(1e-9);
+                    break;
+                }
+                damping *= 10.0;
+            }
+            if gained < WORTH {
+                break;
+            }
+            columns = self.columns(&here, known)?;
+        }
+        Some(Fitted { point: here, columns })
+    }
+
+    /// Normal equations of unknowns and linear nuisance together, and the unknowns' pull by their priors.
+    fn normal(&self, here: &Point, columns: &[Vec<f64>]) -> (Normal, Vec<f64>) {
+        let all: Vec<&Vec<f64>> = columns.iter().chain(&here.nuisance.columns).collect();
+        let mut normal = Normal::of(self, &here.levels, &all, &here.residual);
+        let pull = normal.believe(here);
+        (normal, pull)
+    }
+
+    fn stepped(&self, here: &Point, normal: &Normal, pull: &[f64], damping: f64) -> Composition {
+        let unknowns = &here.composition.unknowns;
+        let mut held = vec![false; pull.len()];
+        for _ in 0..unknowns.len() {
+            let step = normal.damped(pull, damping, unknowns.len(), &held);
+            let mut moved = here.composition.clone();
+            let mut leaves = None;
+            for (index, (unknown, step)) in moved.unknowns.iter_mut().zip(&step).enumerate() {
+                let coordinate = &unknown.coordinate;
+                let step = if coordinate.logarithmic {
+                    step.clamp(-MAX_LOG_STEP, MAX_LOG_STEP)
+                } else {
+                    *step
+                };
+                if !held[index] && unknown.leaves(step) {
+                    leaves = Some(index);
+                }
+                if !held[index] {
+                    unknown.value = coordinate.value(coordinate.free(unknown.value) + step);
+                }
+            }
+            match leaves {
+                // It stands at a bound and would leave: without it, again.
+                Some(index) => held[index] = true,
+                None => return moved,
+            }
+        }
+        here.composition.clone()
+    }
+
+    /// What a channel's output has left, in its unit and by row.
+    pub fn left(&self, point: &Point, channel: &Channel) -> Vec<f64> {
+        channel.spectrum.back(&point.residual[channel.places.clone()])
+    }
+
+    /// Covariance of the free coordinates, the linear nuisance let free: H⁻¹ of the last step.
+    pub fn covariance(&self, fit: &Fitted) -> DMatrix<f64> {
+        let (normal, _) = self.normal(&fit.point, &fit.columns);
+        let size = fit.columns.len();
+        normal.inverse().view((0, 0), (size, size)).into_owned()
+    }
+}

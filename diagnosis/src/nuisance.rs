@@ -1,0 +1,147 @@
+//! What a measurement adds linearly: drift of the zero, lines, the gain of a field probe, what creep remembers of before the run.
+//!
+//! None of it is an unknown: at every simulation it is solved for under the levels of the bands (`likelihood.rs`).
+
+use anhyst_model::EffectKind;
+
+use crate::composition::{Composition, Slot};
+use crate::likelihood::{Bench, Point};
+use crate::plant::ChannelKind;
+
+/// What enters linearly.
+#[derive(Clone, Default)]
+pub(crate) struct Nuisance {
+    pub kinds: Vec<NuisanceKind>,
+    /// Stacked spectra.
+    pub columns: Vec<Vec<f64>>,
+    pub coefficients: Vec<f64>,
+}
+
+impl Nuisance {
+    /// Rms of a line, by its place among the composition's.
+    pub fn line_rms(&self, place: usize) -> f64 {
+        let own = self.kinds.iter().zip(&self.coefficients);
+        let squares = own.filter(|(kind, _)| matches!(kind, NuisanceKind::Line(line, _) if *line == place));
+        (0.5 * squares.map(|(_, coefficient)| coefficient * coefficient).sum::<f64>()).sqrt()
+    }
+}
+
+/// The time course of a linear nuisance, by the row.
+#[derive(Clone, Copy)]
+enum Shape {
+    Ramp(f64),
+    Cosine(f64),
+    Sine(f64),
+    Decay(f64),
+}
+
+impl Shape {
+    fn at(self, row: f64) -> f64 {
+        match self {
+            Shape::Ramp(per_row) => per_row * row,
+            Shape::Cosine(per_row) => (per_row * row).cos(),
+            Shape::Sine(per_row) => (per_row * row).sin(),
+            Shape::Decay(per_row) => (-per_row * row).exp(),
+        }
+    }
+}
+
+/// What a linear column stands for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum NuisanceKind {
+    /// Drift of an output over its rows, by channel.
+    Drift(usize),
+    /// Cosine and sine of a line, by its place among the composition's.
+    Line(usize, bool),
+    /// Gain of a field probe beyond 1, by channel.
+    ProbeGain(usize),
+    /// What creep remembers of before the run, by channel and by which of its times.
+    CreepMemory(usize, usize),
+}
+
+impl Bench {
+    /// The linear nuisance of a composition.
+    pub fn linear(&self, composition: &Composition, simulated: &[f64]) -> (Vec<NuisanceKind>, Vec<Vec<f64>>) {
+        let (mut kinds, mut columns) = (Vec::new(), Vec::new());
+        for (index, channel) in self.plant.channels.iter().enumerate() {
+            if channel.kind == ChannelKind::Field {
+                let mut own = vec![0.0; simulated.len()];
+                own[channel.places.clone()].copy_from_slice(&simulated[channel.places.clone()]);
+                own[channel.places.start] = 0.0;
+                kinds.push(NuisanceKind::ProbeGain(index));
+                columns.push(own);
+            }
+            for (kind, shape) in self.shapes(composition, index) {
+                let series: Vec<f64> = (0..channel.rows.len()).map(|row| shape.at(row as f64)).collect();
+                kinds.push(kind);
+                columns.push(self.stacked(channel, &series));
+            }
+        }
+        (kinds, columns)
+    }
+
+    /// The time courses of the linear nuisance of an output.
+    fn shapes(&self, composition: &Composition, index: usize) -> Vec<(NuisanceKind, Shape)> {
+        let channel = &self.plant.channels[index];
+        let run = &self.plant.runs[channel.run];
+        let Some(tick_s) = run.tick_s.filter(|_| channel.kind == ChannelKind::Output) else {
+            return Vec::new();
+        };
+        let rows = channel.rows.len() as f64;
+        let mut shapes = Vec::new();
+        if !composition.no_drift {
+            shapes.push((NuisanceKind::Drift(index), Shape::Ramp(1.0 / rows)));
+        }
+        for (place, line) in composition
+            .lines
+            .iter()
+            .enumerate()
+            .filter(|(_, own)| own.run == channel.run)
+        {
+            let turns = std::f64::consts::TAU * line.frequency_hz * tick_s;
+            shapes.push((NuisanceKind::Line(place, false), Shape::Cosine(turns)));
+            shapes.push((NuisanceKind::Line(place, true), Shape::Sine(turns)));
+        }
+        // What crept before a run began in an unknown state goes on in it.
+        let times: Vec<f64> = composition
+            .unknowns
+            .iter()
+            .filter(|own| matches!(own.slot, Slot::Effect(EffectKind::AfterEffect, place) if place > 0))
+            .map(|own| own.value)
+            .collect();
+        if let [shortest, longest] = times[..]
+            && run.start.is_none()
+        {
+            let creeps = [longest, (shortest * longest).sqrt()];
+            let creeps = creeps.into_iter().filter(|time_s| *time_s < 3.0 * tick_s * rows);
+            shapes.extend(
+                creeps
+                    .enumerate()
+                    .map(|(own, time_s)| (NuisanceKind::CreepMemory(index, own), Shape::Decay(tick_s / time_s))),
+            );
+        }
+        shapes
+    }
+
+    /// The linear nuisance of an output over all its rows, where a point was held against the first `fitted` of them.
+    pub fn nuisance_series(&self, point: &Point, index: usize, fitted: usize) -> Vec<f64> {
+        let channel = &self.plant.channels[index];
+        let mut sum = vec![0.0; channel.rows.len()];
+        let scale = |shape: Shape| match shape {
+            // Its unit is the length of the fitted rows.
+            Shape::Ramp(_) => Shape::Ramp(1.0 / fitted as f64),
+            other => other,
+        };
+        for (kind, shape) in self.shapes(&point.composition, index) {
+            let own = point.nuisance.kinds.iter().zip(&point.nuisance.coefficients);
+            let Some((_, coefficient)) = own.into_iter().find(|(own, _)| **own == kind) else {
+                continue;
+            };
+            let shape = scale(shape);
+            for (row, value) in sum.iter_mut().enumerate() {
+                *value += coefficient * shape.at(row as f64);
+            }
+        }
+        sum
+    }
+}
