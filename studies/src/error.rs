@@ -1,13 +1,14 @@
-//! Why a study's run cannot be made.
+//! Why a study's run has no diagnosis.
 
+use anhyst_diagnosis::DiagnosisError;
 use anhyst_measured::MeasuredError;
 use thiserror::Error;
 
-/// A run of a study that cannot be made.
+/// A run of a study without a diagnosis.
 #[derive(Debug, Error)]
 pub enum StudyError {
     #[error(transparent)]
     Measured(#[from] MeasuredError),
-    #[error("{sentence}")]
-    NotMade { sentence: String },
+    #[error(transparent)]
+    Diagnosis(#[from] DiagnosisError),
 }

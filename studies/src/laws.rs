@@ -60,9 +60,9 @@ pub struct Case {
     pub seed: u64,
 }
 
-/// What a law reached, over the second half of the run.
+/// How well a law did over the second half of the run.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct Reached {
+pub struct LawPerformance {
     /// rms of estimated minus true `a`, A/m.
     pub error_rms_a_per_m: f64,
     /// Mean of the same: a lag, or a bias, A/m.
@@ -77,7 +77,7 @@ pub struct Reached {
 ///
 /// # Errors
 /// Settings that cannot be used.
-pub fn run(case: &Case, law: LawSettings) -> Result<Reached, RunError> {
+pub fn run(case: &Case, law: LawSettings) -> Result<LawPerformance, RunError> {
     let setup = |error: &dyn std::fmt::Display| RunError::Setup(error.to_string());
     let (material, constants) = (Material::terfenol_d(), RodConstants::paper());
     let two_pole = RodElements::assemble(&constants, ELEMENTS)
@@ -94,7 +94,7 @@ pub fn run(case: &Case, law: LawSettings) -> Result<Reached, RunError> {
     let mut plant =
         Plant::new(&plant_settings, &material, &constants, TICK_S, case.seed).map_err(|error| setup(&error))?;
     let ticks = (case.seconds / TICK_S).round() as u64;
-    let (mut reached, mut squares, mut judged) = (Reached::default(), 0.0, 0_u64);
+    let (mut performance, mut squares, mut judged) = (LawPerformance::default(), 0.0, 0_u64);
     let mut in_coil = Amplifier::new(amplifier, TICK_S).map_err(|error| setup(&error))?;
     let (mut command, mut field) = (0.0, 0.0);
     for tick in 0..ticks {
@@ -107,21 +107,21 @@ pub fn run(case: &Case, law: LawSettings) -> Result<Reached, RunError> {
         if share > SETTLED {
             let error = found.correction.shape_a_per_m - plant.state().shape_a_per_m;
             squares += error * error;
-            reached.error_mean_a_per_m += error;
-            reached.held_share += f64::from(u8::from(found.correction.held));
+            performance.error_mean_a_per_m += error;
+            performance.held_share += f64::from(u8::from(found.correction.held));
             judged += 1;
         }
         let bound = found.excitation.deviation_bound_a_per_m;
-        reached.bound_a_per_m = if bound.is_finite() { bound } else { 0.0 };
+        performance.bound_a_per_m = if bound.is_finite() { bound } else { 0.0 };
         command = case.excitation.field_a_per_m(share, case.seconds);
         field = in_coil.step(command).field_a_per_m;
     }
     let judged = judged.max(1) as f64;
-    Ok(Reached {
+    Ok(LawPerformance {
         error_rms_a_per_m: (squares / judged).sqrt(),
-        error_mean_a_per_m: reached.error_mean_a_per_m / judged,
-        held_share: reached.held_share / judged,
-        ..reached
+        error_mean_a_per_m: performance.error_mean_a_per_m / judged,
+        held_share: performance.held_share / judged,
+        ..performance
     })
 }
 

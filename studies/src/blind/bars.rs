@@ -4,19 +4,24 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::case::Family;
-use super::outcome::{Interval, Outcome};
-use super::run::StudyRun;
+use super::results::Class;
 
 const Z: f64 = 1.959_963_985;
-/// Gap over noise from which a name must be right.
-const GAP_THAT_COUNTS: f64 = 1.0;
 
 /// k of n.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Share {
     pub count: u64,
     pub of: u64,
+}
+
+impl std::iter::Sum for Share {
+    fn sum<All: Iterator<Item = Share>>(all: All) -> Share {
+        all.fold(Share::default(), |sum, own| Share {
+            count: sum.count + own.count,
+            of: sum.of + own.of,
+        })
+    }
 }
 
 impl Share {
@@ -70,49 +75,38 @@ impl Bar {
 }
 
 /// Every bar of the study; runs of the sweep for detection limits do not count.
-pub(super) fn bars(runs: &[StudyRun]) -> Vec<Bar> {
-    let of = |families: &'static [Family]| runs.iter().filter(move |run| families.contains(&run.family));
-    let counts = |run: &&StudyRun| run.gap_over_noise() >= GAP_THAT_COUNTS;
-    let right = |run: &&StudyRun| run.outcome.is_right();
-    let hidden = &[Family::Single, Family::Pair, Family::Unlisted];
-    let intervals = of(&[Family::Single, Family::Pair]).flat_map(|run| &run.intervals);
-    vec![
+pub(super) fn bars(classes: &[Class]) -> Vec<Bar> {
+    let all = |of: fn(&Class) -> Share| classes.iter().map(of).sum::<Share>();
+    let mut bars = vec![
+        Bar::new("named, one effect", all(|own| own.named), [0.95, 1.0]),
+        Bar::new("both named, two effects", all(|own| own.pairs), [0.9, 1.0]),
+        Bar::new("wrong name without a flag", all(|own| own.wrong), [0.0, 0.02]),
         Bar::new(
-            "right or a tie with the truth, single effects, gap ≥ noise",
-            Share::of(of(&[Family::Single]).filter(counts), right),
-            [0.95, 1.0],
-        ),
-        Bar::new(
-            "right or a tie with the truth, pairs, both gaps ≥ noise",
-            Share::of(of(&[Family::Pair]).filter(counts), right),
-            [0.95, 1.0],
-        ),
-        Bar::new(
-            "right or a tie with the truth, single effects and pairs, gap ≥ noise",
-            Share::of(of(&[Family::Single, Family::Pair]).filter(counts), right),
-            [0.95, 1.0],
-        ),
-        Bar::new(
-            "wrong name without a flag, whatever the gap, unlisted effects too",
-            Share::of(of(hidden), |run| run.outcome == Outcome::WrongName),
+            "an effect named where nothing is hidden",
+            all(|own| own.false_alarms),
             [0.0, 0.02],
         ),
         Bar::new(
-            "false alarm where nothing is hidden",
-            Share::of(of(&[Family::None]), |run| run.outcome != Outcome::Right),
-            [0.0, 0.01],
+            "unlisted effects reported as unknown",
+            all(|own| own.unlisted),
+            [0.9, 1.0],
         ),
         Bar::new(
-            "unlisted effects reported as unknown",
-            Share::of(of(&[Family::Unlisted]), right),
-            [0.90, 1.0],
+            "share within 5 points of the truth, of the named",
+            all(|own| own.shares),
+            [0.9, 1.0],
         ),
         Bar::new(
             "95 % intervals that hold the true value",
-            Share::of(intervals, |own: &&Interval| own.covers()),
-            [0.90, 0.98],
+            all(|own| own.intervals),
+            [0.9, 0.98],
         ),
-    ]
+    ];
+    bars.extend(classes.iter().map(|own| {
+        let least = if own.nuisance == "clean" { 0.99 } else { 0.9 };
+        Bar::new(&format!("named, one effect, {}", own.nuisance), own.named, [least, 1.0])
+    }));
+    bars
 }
 
 #[cfg(test)]

@@ -1,144 +1,124 @@
-//! Which runs a study makes: what is hidden and how large, each from its own seed.
+//! Which runs a study makes: what is hidden under which nuisance, each from its own seed.
 //!
-//! Single effects come round in turn, so that each is hidden equally often; everything else is drawn. Gaps are drawn uniformly
-//! in the logarithm. A family's seeds do not depend on how many runs the others have: a longer study begins with the runs of a shorter.
+//! Effects come round in turn, so that each is hidden equally often; everything else is drawn by the rig. A class is a nuisance with a
+//! family. Its seeds do not depend on how many runs the others have: a longer study begins with the runs of a shorter.
 
-use anhyst_model::{EffectKind, NominalParameter};
+use anhyst_witness::{Effect, Nuisance, Wanted};
 use serde::{Deserialize, Serialize};
 
-use super::draw::Draw;
-use super::unlisted::Unlisted;
-use anhyst_diagnosis::Term;
-
-/// Gap over noise of single effects; for what is beside or beyond them, at least the noise.
-const SINGLE_GAPS: [f64; 2] = [0.3, 30.0];
-const OTHER_GAPS: [f64; 2] = [1.0, 30.0];
 /// Gaps over noise of the sweep for detection limits.
-pub const LIMIT_GAPS: [f64; 6] = [0.25, 0.5, 1.0, 2.0, 4.0, 8.0];
-/// Seeds set aside for each family.
-const SEEDS_OF_A_FAMILY: u64 = 100_000;
-/// Stream of the draws that decide what is hidden.
-const HIDDEN_STREAM: u64 = 70;
+pub const LIMIT_GAPS: [f64; 5] = [0.25, 0.5, 1.0, 2.0, 4.0];
+/// Seeds set aside for each class.
+const SEEDS_OF_A_CLASS: u64 = 10_000;
+/// Coprime to the numbers of effects: from one run to the next to another stage of the chain, and through all of them.
+const STRIDE: usize = 7;
 
 /// Why a run is in the study.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Family {
-    /// One effect of the library, or another value of a nominal parameter.
-    Single,
-    /// Nothing.
+    /// Nothing but the nuisance.
     None,
-    /// One effect that the library does not hold.
-    Unlisted,
+    /// One effect of the library.
+    Single,
     /// Two at once.
     Pair,
+    /// One effect that the library does not hold.
+    Unlisted,
     /// One at a given gap, for detection limits.
     Limit,
 }
 
-/// What is hidden.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Hidden {
-    Nothing,
-    Terms([Option<Term>; 2]),
-    Unlisted(Unlisted),
+impl Family {
+    pub const ALL: [Family; 5] = [
+        Family::None,
+        Family::Single,
+        Family::Pair,
+        Family::Unlisted,
+        Family::Limit,
+    ];
 }
 
 /// One run to be made and diagnosed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Case {
+    pub nuisance: Nuisance,
     pub family: Family,
-    /// Within the family.
+    /// Within the class.
     pub index: u64,
     pub seed: u64,
-    pub(super) hidden: Hidden,
-    /// Gap over noise of each part.
-    pub(super) gaps: [f64; 2],
+    pub wanted: Wanted,
 }
 
-/// How many runs of each family, and the first seed.
+/// How many runs of each family under each nuisance, and the first seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Plan {
-    pub singles: u64,
     pub none: u64,
-    pub unlisted: u64,
+    pub singles: u64,
     pub pairs: u64,
-    /// Runs for each effect and gap of [`LIMIT_GAPS`].
+    pub unlisted: u64,
+    /// Runs at each gap of [`LIMIT_GAPS`].
     pub limits: u64,
     pub first_seed: u64,
     /// Samples of a run.
     pub rows: usize,
 }
 
-/// Everything that the library and the nominal model can be told to lack.
-pub(super) fn listed() -> Vec<Term> {
-    let effects = EffectKind::ALL.into_iter().map(Term::Effect);
-    effects
-        .chain(NominalParameter::ALL.into_iter().map(Term::Parameter))
-        .collect()
-}
-
 impl Plan {
-    /// Every run, family by family.
+    /// Every run, class by class.
     pub fn cases(&self) -> Vec<Case> {
-        let terms = listed();
-        let of_each = |all: u64, family: Family| (0..all).map(move |index| (family, index));
-        let sweep = self.limits * (terms.len() * LIMIT_GAPS.len()) as u64;
-        of_each(self.singles, Family::Single)
-            .chain(of_each(self.none, Family::None))
-            .chain(of_each(self.unlisted, Family::Unlisted))
-            .chain(of_each(self.pairs, Family::Pair))
-            .chain(of_each(sweep, Family::Limit))
-            .map(|(family, index)| self.case(&terms, family, index))
+        let classes = Nuisance::ALL.into_iter().enumerate();
+        let classes = classes.flat_map(|(place, nuisance)| Family::ALL.map(|family| (place, nuisance, family)));
+        classes
+            .flat_map(|(place, nuisance, family)| {
+                (0..self.runs(nuisance, family)).map(move |index| self.case(place, nuisance, family, index))
+            })
             .collect()
     }
 
-    fn case(&self, terms: &[Term], family: Family, index: u64) -> Case {
-        let seed = self.first_seed + family as u64 * SEEDS_OF_A_FAMILY + index;
-        let mut draw = Draw::new(seed, HIDDEN_STREAM);
-        let mut gap = |[low, high]: [f64; 2]| draw.log_between(low, high);
-        let turn = |length: usize| (index % length as u64) as usize;
-        let (hidden, gaps) = match family {
-            Family::None => (Hidden::Nothing, [0.0; 2]),
-            Family::Single => (
-                Hidden::Terms([Some(terms[turn(terms.len())]), None]),
-                [gap(SINGLE_GAPS), 0.0],
-            ),
-            Family::Limit => {
-                let level = (index as usize / terms.len()) % LIMIT_GAPS.len();
-                (
-                    Hidden::Terms([Some(terms[turn(terms.len())]), None]),
-                    [LIMIT_GAPS[level], 0.0],
-                )
-            }
-            Family::Unlisted => {
-                let own = Unlisted::ALL[turn(Unlisted::ALL.len())];
-                (Hidden::Unlisted(own), [gap(OTHER_GAPS), 0.0])
-            }
-            Family::Pair => {
-                let gaps = [gap(OTHER_GAPS), gap(OTHER_GAPS)];
-                let one = draw.one_of(terms);
-                let others: Vec<Term> = terms.iter().copied().filter(|term| *term != one).collect();
-                (Hidden::Terms([Some(one), Some(draw.one_of(&others))]), gaps)
-            }
-        };
-        Case {
-            family,
-            index,
-            seed,
-            hidden,
-            gaps,
+    fn runs(&self, nuisance: Nuisance, family: Family) -> u64 {
+        match family {
+            // Another law is one of a hidden effect.
+            Family::None | Family::Unlisted if nuisance == Nuisance::OtherLaw => 0,
+            Family::None => self.none,
+            Family::Single => self.singles,
+            Family::Pair => self.pairs,
+            Family::Unlisted => self.unlisted,
+            Family::Limit => self.limits * LIMIT_GAPS.len() as u64,
         }
     }
-}
 
-impl Case {
-    /// Names of what is hidden; none for nothing.
-    pub fn truth(&self) -> Vec<String> {
-        match self.hidden {
-            Hidden::Nothing => Vec::new(),
-            Hidden::Terms(terms) => terms.iter().flatten().map(|term| term.name().to_owned()).collect(),
-            Hidden::Unlisted(own) => vec![own.name().to_owned()],
+    fn case(&self, place: usize, nuisance: Nuisance, family: Family, index: u64) -> Case {
+        let effects: &[Effect] = match (nuisance, family) {
+            (_, Family::Unlisted) => &Effect::UNLISTED,
+            (Nuisance::OtherLaw, _) => &Effect::OF_TWO_LAWS,
+            _ => &Effect::LISTED,
+        };
+        let level = index as usize % LIMIT_GAPS.len();
+        let (turn, gap_over_noise) = match family {
+            Family::Limit => (index as usize / LIMIT_GAPS.len(), Some(LIMIT_GAPS[level])),
+            _ => (index as usize, None),
+        };
+        let first = (STRIDE * turn + 5 * place) % effects.len();
+        let other = (first + 1 + (5 * turn + place) % (effects.len() - 1)) % effects.len();
+        let hidden = match family {
+            Family::None => Vec::new(),
+            Family::Pair => vec![effects[first], effects[other]],
+            _ => vec![effects[first]],
+        };
+        let class = (place * Family::ALL.len() + family as usize) as u64;
+        Case {
+            nuisance,
+            family,
+            index,
+            seed: self.first_seed + class * SEEDS_OF_A_CLASS + index,
+            wanted: Wanted {
+                effects: hidden,
+                nuisance,
+                drive: None,
+                gap_over_noise,
+                rows: self.rows,
+            },
         }
     }
 }
@@ -149,11 +129,11 @@ mod tests {
 
     fn plan(singles: u64) -> Plan {
         Plan {
-            singles,
             none: 2,
-            unlisted: 3,
+            singles,
             pairs: 40,
-            limits: 0,
+            unlisted: 6,
+            limits: 2,
             first_seed: 900_000,
             rows: 1000,
         }
@@ -163,30 +143,32 @@ mod tests {
     #[test]
     fn a_longer_study_continues_a_shorter() {
         let (short, long) = (plan(5).cases(), plan(70).cases());
-        assert_eq!(short[..5], long[..5]);
-        assert_eq!(short[5..], long[70..]);
+        assert!(short.iter().all(|case| long.contains(case)));
         let mut seeds: Vec<u64> = long.iter().map(|case| case.seed).collect();
         seeds.sort_unstable();
         seeds.dedup();
         assert_eq!(seeds.len(), long.len());
     }
 
-    /// Guards fairness: every term is hidden, gaps keep to their limits, pairs are of two.
+    /// Guards fairness: under every nuisance every effect is hidden that can be, and pairs are of two.
     #[test]
-    fn every_term_is_hidden() {
-        let cases = plan(listed().len() as u64).cases();
-        for term in listed() {
-            assert!(cases.iter().any(|case| case.truth() == [term.name()]), "{term}");
+    fn every_effect_is_hidden_under_every_nuisance() {
+        let cases = plan(Effect::LISTED.len() as u64).cases();
+        let there = |nuisance: Nuisance, family: Family, effect: &Effect| {
+            let mut own = cases
+                .iter()
+                .filter(|own| own.nuisance == nuisance && own.family == family);
+            own.any(|own| own.wanted.effects == [*effect])
+        };
+        for nuisance in Nuisance::ALL {
+            let (listed, unlisted): (&[Effect], &[Effect]) = match nuisance {
+                Nuisance::OtherLaw => (&Effect::OF_TWO_LAWS, &[]),
+                _ => (&Effect::LISTED, &Effect::UNLISTED),
+            };
+            assert!(listed.iter().all(|effect| there(nuisance, Family::Single, effect)));
+            assert!(unlisted.iter().all(|effect| there(nuisance, Family::Unlisted, effect)));
         }
-        for case in &cases {
-            match case.family {
-                Family::Single => assert!((0.3..=30.0).contains(&case.gaps[0])),
-                Family::Pair => {
-                    assert!(case.gaps.iter().all(|gap| (1.0..=30.0).contains(gap)));
-                    assert!(case.truth().len() == 2 && case.truth()[0] != case.truth()[1]);
-                }
-                _ => (),
-            }
-        }
+        let mut pairs = cases.iter().filter(|case| case.family == Family::Pair);
+        assert!(pairs.all(|case| case.wanted.effects[0] != case.wanted.effects[1]));
     }
 }

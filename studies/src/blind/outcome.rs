@@ -1,10 +1,13 @@
 //! A diagnosis against the truth, fair to ties: a flagged tie that holds the truth is right.
+//!
+//! What is true of the nuisance may stand beside it: another value of a constant where constants are off, a drift where the zero
+//! drifts, a disturbance of one frequency where a line is that is no mains.
 
+use anhyst_diagnosis::{Diagnosis, Verdict};
+use anhyst_witness::{Nuisance, Truth};
 use serde::{Deserialize, Serialize};
 
 use super::case::{Case, Family};
-use super::make::{TrueValue, Truth};
-use anhyst_diagnosis::{Diagnosis, Verdict};
 
 /// Of a normal number, 95 % lie within this many deviations.
 const TWO_SIDED_95: f64 = 1.959_963_985;
@@ -13,13 +16,15 @@ const TWO_SIDED_95: f64 = 1.959_963_985;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// The true names alone; "none" where nothing was hidden; "unknown" where the library lacks what was.
+    /// The true names alone; no name where nothing was hidden; "unknown" where the library lacks what was.
     Right,
     /// A flagged tie that holds the truth.
     TieWithTruth,
-    /// A flagged tie that does not.
+    /// One of two.
+    InPart,
+    /// A flagged tie that does not hold the truth.
     TieWithoutTruth,
-    /// Another name, unflagged.
+    /// A wrong name, unflagged.
     WrongName,
     /// Something hidden was not seen.
     NotSeen,
@@ -30,9 +35,10 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    pub const ALL: [Outcome; 7] = [
+    pub const ALL: [Outcome; 8] = [
         Outcome::Right,
         Outcome::TieWithTruth,
+        Outcome::InPart,
         Outcome::TieWithoutTruth,
         Outcome::WrongName,
         Outcome::NotSeen,
@@ -45,6 +51,7 @@ impl Outcome {
         match self {
             Outcome::Right => "right",
             Outcome::TieWithTruth => "tie with truth",
+            Outcome::InPart => "one of two",
             Outcome::TieWithoutTruth => "tie without truth",
             Outcome::WrongName => "wrong, unflagged",
             Outcome::NotSeen => "none",
@@ -55,6 +62,30 @@ impl Outcome {
 
     pub fn is_right(self) -> bool {
         matches!(self, Outcome::Right | Outcome::TieWithTruth)
+    }
+
+    /// Every fitted value with a deviation whose truth is known; none unless this is right, or where the effect obeys another law.
+    pub(super) fn intervals(self, case: &Case, truth: &Truth, found: &Diagnosis) -> Vec<Interval> {
+        if !self.is_right() || case.nuisance == Nuisance::OtherLaw {
+            return Vec::new();
+        }
+        let mut intervals = Vec::new();
+        for part in &truth.parts {
+            let effect = found.effects.iter().find(|effect| effect.name == part.effect.name());
+            for fitted in effect.iter().flat_map(|effect| &effect.values) {
+                let known = part.values.iter().find(|known| known.name == fitted.name);
+                if let (Some(known), Some(standard_deviation)) = (known, fitted.standard_deviation) {
+                    intervals.push(Interval {
+                        effect: part.effect.name().to_owned(),
+                        name: fitted.name.clone(),
+                        truth: known.value,
+                        value: fitted.value,
+                        standard_deviation,
+                    });
+                }
+            }
+        }
+        intervals
     }
 }
 
@@ -75,60 +106,115 @@ impl Interval {
     }
 }
 
-/// Names of one explanation, in an order of their own.
-fn sorted<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
-    let mut names: Vec<&str> = names.collect();
-    names.sort_unstable();
-    names
+/// What is named, judged.
+pub(super) struct Told {
+    pub named: Vec<String>,
+    pub beside: Vec<String>,
+    pub outcome: Outcome,
 }
 
-pub(super) fn named(found: &Diagnosis) -> Vec<String> {
-    found.effects.iter().map(|effect| effect.name.clone()).collect()
-}
-
-pub(super) fn outcome(case: &Case, found: &Diagnosis) -> Outcome {
-    let seen_nothing = matches!(found.verdict, Verdict::None | Verdict::NotExcited);
-    let names = named(found);
-    let truth = case.truth();
-    let truth = sorted(truth.iter().map(String::as_str));
-    let of_tie = |tie: &String| sorted(tie.split(" + ")) == truth;
-    let named_true = sorted(names.iter().map(String::as_str)) == truth;
-    let flagged = !found.ambiguous_with.is_empty() || found.verdict == Verdict::Ambiguous;
-    match case.family {
-        Family::None if seen_nothing => Outcome::Right,
-        _ if seen_nothing => Outcome::NotSeen,
-        // A model that was not fitted has names only beside another verdict.
-        Family::Unlisted if found.verdict == Verdict::Unknown => Outcome::Right,
-        _ if found.verdict == Verdict::Unknown => Outcome::Unknown,
-        _ if named_true && !flagged => Outcome::Right,
-        _ if named_true || found.ambiguous_with.iter().any(of_tie) => Outcome::TieWithTruth,
-        _ if flagged => Outcome::TieWithoutTruth,
-        _ => Outcome::WrongName,
-    }
-}
-
-/// Every fitted value with a deviation whose truth is known; none unless the diagnosis's own choice is the truth.
-pub(super) fn intervals(truth: &Truth, found: &Diagnosis) -> Vec<Interval> {
-    let names = named(found);
-    if sorted(names.iter().map(String::as_str)) != sorted(truth.names.iter().map(String::as_str)) {
-        return Vec::new();
-    }
-    let mut intervals = Vec::new();
-    for effect in &found.effects {
-        let same =
-            |own: &&TrueValue, name: &str| own.effect == effect.name && (own.name == name || own.name == own.effect);
-        for fitted in &effect.values {
-            let known = truth.values.iter().find(|own| same(own, &fitted.name));
-            if let (Some(known), Some(standard_deviation)) = (known, fitted.standard_deviation) {
-                intervals.push(Interval {
-                    effect: effect.name.clone(),
-                    name: fitted.name.clone(),
-                    truth: known.value,
-                    value: fitted.value,
-                    standard_deviation,
-                });
+impl Told {
+    /// Of an answer: its word, the effects it names, and the explanations tied with them.
+    pub fn of(case: &Case, verdict: Verdict, names: Vec<String>, ties: &[String]) -> Self {
+        let mut truth: Vec<&str> = case.wanted.effects.iter().map(|effect| effect.name()).collect();
+        truth.sort_unstable();
+        let may_stand = |name: &str| is_of(case.nuisance, name) && !truth.contains(&name);
+        let (beside, named): (Vec<String>, Vec<String>) = names.into_iter().partition(|name| may_stand(name));
+        let is_truth = |names: &mut dyn Iterator<Item = &str>| {
+            let mut names: Vec<&str> = names.filter(|name| !may_stand(name)).collect();
+            names.sort_unstable();
+            names == truth
+        };
+        let named_truth = is_truth(&mut named.iter().map(String::as_str));
+        let tied_truth = ties.iter().any(|tie| is_truth(&mut tie.split(" + ")));
+        let flagged = !ties.is_empty();
+        let outcome = if named.is_empty() {
+            match (verdict, case.family) {
+                (Verdict::Unknown, Family::Unlisted) => Outcome::Right,
+                (Verdict::Unknown, _) => Outcome::Unknown,
+                (_, Family::None) => Outcome::Right,
+                _ => Outcome::NotSeen,
             }
-        }
+        } else if named_truth && !flagged {
+            Outcome::Right
+        } else if named_truth || tied_truth {
+            Outcome::TieWithTruth
+        } else if named.iter().all(|name| truth.contains(&name.as_str())) {
+            Outcome::InPart
+        } else if flagged {
+            Outcome::TieWithoutTruth
+        } else {
+            Outcome::WrongName
+        };
+        Told { named, beside, outcome }
     }
-    intervals
+}
+
+/// Whether an effect by that name is what the nuisance is.
+fn is_of(nuisance: Nuisance, name: &str) -> bool {
+    let all = nuisance == Nuisance::All;
+    match name {
+        "sensor_drift" => all || nuisance == Nuisance::Drift,
+        "periodic_disturbance" => all || nuisance == Nuisance::Line,
+        _ => name.starts_with("parameter_") && (all || nuisance == Nuisance::OffNominal),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::case::Plan;
+    use super::*;
+    use anhyst_witness::Effect::{self, EddyCurrent, Friction, XDrag};
+
+    fn outcome(nuisance: Nuisance, hidden: &[Effect], verdict: Verdict, names: &[&str], ties: &[&str]) -> Outcome {
+        let plan = Plan {
+            none: 1,
+            singles: 1,
+            pairs: 1,
+            unlisted: 1,
+            limits: 0,
+            first_seed: 0,
+            rows: 1000,
+        };
+        let family = match hidden {
+            [] => Family::None,
+            [XDrag] => Family::Unlisted,
+            [_] => Family::Single,
+            _ => Family::Pair,
+        };
+        let mut cases = plan.cases().into_iter();
+        let mut case = cases
+            .find(|case| case.family == family && case.nuisance == nuisance)
+            .unwrap();
+        case.wanted.effects = hidden.to_vec();
+        let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        Told::of(&case, verdict, owned(names), &owned(ties)).outcome
+    }
+
+    /// Guards every figure of the study: which answer counts as what.
+    #[test]
+    fn answers_are_judged_as_documented() {
+        use Nuisance::{Clean, OffNominal};
+        use Verdict::{Ambiguous, Named, None, Unknown};
+        let one = |verdict, names: &[&str], ties: &[&str]| outcome(Clean, &[EddyCurrent], verdict, names, ties);
+        assert_eq!(one(Named, &["eddy_current"], &[]), Outcome::Right);
+        assert_eq!(one(Ambiguous, &["friction"], &["eddy_current"]), Outcome::TieWithTruth);
+        assert_eq!(one(Ambiguous, &["friction"], &["backlash"]), Outcome::TieWithoutTruth);
+        assert_eq!(one(Named, &["eddy_current", "friction"], &[]), Outcome::WrongName);
+        assert_eq!(one(Named, &["eddy_current", "parameter_k"], &[]), Outcome::WrongName);
+        assert_eq!(one(None, &[], &[]), Outcome::NotSeen);
+        assert_eq!(one(Unknown, &[], &[]), Outcome::Unknown);
+        let calibrated = outcome(OffNominal, &[EddyCurrent], Named, &["parameter_k", "eddy_current"], &[]);
+        assert_eq!(calibrated, Outcome::Right);
+        let pair = |names: &[&str]| outcome(Clean, &[EddyCurrent, Friction], Named, names, &[]);
+        assert_eq!(pair(&["friction", "eddy_current"]), Outcome::Right);
+        assert_eq!(pair(&["friction"]), Outcome::InPart);
+        assert_eq!(pair(&["friction", "backlash"]), Outcome::WrongName);
+        assert_eq!(outcome(Clean, &[XDrag], Unknown, &[], &[]), Outcome::Right);
+        assert_eq!(outcome(Clean, &[XDrag], Named, &["friction"], &[]), Outcome::WrongName);
+        assert_eq!(outcome(Clean, &[], None, &[], &[]), Outcome::Right);
+        assert_eq!(outcome(Clean, &[], Unknown, &[], &[]), Outcome::Unknown);
+        assert_eq!(outcome(Clean, &[], Named, &["parameter_k"], &[]), Outcome::WrongName);
+        assert_eq!(outcome(OffNominal, &[], Named, &["parameter_k"], &[]), Outcome::Right);
+    }
 }

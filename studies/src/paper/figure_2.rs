@@ -1,9 +1,9 @@
 //! Fig. 2: (a) anhysteretic and (b) total magnetization; with the printed (7) beside the derived one.
 
-use super::{Figure, finding};
+use super::{Figure, Points, finding};
 use anhyst_launch::error::RunError;
 use anhyst_model::{Anhysteretic, Hysteresis, MagneticState};
-use anhyst_report::figure::{Points, curve, dashed, panel};
+use anhyst_report::chart::{Chart, Curve};
 
 const PEAK_A_PER_M: f64 = 30e3;
 const STEP_A_PER_M: f64 = 50.0;
@@ -38,27 +38,17 @@ pub fn figure() -> Result<Figure, RunError> {
         we_get: "The same shapes. With the same a the two anhysteretic curves differ by a factor of 3 in slope; they are equal up to \
                  third order only when (2) takes three times the a of (1). The printed sign in (7) bends the whole loop."
             .into(),
-        panels: vec![
-            panel(
-                "(a) anhysteretic magnetization",
-                "field H, kA/m",
-                "Man, kA/m",
-                vec![
-                    curve("Langevin (1), a = 7012 A/m", anhysteretic(&material)),
-                    curve("Ising (2), a = 7012 A/m", anhysteretic(&ising)),
-                    dashed("Ising (2), a = 3 × 7012 A/m", anhysteretic(&scaled)),
-                ],
-            ),
-            panel(
-                "(b) total magnetization",
-                "field H, kA/m",
-                "M, kA/m",
-                vec![
-                    curve("derived slope", derived.clone()),
-                    dashed("slope as printed in (7)", printed),
-                    dashed("anhysteretic", anhysteretic(&material)),
-                ],
-            ),
+        charts: vec![
+            Chart::new("(a) anhysteretic magnetization", "field H, kA/m", "Man, kA/m").series(vec![
+                    Curve::of("Langevin (1), a = 7012 A/m", anhysteretic(&material)),
+                    Curve::of("Ising (2), a = 7012 A/m", anhysteretic(&ising)),
+                    Curve::of("Ising (2), a = 3 × 7012 A/m", anhysteretic(&scaled)).dashed(),
+                ]),
+            Chart::new("(b) total magnetization", "field H, kA/m", "M, kA/m").series(vec![
+                    Curve::of("derived slope", derived.clone()),
+                    Curve::of("slope as printed in (7)", printed).dashed(),
+                    Curve::of("anhysteretic", anhysteretic(&material)).dashed(),
+                ]),
         ],
         findings: vec![
             finding(

@@ -1,10 +1,10 @@
 //! Fig. 4: a function with its convex and its concave cover; once drawn freely, once as the bank gives it.
 
-use super::{Figure, MEMBERS, RANGE_A_PER_M, finding, refused};
+use super::{Figure, MEMBERS, Points, RANGE_A_PER_M, finding, refused};
 use anhyst_estimator::{Covers, Grid};
 use anhyst_launch::error::RunError;
 use anhyst_model::{Anhysteretic, Bank, Hysteresis};
-use anhyst_report::figure::{Curve, Points, curve, panel};
+use anhyst_report::chart::{Chart, Curve};
 
 /// Where the Ising curve's M is convex over one part of Θ and concave over the other.
 const FIELD_A_PER_M: f64 = 18.2e3;
@@ -47,14 +47,9 @@ pub fn figure() -> Result<Figure, RunError> {
         we_get: "Covers of a bank are its lower and upper convex hulls, built in one pass over the members. Below: the bank's own f at \
                  18.2 kA/m, less its chord over Θ because the bend is small against the slope."
             .into(),
-        panels: vec![
-            panel("any f with its covers", "θ", "f(θ)", free),
-            panel(
-                "M(u, a) of the Ising curve at 18.2 kA/m, less its chord",
-                "a, kA/m",
-                "A/m",
-                hull,
-            ),
+        charts: vec![
+            Chart::new("any f with its covers", "θ", "f(θ)").series(free),
+            Chart::new("M(u, a) of the Ising curve at 18.2 kA/m, less its chord", "a, kA/m", "A/m").series(hull),
         ],
         findings: vec![finding(
             "widest gap between the covers of M over Θ at 18.2 kA/m, A/m",
@@ -85,12 +80,12 @@ fn covered(grid: &Grid, values: &[f64], abscissa: impl Fn(f64) -> f64) -> Vec<Cu
         (0..thetas.len()).map(|j| [abscissa(thetas[j]), value(j)]).collect()
     };
     vec![
-        curve("f", along(&|j| values[j])),
-        curve(
+        Curve::of("f", along(&|j| values[j])),
+        Curve::of(
             "convex cover",
             along(&|j| covers.lower_at(thetas, values, thetas[j]).value),
         ),
-        curve(
+        Curve::of(
             "concave cover",
             along(&|j| covers.upper_at(thetas, values, thetas[j]).value),
         ),

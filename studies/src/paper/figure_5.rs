@@ -1,10 +1,10 @@
 //! Fig. 5: (a) the integrand of (19) for θ̂ = 6800 and θ = 7012 A/m on the ramp; (b) the convexity of M(u, a) in `a`.
 
-use super::{Figure, MEMBERS, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
+use super::{Figure, MEMBERS, Points, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
 use anhyst_estimator::Grid;
 use anhyst_launch::error::RunError;
 use anhyst_model::{Anhysteretic, Bank, Hysteresis};
-use anhyst_report::figure::{Points, curve, panel};
+use anhyst_report::chart::{Chart, Curve};
 
 const PEAK_A_PER_M: f64 = 40e3;
 const STEPS: u32 = 400;
@@ -39,24 +39,14 @@ pub fn figure() -> Result<Figure, RunError> {
         we_get: "The integrand stays positive with either curve. The switch exists with the Ising curve (2) only; with Langevin (1) \
                  M is convex in a all along the ramp, so that of the two conditions after (19) neither can be met from above the truth."
             .into(),
-        panels: vec![
-            panel(
-                "(a) f(6800) − f(7012)",
-                "field H, kA/m",
-                "kA/m",
-                vec![curve("Langevin", langevin.difference.clone()), curve("Ising", ising.difference.clone())],
-            ),
-            panel(
-                "(b) second difference of M over Θ",
-                "field H, kA/m",
-                "A/m",
-                vec![
-                    curve("Langevin, least", langevin.least_bend.clone()),
-                    curve("Langevin, most", langevin.most_bend.clone()),
-                    curve("Ising, least", ising.least_bend.clone()),
-                    curve("Ising, most", ising.most_bend.clone()),
-                ],
-            ),
+        charts: vec![
+            Chart::new("(a) f(6800) − f(7012)", "field H, kA/m", "kA/m").series(vec![Curve::of("Langevin", langevin.difference.clone()), Curve::of("Ising", ising.difference.clone())]),
+            Chart::new("(b) second difference of M over Θ", "field H, kA/m", "A/m").series(vec![
+                    Curve::of("Langevin, least", langevin.least_bend.clone()),
+                    Curve::of("Langevin, most", langevin.most_bend.clone()),
+                    Curve::of("Ising, least", ising.least_bend.clone()),
+                    Curve::of("Ising, most", ising.most_bend.clone()),
+                ]),
         ],
         findings: vec![
             finding(

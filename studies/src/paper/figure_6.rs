@@ -1,11 +1,11 @@
 //! Fig. 6: the scalar law (14)-(18) on (23): â from 6800 to 7012 A/m, and the error; the same with errata left in.
 
 use super::printed::{Erratum, PrintedScalar};
-use super::{Figure, MEMBERS, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
+use super::{Figure, MEMBERS, Points, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
 use anhyst_estimator::{Grid, Scalar, ScalarPlant, ScalarSettings};
 use anhyst_launch::error::RunError;
 use anhyst_model::{Anhysteretic, Bank, Hysteresis};
-use anhyst_report::figure::{Points, TIME, curve, dashed, panel};
+use anhyst_report::chart::{Chart, Curve, TIME};
 use std::f64::consts::TAU;
 
 const TICK_S: f64 = 1e-4;
@@ -92,35 +92,20 @@ pub fn figure() -> Result<Figure, RunError> {
                  Langevin condition (19) does not hold there, as the excitation monitor says. With the covers paired as (18) prints them, \
                  or with ŷ in sat(), the estimate ends elsewhere."
             .into(),
-        panels: vec![
-            panel(
-                "(a) estimate on the ramp",
-                TIME,
-                "â, A/m",
-                vec![
-                    curve("Langevin", on_ramp.shape),
-                    curve("Ising", on_ramp_ising.shape),
-                    dashed("Langevin, covers as printed in (18)", printed_ramp.shape),
-                    dashed("Ising, sat(ŷ/ε) as printed", argument_ramp.shape),
-                    dashed("truth", vec![[0.0, TRUTH_A_PER_M], [SECONDS, TRUTH_A_PER_M]]),
-                ],
-            ),
-            panel(
-                "(b) error on the ramp",
-                TIME,
-                "ỹ, A s/m",
-                vec![curve("Langevin", on_ramp.error), curve("Ising", on_ramp_ising.error)],
-            ),
-            panel(
-                "estimate on a sine of 1 Hz",
-                TIME,
-                "â, A/m",
-                vec![
-                    curve("Langevin", on_sine.shape),
-                    dashed("Langevin, covers as printed in (18)", printed_sine.shape),
-                    dashed("truth", vec![[0.0, TRUTH_A_PER_M], [SECONDS, TRUTH_A_PER_M]]),
-                ],
-            ),
+        charts: vec![
+            Chart::new("(a) estimate on the ramp", TIME, "â, A/m").series(vec![
+                    Curve::of("Langevin", on_ramp.shape),
+                    Curve::of("Ising", on_ramp_ising.shape),
+                    Curve::of("Langevin, covers as printed in (18)", printed_ramp.shape).dashed(),
+                    Curve::of("Ising, sat(ŷ/ε) as printed", argument_ramp.shape).dashed(),
+                    Curve::of("truth", vec![[0.0, TRUTH_A_PER_M], [SECONDS, TRUTH_A_PER_M]]).dashed(),
+                ]),
+            Chart::new("(b) error on the ramp", TIME, "ỹ, A s/m").series(vec![Curve::of("Langevin", on_ramp.error), Curve::of("Ising", on_ramp_ising.error)]),
+            Chart::new("estimate on a sine of 1 Hz", TIME, "â, A/m").series(vec![
+                    Curve::of("Langevin", on_sine.shape),
+                    Curve::of("Langevin, covers as printed in (18)", printed_sine.shape).dashed(),
+                    Curve::of("truth", vec![[0.0, TRUTH_A_PER_M], [SECONDS, TRUTH_A_PER_M]]).dashed(),
+                ]),
         ],
         findings,
     })

@@ -1,10 +1,10 @@
 //! Fig. 7: the matrix law (20)-(21) on the rod (13): estimate and error; as printed (ΣB = 0), and integrated explicitly as in the paper.
 
-use super::{Figure, MEMBERS, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
+use super::{Figure, MEMBERS, Points, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
 use anhyst_estimator::{Covers, Grid, Matrix, MatrixConstants, Mode, Modes};
 use anhyst_launch::error::RunError;
 use anhyst_model::{Anhysteretic, Bank, Hysteresis, RodState, TwoPole, TwoPolePropagator};
-use anhyst_report::figure::{Points, TIME, curve, dashed, panel};
+use anhyst_report::chart::{Chart, Curve, TIME};
 
 /// The paper's w, k̂ and ĉ.
 const ROD: TwoPole = TwoPole {
@@ -67,25 +67,15 @@ pub fn figure() -> Result<Figure, RunError> {
              next step is known for every a, so that the step is implicit and exact. With the displacement alone, as printed, the law is \
              refused: {refusal}"
         ),
-        panels: vec![
-            panel(
-                "(a) estimate on the ramp",
-                TIME,
-                "â, A/m",
-                vec![
-                    curve("Langevin", on_langevin.shape.clone()),
-                    curve("Ising", on_ising.shape.clone()),
-                    dashed("Ising, as printed: Σ B = 0", vec![[0.0, START_A_PER_M], [SECONDS, START_A_PER_M]]),
-                    dashed("Ising, explicit integration", explicit.shape),
-                    dashed("truth", vec![[0.0, TRUTH_A_PER_M], [SECONDS, TRUTH_A_PER_M]]),
-                ],
-            ),
-            panel(
-                "(b) error on the ramp",
-                TIME,
-                "z̃, µm/s",
-                vec![curve("Langevin", on_langevin.error.clone()), curve("Ising", on_ising.error.clone())],
-            ),
+        charts: vec![
+            Chart::new("(a) estimate on the ramp", TIME, "â, A/m").series(vec![
+                    Curve::of("Langevin", on_langevin.shape.clone()),
+                    Curve::of("Ising", on_ising.shape.clone()),
+                    Curve::of("Ising, as printed: Σ B = 0", vec![[0.0, START_A_PER_M], [SECONDS, START_A_PER_M]]).dashed(),
+                    Curve::of("Ising, explicit integration", explicit.shape).dashed(),
+                    Curve::of("truth", vec![[0.0, TRUTH_A_PER_M], [SECONDS, TRUTH_A_PER_M]]).dashed(),
+                ]),
+            Chart::new("(b) error on the ramp", TIME, "z̃, µm/s").series(vec![Curve::of("Langevin", on_langevin.error.clone()), Curve::of("Ising", on_ising.error.clone())]),
         ],
         findings: vec![
             finding("â from 6800, Langevin: off by, A/m", "\"7012\"", off(&on_langevin), "-212.00 (never moves)"),

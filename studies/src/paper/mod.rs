@@ -17,7 +17,8 @@ pub use publish::publish;
 
 use anhyst_identify::parallel;
 use anhyst_launch::error::RunError;
-use anhyst_report::figure::Panel;
+use anhyst_report::chart::Chart;
+use anhyst_report::table::Table;
 use serde::Serialize;
 
 /// True `a`, A/m.
@@ -28,6 +29,9 @@ const START_A_PER_M: f64 = 6800.0;
 const RANGE_A_PER_M: (f64, f64) = (6300.0, 7300.0);
 /// Models in a bank over Θ.
 const MEMBERS: usize = 33;
+
+/// Abscissa and ordinate.
+type Points = Vec<[f64; 2]>;
 
 /// A figure behind a figure.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -53,10 +57,19 @@ pub struct Figure {
     pub paper_says: String,
     /// What we get.
     pub we_get: String,
-    /// The picture.
-    pub panels: Vec<Panel>,
+    /// The pictures.
+    pub charts: Vec<Chart>,
     /// The numbers.
     pub findings: Vec<Finding>,
+}
+
+/// The numbers behind figures.
+pub fn table<'a>(findings: impl IntoIterator<Item = &'a Finding>) -> Table {
+    let mut table = Table::new(["what", "the paper", "found", "with the printed erratum"]);
+    for finding in findings {
+        table.push([&finding.what, &finding.paper, &finding.found, &finding.as_printed]);
+    }
+    table
 }
 
 /// All figures, in the paper's order; `progress` is told each one that is done.
