@@ -3,10 +3,13 @@
 use anhyst_identify::parallel;
 use anhyst_launch::claim::{Claimed, claimed};
 use anhyst_launch::error::RunError;
-use anhyst_measured::{ColumnMapping, ReadOptions, RowRange, RunReadOptions};
+use anhyst_measured::{ColumnMapping, RowRange, RunReadOptions};
 use anhyst_scenario::Setting;
 use clap::Args;
 use std::path::PathBuf;
+
+/// Polls before a waiting process sleeps, on a machine with fewer cores than processes.
+pub const YIELDS_SHARED: u32 = 20;
 
 /// A scenario and changes to it.
 #[derive(Debug, Args)]
@@ -85,28 +88,12 @@ pub struct TableArguments {
 }
 
 impl TableArguments {
-    /// For a run.
-    pub fn of_run(&self) -> RunReadOptions {
+    /// For the reader.
+    pub fn reading(&self) -> RunReadOptions {
         RunReadOptions {
             mappings: self.columns.clone(),
             rows: self.rows,
             drop_rows: self.drop_rows.clone(),
-        }
-    }
-
-    /// For loops.
-    pub fn of_loops(&self) -> ReadOptions {
-        let outside =
-            |rows: RowRange| [(0, rows.first), (rows.end, u64::MAX)].map(|(first, end)| RowRange { first, end });
-        let outside = self
-            .rows
-            .map(outside)
-            .into_iter()
-            .flatten()
-            .filter(|rows| rows.first < rows.end);
-        ReadOptions {
-            mappings: self.columns.clone(),
-            drop_rows: self.drop_rows.iter().copied().chain(outside).collect(),
         }
     }
 }
@@ -165,7 +152,7 @@ pub struct ProcessArguments {
     #[command(flatten)]
     pub meeting: MeetingArguments,
     /// Polls before a waiting process sleeps.
-    #[arg(long, default_value_t = crate::commands::run::YIELDS_SHARED, value_name = "POLLS")]
+    #[arg(long, default_value_t = YIELDS_SHARED, value_name = "POLLS")]
     pub yields: u32,
     /// Open a port for a Rerun viewer (recorder only).
     #[cfg_attr(feature = "recorder", arg(long, value_name = "PORT"))]

@@ -1,7 +1,7 @@
 //! The command line: the commands, and how the help groups them.
 
 use crate::commands::{
-    check, diagnose, doctor, estimate, fit, graph, interface, node, replay, run, study, verify_amplifier,
+    check, diagnose, doctor, estimate, fit, graph, interface, node, replay, run_arguments, study, verify_amplifier,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
@@ -20,7 +20,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Run a scenario: start its processes, cut, judge, record; of several scenarios print one table.
-    Run(Box<run::RunArguments>),
+    Run(Box<run_arguments::RunArguments>),
     /// Validate a scenario without running it.
     Check(check::CheckArguments),
     /// Print the wiring of a scenario's processes as a Mermaid graph.

@@ -2,18 +2,12 @@
 
 use anhyst_diagnosis::{Diagnosed, RunSeries};
 use anhyst_recorder::{Album, AlbumPage};
-use anhyst_report::album::album_page;
-use anhyst_report::figure::{Panel, TIME, curve, panel};
-
-/// Abscissa of a run without time.
-const ROW: &str = "row";
-const MILLION: f64 = 1e6;
+use anhyst_report::chart::{Chart, Curve, Role, TIME};
 
 /// One page a run, and one of what was found.
 pub fn album(found: &Diagnosed) -> Album {
     let own = &found.diagnosis;
-    // Metres and strains alike are read best in millionths.
-    let unit = if own.unit.is_empty() { "ppm" } else { "µm" };
+    let unit = if own.unit.is_empty() { "m/m" } else { own.unit.as_str() };
     let pages = found.runs.iter().map(|run| page(run, unit, &own.sentence));
     Album {
         name: own.model.clone(),
@@ -22,59 +16,31 @@ pub fn album(found: &Diagnosed) -> Album {
 }
 
 fn page(run: &RunSeries, unit: &str, sentence: &str) -> AlbumPage {
-    let over = |values: Vec<f64>| -> Vec<[f64; 2]> {
-        let tick_s = run.tick_s.unwrap_or(1.0);
-        let along = values.into_iter().enumerate();
-        along
-            .map(|(row, value)| [row as f64 * tick_s, MILLION * value])
-            .collect()
-    };
+    let tick_s = run.tick_s.unwrap_or(1.0);
+    let along: Vec<f64> = (0..run.measured.len()).map(|row| row as f64 * tick_s).collect();
+    let abscissa = if run.tick_s.is_some() { TIME } else { "row" };
     let left = |model: &[f64]| run.measured.iter().zip(model).map(|(y, m)| y - m).collect::<Vec<f64>>();
-    let against_field = |values: &[f64]| -> Vec<[f64; 2]> {
-        let pairs = run.field_a_per_m.iter().zip(values);
-        pairs.map(|(field, value)| [*field, MILLION * value]).collect()
-    };
-    let abscissa = if run.tick_s.is_some() { TIME } else { ROW };
+    let (before, after) = (left(&run.before), left(&run.after));
     let output = format!("output, {unit}");
-    let panels: [Panel; 4] = [
-        panel(
-            "measured and modelled",
-            abscissa,
-            &output,
-            vec![
-                curve("measured", over(run.measured.clone())),
-                curve("old model", over(run.before.clone())),
-                curve("new model", over(run.after.clone())),
-            ],
-        ),
-        panel(
-            "what is left (measured - model)",
-            abscissa,
-            &output,
-            vec![
-                curve("old model", over(left(&run.before))),
-                curve("new model", over(left(&run.after))),
-            ],
-        ),
-        panel(
-            "loops",
-            "field, A/m",
-            &output,
-            vec![
-                curve("measured", against_field(&run.measured)),
-                curve("old model", against_field(&run.before)),
-                curve("new model", against_field(&run.after)),
-            ],
-        ),
-        panel(
-            "what is left over the field",
-            "field, A/m",
-            &output,
-            vec![
-                curve("old model", against_field(&left(&run.before))),
-                curve("new model", against_field(&left(&run.after))),
-            ],
-        ),
-    ];
-    album_page(&run.source, &format!("{sentence}\n\n{}", run.source), &panels)
+    let models = |title: &str, abscissa: &str, x: &[f64]| {
+        Chart::new(title, abscissa, output.as_str())
+            .curve(Curve::over(x, &run.measured, Role::Measured).named("measured"))
+            .curve(Curve::over(x, &run.before, Role::Nominal).named("old model"))
+            .curve(Curve::over(x, &run.after, Role::Amended).named("new model"))
+    };
+    let what_is_left = |title: &str, abscissa: &str, x: &[f64]| {
+        Chart::new(title, abscissa, output.as_str())
+            .curve(Curve::over(x, &before, Role::Nominal).named("old model"))
+            .curve(Curve::over(x, &after, Role::Amended).named("new model"))
+    };
+    AlbumPage {
+        title: run.source.clone(),
+        notes: format!("{sentence}\n\n{}", run.source),
+        charts: vec![
+            models("measured and modelled", abscissa, &along),
+            what_is_left("what is left (measured − model)", abscissa, &along),
+            models("loops", "field, A/m", &run.field_a_per_m),
+            what_is_left("what is left over the field", "field, A/m", &run.field_a_per_m),
+        ],
+    }
 }

@@ -10,5 +10,4 @@ pub mod control;
 mod diagnosis_album;
 pub mod estimate;
 mod fit_picture;
-pub mod parallel;
 pub mod spelling;

@@ -40,7 +40,7 @@ fn compared(effect: Effect, rival: Option<Effect>, scenario: &Scenario) -> Contr
     let out = folder(effect.kind().name());
     let compared = control(scenario, models, &out, 2, &|_| {}).expect("the cuts can be made");
     std::fs::remove_dir_all(&out).expect("the folders were there");
-    println!("{}\n{}", effect.kind().name(), compared.table());
+    println!("{}\n{}", effect.kind().name(), compared.table().terminal());
     compared
 }
 
@@ -89,7 +89,7 @@ fn what_is_said_to_be_made_up_for_is() {
         effect(EffectKind::LoadChange, &[0.1, 0.1]),
         effect(EffectKind::Stiffening, &[1e7]),
         effect(EffectKind::PeriodicDisturbance, &[5e-7, 0.0, 80.0]),
-        effect(EffectKind::Backlash, &[1.81e-6]),
+        effect(EffectKind::Backlash, &[1.81e-6, 0.0]),
         effect(EffectKind::SecondMode, &[0.0328, 414.7, 0.03]),
         effect(EffectKind::SensorGain, &[0.05]),
         effect(EffectKind::SensorDrift, &[1e-6, 1e-6]),

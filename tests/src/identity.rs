@@ -8,8 +8,8 @@ pub fn first_difference(one: &Path, other: &Path) -> Option<(NodeId, u64)> {
     let nodes = NodeId::LOOP_ORDER.into_iter().filter(|node| *node != NodeId::Recorder);
     nodes
         .filter_map(|node| {
-            trail(one, node)
-                .first_difference(&trail(other, node))
+            digest_history(one, node)
+                .first_difference(&digest_history(other, node))
                 .map(|tick| (node, tick))
         })
         .min_by_key(|(node, tick)| (*tick, *node))
@@ -27,7 +27,7 @@ pub fn assert_same(one: &Path, other: &Path) {
 }
 
 /// A node's digests of a run; fails if there are none.
-pub fn trail(run: &Path, node: NodeId) -> DigestHistory {
+pub fn digest_history(run: &Path, node: NodeId) -> DigestHistory {
     let path = run.join("digests").join(format!("{}.u64", node.name()));
     match std::fs::read(&path) {
         Ok(bytes) if !bytes.is_empty() => DigestHistory::from_bytes(&bytes),

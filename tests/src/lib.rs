@@ -10,7 +10,7 @@ mod resources;
 pub use command::{Finished, anhyst, children, repository, start};
 pub use example::{c_amplifier, iio_device, python};
 pub use hosts::Hosts;
-pub use identity::{assert_same, first_difference, trail};
+pub use identity::{assert_same, digest_history, first_difference};
 pub use real_time::{A_FEW, alone, summary_as_judged};
 pub use resources::{SharedMemory, files_with};
 

@@ -2,7 +2,7 @@
 //! Needs `cargo build --release -p anhyst --features bridge` and the feature `bridge` here.
 
 use anhyst_ipc::{NodeId, combine};
-use anhyst_tests::{Finished, Hosts, LIMIT, children, files_with, start, trail};
+use anhyst_tests::{Finished, Hosts, LIMIT, children, digest_history, files_with, start};
 use rustix::process::{Pid, Signal, kill_process};
 use std::path::{Path, PathBuf};
 use std::process::Child;
@@ -138,7 +138,7 @@ fn two_hosts_give_the_bits_of_one() {
     let mut nodes = Vec::new();
     for node in SENDERS {
         let side = &rig.folders[usize::from(!RIG.split(',').any(|name| name == node.name()))];
-        if let Some(tick) = trail(&one, node).first_difference(&trail(side, node)) {
+        if let Some(tick) = digest_history(&one, node).first_difference(&digest_history(side, node)) {
             panic!("{node} differs from tick {tick} on");
         }
         let report = report(side, node.name());

@@ -87,7 +87,7 @@ fn several_parameters_are_found_together() {
     let found = estimate(folder.path(), &data, &["--parameters", "a,k"]);
     for (symbol, truth) in [("a", 1.02 * 7012.0), ("k", 0.97 * 4000.0)] {
         let parameter = &found["parameters"][symbol];
-        let (value, sd) = (parameter["value"].as_f64().unwrap(), parameter["sd"].as_f64().unwrap());
+        let [value, sd] = ["value", "standard_deviation"].map(|key| parameter[key].as_f64().unwrap());
         assert!(
             (value - truth).abs() < 5.0 * sd && sd < 1e-2 * truth,
             "{symbol}: {value} ± {sd}, truth {truth}"

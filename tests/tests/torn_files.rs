@@ -4,7 +4,7 @@
 
 use anhyst_ipc::{CoilField, Connections, NodeId, SafeField};
 use anhyst_launch::assemble;
-use anhyst_measured::{MeasuredLoops, MeasuredRun, ReadOptions, RunReadOptions};
+use anhyst_measured::{MeasuredRun, RunReadOptions};
 use anhyst_scenario::{Scenario, load, wires};
 use anhyst_tests::repository;
 use proptest::prelude::*;
@@ -200,7 +200,7 @@ proptest! {
 }
 
 fn read_data(path: &Path) {
-    if let Err(refusal) = MeasuredLoops::read(path, &ReadOptions::default()) {
+    if let Err(refusal) = MeasuredRun::read_loops(path, &RunReadOptions::default()) {
         assert!(!refusal.to_string().is_empty());
     }
     match MeasuredRun::read(path, &RunReadOptions::default()) {
@@ -236,5 +236,5 @@ fn the_healthy_files_are_good() {
     std::fs::write(&path, run_table()).unwrap();
     MeasuredRun::read(&path, &RunReadOptions::default()).unwrap();
     std::fs::write(&path, loop_table()).unwrap();
-    MeasuredLoops::read(&path, &ReadOptions::default()).unwrap();
+    MeasuredRun::read_loops(&path, &RunReadOptions::default()).unwrap();
 }

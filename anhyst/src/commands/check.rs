@@ -1,7 +1,7 @@
 //! `anhyst check`: is this scenario usable?
 
 use super::Ending;
-use crate::arguments::ScenarioArguments;
+use crate::arguments::{JsonArgument, ScenarioArguments};
 use anhyst_launch::error::RunError;
 use anhyst_scenario::{load, to_ron};
 use clap::Args;
@@ -13,8 +13,11 @@ pub struct CheckArguments {
     #[command(flatten)]
     pub scenario: ScenarioArguments,
     /// Print the effective scenario.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "json")]
     pub print: bool,
+    /// How the finding is printed.
+    #[command(flatten)]
+    pub json: JsonArgument,
 }
 
 /// Runs the command.
@@ -31,6 +34,16 @@ pub fn run(arguments: &CheckArguments) -> miette::Result<Ending> {
     } else {
         let ticks = scenario.ticks();
         let processes = scenario.placement.processes().len();
+        if arguments.json.json {
+            let finding = serde_json::json!({
+                "scenario": scenario.name,
+                "ticks": ticks,
+                "tick_s": scenario.tick_s,
+                "processes": processes,
+            });
+            crate::say!("{finding:#}");
+            return Ok(Ending::Held);
+        }
         crate::say!(
             "{}: good; {ticks} ticks of {} µs in {processes} {}",
             scenario.name,

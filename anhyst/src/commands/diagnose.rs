@@ -3,10 +3,9 @@
 use super::{Ending, json, save, stem};
 use crate::arguments::{JsonArgument, OutArgument, SettleArgument, TableArguments, ThreadsArgument};
 use crate::control::{Control, Models, control, section, ticks};
-use anhyst_diagnosis::{DiagnoseOptions, Diagnosed, Diagnosis, DiagnosisError, amended_text, diagnose, page};
+use anhyst_diagnosis::{DiagnoseOptions, Diagnosed, Diagnosis, DiagnosisError, amended_text, diagnose, page, table};
 use anhyst_launch::error::RunError;
 use anhyst_launch::say::quoted;
-use anhyst_launch::table::plain_table;
 use anhyst_measured::{MeasuredError, MeasuredRun};
 use anhyst_model::ActuatorModel;
 use anhyst_scenario::{Scenario, load, load_model};
@@ -54,12 +53,13 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
     let model = load_model(&arguments.model)?;
     // Before the minutes that the search takes: a scenario with a mistake in it is told now.
     let cut = arguments.control.as_ref().map(|file| load(file, &[])).transpose()?;
-    let reading = arguments.table.of_run();
+    let reading = arguments.table.reading();
     let runs = arguments
         .data
         .iter()
-        .map(|file| MeasuredRun::read(file, &reading))
+        .map(|file| MeasuredRun::read_each(file, &reading))
         .collect::<Result<Vec<_>, _>>()
+        .map(|runs| runs.concat())
         .map_err(|error: MeasuredError| miette::miette!("{error}"))?;
     let options = DiagnoseOptions {
         threads: arguments.threads.count(),
@@ -72,7 +72,7 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
     let out = &results.path;
     let bar = super::share_bar("diagnose");
     let found = diagnose(&model, &runs, &options, &mut |stage, share| {
-        bar.set_prefix(stage);
+        bar.set_prefix(stage.to_owned());
         bar.set_position((100.0 * share) as u64);
     })
     .map_err(|error: DiagnosisError| miette::miette!("{error}"))?;
@@ -97,9 +97,9 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
         crate::say!("{text}");
         return Ok(Ending::Held);
     }
-    print(&found.diagnosis);
+    print(&found);
     if let Some(compared) = &compared {
-        crate::say!("\n{}", compared.table());
+        crate::say!("\n{}", compared.table().terminal());
         compared
             .sentences()
             .iter()
@@ -174,7 +174,7 @@ fn command(arguments: &DiagnoseArguments, out: &Path) -> String {
 
 fn write(found: &Diagnosed, json: &str, compared: Option<&Control>, command: &str, out: &Path) -> miette::Result<()> {
     let setup = |error: DiagnosisError| RunError::Setup(error.to_string());
-    let mut page = page(found, command).map_err(setup)?;
+    let mut page = page(found, command);
     if let Some(compared) = compared {
         // Behind the answer.
         page.sections.insert(1, section(compared));
@@ -207,28 +207,10 @@ fn write(found: &Diagnosed, json: &str, compared: Option<&Control>, command: &st
     Ok(())
 }
 
-fn print(found: &Diagnosis) {
+fn print(diagnosed: &Diagnosed) {
+    let found = &diagnosed.diagnosis;
     crate::say!("{}: {}", found.verdict.name(), found.sentence);
-    if !found.effects.is_empty() {
-        let mut table = plain_table();
-        table.set_header(["effect", "number", "value", "standard deviation", "unit"]);
-        for effect in found.effects.iter().chain(&found.calibrated) {
-            for value in &effect.values {
-                let deviation = value
-                    .standard_deviation
-                    .map_or_else(|| "not fixed".to_owned(), |deviation| format!("{deviation:.2e}"));
-                let own = format!("{:.6e}", value.value);
-                table.add_row([
-                    effect.name.clone(),
-                    value.name.clone(),
-                    own,
-                    deviation,
-                    value.unit.clone(),
-                ]);
-            }
-        }
-        crate::say!("\n{table}");
-    }
+    crate::say!("\n{}", table(diagnosed).terminal());
     for sentence in &found.place {
         crate::say!("where: {sentence}");
     }

@@ -1,13 +1,13 @@
 //! `anhyst doctor`: is this machine fit to run the loop, and has a crashed run left something?
 
 use super::Ending;
-use crate::arguments::{JsonArgument, SetArguments};
+use super::doctor_realtime::{self, RealtimeArguments};
+use crate::arguments::JsonArgument;
 use anhyst_launch::disk::mebibytes;
 use anhyst_launch::error::RunError;
 use anhyst_launch::resources;
 use clap::Args;
 use serde::Serialize;
-use std::path::PathBuf;
 
 /// `doctor`
 #[derive(Debug, Args)]
@@ -15,18 +15,9 @@ pub struct DoctorArguments {
     /// Remove what crashed runs have left.
     #[arg(long)]
     pub clean: bool,
-    /// Run this scenario in real time, and a ring of the same processes whose blocks do nothing, and compare them.
-    #[arg(long, value_name = "SCENARIO", conflicts_with = "clean")]
-    pub realtime: Option<PathBuf>,
-    /// Length of each of the two runs.
-    #[arg(long, default_value_t = 60.0, value_name = "S", requires = "realtime")]
-    pub duration_s: f64,
-    /// Ticks per second.
-    #[arg(long, default_value_t = 5000.0, value_name = "HZ", requires = "realtime")]
-    pub rate_hz: f64,
-    /// What is changed in the scenario.
+    /// In real time.
     #[command(flatten)]
-    pub set: SetArguments,
+    pub realtime: RealtimeArguments,
     /// How the findings are printed.
     #[command(flatten)]
     pub json: JsonArgument,
@@ -45,10 +36,10 @@ struct Finding {
 /// # Errors
 /// If leftovers cannot be listed or removed.
 pub fn run(arguments: &DoctorArguments) -> miette::Result<Ending> {
-    if let Some(scenario) = &arguments.realtime {
-        return super::doctor_realtime::run(scenario, arguments);
+    if let Some(scenario) = &arguments.realtime.realtime {
+        return doctor_realtime::run(scenario, &arguments.realtime, arguments.json.json);
     }
-    if !arguments.set.settings.is_empty() {
+    if !arguments.realtime.set.settings.is_empty() {
         return Err(miette::miette!(
             "--set changes the scenario of --realtime, and none is given"
         ));

@@ -1,8 +1,8 @@
 //! `anhyst doctor --realtime SCENARIO`: the loop in real time on this machine, beside a ring of the same processes, messages
 //! and wiring whose blocks do nothing. The ratio tells what is the loop's and what the machine's.
 
-use super::doctor::DoctorArguments;
 use super::{Ending, progress_bar};
+use crate::arguments::SetArguments;
 use anhyst_ipc::LatencySummary;
 use anhyst_launch::across::AcrossArguments;
 use anhyst_launch::embedded::prepare;
@@ -11,11 +11,11 @@ use anhyst_launch::launcher::{self, Options};
 use anhyst_launch::realtime::{Distribution, RealtimeSummary};
 use anhyst_launch::resources::{self, Resources};
 use anhyst_launch::summary::Summary;
-use anhyst_launch::table::plain_table;
+use anhyst_report::table::Table;
 use anhyst_scenario::{Clock, Realtime, Scenario, load};
-use comfy_table::CellAlignment;
+use clap::Args;
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Where the results of the two runs go.
@@ -25,6 +25,23 @@ const START_LIMIT: Duration = Duration::from_secs(30);
 
 /// One figure of a distribution.
 type Quantile = fn(&LatencySummary) -> f64;
+
+/// `doctor --realtime`
+#[derive(Debug, Args)]
+pub struct RealtimeArguments {
+    /// Run this scenario in real time, and a ring of the same processes whose blocks do nothing, and compare them.
+    #[arg(long, value_name = "SCENARIO", conflicts_with = "clean")]
+    pub realtime: Option<PathBuf>,
+    /// Length of each of the two runs.
+    #[arg(long, default_value_t = 60.0, value_name = "S", requires = "realtime")]
+    pub duration_s: f64,
+    /// Ticks per second.
+    #[arg(long, default_value_t = 5000.0, value_name = "HZ", requires = "realtime")]
+    pub rate_hz: f64,
+    /// What is changed in the scenario.
+    #[command(flatten)]
+    pub set: SetArguments,
+}
 
 /// The two runs.
 #[derive(Debug, Serialize)]
@@ -41,7 +58,7 @@ struct Compared {
 ///
 /// # Errors
 /// A scenario that cannot be used at this rate, or a process that failed.
-pub fn run(path: &Path, arguments: &DoctorArguments) -> miette::Result<Ending> {
+pub fn run(path: &Path, arguments: &RealtimeArguments, json: bool) -> miette::Result<Ending> {
     anhyst_launch::signals::install();
     let scenario = load(path, &arguments.set.settings)?;
     resources::sweep();
@@ -52,7 +69,7 @@ pub fn run(path: &Path, arguments: &DoctorArguments) -> miette::Result<Ending> {
         real: run_one(false)?,
         empty: run_one(true)?,
     };
-    if arguments.json.json {
+    if json {
         crate::say!("{}", super::json(&compared)?);
     } else {
         crate::say!("{}", compared.table());
@@ -61,7 +78,7 @@ pub fn run(path: &Path, arguments: &DoctorArguments) -> miette::Result<Ending> {
 }
 
 /// The scenario in real time, as long and as fast as asked.
-fn timed(scenario: &Scenario, arguments: &DoctorArguments, empty_blocks: bool) -> Result<Scenario, RunError> {
+fn timed(scenario: &Scenario, arguments: &RealtimeArguments, empty_blocks: bool) -> Result<Scenario, RunError> {
     let mut timed = scenario.clone();
     timed.tick_s = 1.0 / arguments.rate_hz;
     timed.duration_s = arguments.duration_s;
@@ -79,7 +96,7 @@ fn one(scenario: &Scenario) -> Result<RealtimeSummary, RunError> {
     let name = if empty { "empty" } else { "loop" };
     let folder = prepare(scenario, Some(&Path::new(RESULTS).join(name)))?;
     let options = Options {
-        yields: super::run::YIELDS_SHARED,
+        yields: crate::arguments::YIELDS_SHARED,
         reverse_start: false,
         resources: Resources::unique(),
         start_limit: START_LIMIT,
@@ -100,15 +117,14 @@ fn one(scenario: &Scenario) -> Result<RealtimeSummary, RunError> {
 
 impl Compared {
     fn table(&self) -> String {
-        let mut table = plain_table();
-        table.set_header(["", "loop", "empty ring", "ratio"]);
+        let mut table = Table::new(["", "loop", "empty ring", "ratio"]);
         let mut row = |name: String, real: f64, empty: f64| {
             let ratio = if empty > 0.0 {
                 format!("{:.2}", real / empty)
             } else {
                 "-".into()
             };
-            table.add_row([name, format!("{real:.1}"), format!("{empty:.1}"), ratio]);
+            table.push([name, format!("{real:.1}"), format!("{empty:.1}"), ratio]);
         };
         let kinds = [
             (
@@ -139,13 +155,11 @@ impl Compared {
         );
         let rows = (self.real.longest_row as f64, self.empty.longest_row as f64);
         row("longest row of misses".into(), rows.0, rows.1);
-        for column in table.column_iter_mut().skip(1) {
-            column.set_cell_alignment(CellAlignment::Right);
-        }
         let ticks = (self.rate_hz * self.seconds).round();
         let processes = self.real.processes.len().saturating_sub(1);
         format!(
-            "{table}\n{ticks} ticks of {:.1} µs; a deadline a tick in each of {processes} processes",
+            "{}\n{ticks} ticks of {:.1} µs; a deadline a tick in each of {processes} processes",
+            table.terminal(),
             1e6 / self.rate_hz
         )
     }

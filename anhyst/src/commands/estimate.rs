@@ -5,14 +5,13 @@ use crate::arguments::{JsonArgument, OutArgument, SettleArgument, TableArguments
 use crate::estimate::{Choices, Estimated, one_parameter, picture, several_parameters};
 use anhyst_estimator::LawSettings;
 use anhyst_launch::error::RunError;
-use anhyst_launch::table::plain_table;
 use anhyst_measured::{MeasuredError, MeasuredRun};
 use anhyst_model::{HysteresisParameter, NominalParameter};
-use anhyst_report::figure::svg;
+use anhyst_report::chart::Figure;
+use anhyst_report::table::Table;
 use anhyst_scenario::load_model;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use comfy_table::CellAlignment;
 use std::path::{Path, PathBuf};
 
 /// `estimate`
@@ -83,7 +82,7 @@ pub fn run(arguments: &EstimateArguments) -> miette::Result<Ending> {
     }
     let model = load_model(&arguments.model)?;
     let refused = |error: MeasuredError| miette::miette!("{error}");
-    let measured = MeasuredRun::read(&arguments.data, &arguments.table.of_run()).map_err(refused)?;
+    let measured = MeasuredRun::read(&arguments.data, &arguments.table.reading()).map_err(refused)?;
     let choices = Choices {
         law: arguments.law.clone(),
         range_a_per_m: arguments.range_a_per_m,
@@ -127,14 +126,17 @@ fn parameter() -> impl TypedValueParser<Value = NominalParameter> {
 
 fn write(found: &Estimated, measured: &MeasuredRun, model: &str, out: &Path) -> Result<(), RunError> {
     save(out, "estimate.json", &(json(&found.report)? + "\n"))?;
-    let panels = picture(found, measured);
-    let drawn = svg(&format!("{model}: {}", found.report.law), &panels);
-    let drawn = drawn.map_err(|error| RunError::Setup(error.to_string()))?;
+    let figure = Figure::new(&format!("{model}: {}", found.report.law), picture(found, measured));
+    let drawn = figure.svg().map_err(|error| RunError::Setup(error.to_string()))?;
     save(out, "estimate.svg", &drawn)?;
     #[cfg(feature = "recorder")]
     anhyst_recorder::Album {
         name: model.into(),
-        pages: vec![anhyst_report::album::album_page("estimate", "", &panels)],
+        pages: vec![anhyst_recorder::AlbumPage {
+            title: "estimate".into(),
+            notes: String::new(),
+            charts: figure.charts,
+        }],
     }
     .save(&out.join("estimate.rrd"))?;
     Ok(())
@@ -142,24 +144,20 @@ fn write(found: &Estimated, measured: &MeasuredRun, model: &str, out: &Path) -> 
 
 fn print(found: &Estimated, out: &Path) {
     let report = &found.report;
-    let mut table = plain_table();
-    let deviation = if report.sd_of_law {
+    let deviation = if report.standard_deviation_of_law {
         "standard deviation"
     } else {
         "bound on it"
     };
-    table.set_header(["parameter", "value", deviation]);
+    let mut table = Table::new(["parameter", "value", deviation]);
     for (symbol, parameter) in &report.parameters {
-        table.add_row([
+        table.push([
             symbol.clone(),
             format!("{:.6e}", parameter.value),
-            format!("{:.2e}", parameter.sd),
+            format!("{:.2e}", parameter.standard_deviation),
         ]);
     }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    crate::say!("{table}");
+    crate::say!("{}", table.terminal());
     crate::say!(
         "\n{} from {} samples of {} ({:.0} samples/s); informed: {}",
         report.law,

@@ -5,9 +5,9 @@ use crate::arguments::{JsonArgument, OutArgument, TableArguments};
 use crate::fit_picture::picture;
 use anhyst_identify::{Curves, Fit, FitOptions, FitReport, Fixed, IdentifyError, Progress, fit, material_text};
 use anhyst_launch::error::RunError;
-use anhyst_launch::table::plain_table;
-use anhyst_measured::{MeasuredError, MeasuredLoops};
+use anhyst_measured::{MeasuredError, MeasuredRun};
 use anhyst_model::Anhysteretic;
+use anhyst_report::table::Table;
 use anhyst_scenario::to_ron;
 use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
@@ -74,7 +74,7 @@ pub fn run(arguments: &FitArguments) -> miette::Result<Ending> {
             "--name {name:?} names a folder and a material: it must not be empty, begin with '.', or hold / \\ \" or a line break"
         ));
     }
-    let measured = MeasuredLoops::read(data, &arguments.table.of_loops())
+    let measured = MeasuredRun::read_loops(data, &arguments.table.reading())
         .map_err(|error: MeasuredError| miette::miette!("{error}"))?;
     let options = FitOptions {
         curves: match arguments.curve {
@@ -132,13 +132,12 @@ fn write(found: &Fit, name: &str, out: &Path) -> Result<(), RunError> {
 }
 
 fn print_report(report: &FitReport) {
-    let mut table = plain_table();
-    table.set_header(["parameter", "value", "standard deviation", "unit"]);
+    let mut table = Table::new(["parameter", "value", "standard deviation", "unit"]);
     for fitted in &report.parameters {
         let deviation = fitted
             .standard_deviation
             .map_or_else(|| "held".into(), |deviation| format!("{deviation:.3e}"));
-        table.add_row([
+        table.push([
             fitted.symbol.clone(),
             format!("{:.6e}", fitted.value),
             deviation,
@@ -154,8 +153,8 @@ fn print_report(report: &FitReport) {
         Anhysteretic::Langevin => "a - alpha Ms/3",
         Anhysteretic::Ising => "a - alpha Ms",
     };
-    table.add_row([combination.to_owned(), value, deviation, "A/m".to_owned()]);
-    crate::say!("{table}");
+    table.push([combination.to_owned(), value, deviation, "A/m".to_owned()]);
+    crate::say!("{}", table.terminal());
     crate::say!(
         "\n{:?} curve; magnetization {:.3} % of its range rms over all loops",
         report.anhysteretic,

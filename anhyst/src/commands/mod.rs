@@ -18,6 +18,7 @@ pub mod replay;
 #[cfg(feature = "recorder")]
 pub mod replay_recording;
 pub mod run;
+pub mod run_arguments;
 pub mod several;
 pub mod study;
 pub mod verify_amplifier;

@@ -1,7 +1,7 @@
 //! The part of a run that is on this host, when the other part is on another one.
 
 use super::Ending;
-use super::run::RunArguments;
+use super::run_arguments::RunArguments;
 use anhyst_ipc::{NodeId, NodeReport};
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;

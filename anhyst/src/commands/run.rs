@@ -1,100 +1,20 @@
 //! `anhyst run`: a scenario from start to verdict; several are compared.
 
+use super::run_arguments::{AloneArguments, RunArguments};
 use super::{Ending, progress_bar};
-use crate::arguments::{JsonArgument, MeetingArguments, OutArgument, SetArguments, ThreadsArgument};
-use anhyst_launch::across::AcrossArguments;
+use crate::arguments::{JsonArgument, YIELDS_SHARED};
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
-use anhyst_launch::external::{ExternalCommand, Nodes};
 use anhyst_launch::folder::RunFolder;
 use anhyst_launch::report::ProcessReport;
 use anhyst_launch::say::quoted;
 use anhyst_launch::summary::Summary;
 use anhyst_launch::{launcher, resources, signals};
 use anhyst_scenario::{Placement, Scenario, load_changed};
-use clap::Args;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
-/// `run`
-#[derive(Debug, Args)]
-pub struct RunArguments {
-    /// Scenario file (RON). Several are run embedded and unrecorded, side by side, and compared with the last one.
-    #[arg(required = true, value_name = "SCENARIO")]
-    pub scenarios: Vec<PathBuf>,
-    /// What is changed in them.
-    #[command(flatten)]
-    pub set: SetArguments,
-    /// Where the results go.
-    #[command(flatten)]
-    pub out: OutArgument,
-    /// Run all nodes in this process, without iceoryx2.
-    #[arg(long)]
-    pub embedded: bool,
-    /// Do not record.
-    #[arg(long)]
-    pub no_recording: bool,
-    /// What several scenarios leave no room for.
-    #[command(flatten)]
-    pub alone: AloneArguments,
-    /// For several scenarios.
-    #[command(flatten)]
-    pub threads: ThreadsArgument,
-    /// How the summary is printed.
-    #[command(flatten)]
-    pub json: JsonArgument,
-}
-
-/// What is said of the processes of one run.
-#[derive(Debug, Args)]
-pub struct AloneArguments {
-    /// Also stream to a Rerun viewer, which joins at rerun+http://127.0.0.1:PORT/proxy (default port 9877; an open viewer has
-    /// 9876 for itself).
-    #[cfg_attr(feature = "recorder", arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "9877", value_parser = clap::value_parser!(u16).range(1..)))]
-    #[cfg_attr(not(feature = "recorder"), arg(skip))]
-    pub live: Option<u16>,
-    /// Every process has a core of its own: wait by polling, not by sleeping.
-    #[arg(long)]
-    pub dedicated_cores: bool,
-    /// Do not start this process (a node, or `plant-sim+amplifier`): another program takes its place (repeatable).
-    #[arg(long, value_name = "PROCESS")]
-    pub external: Vec<Nodes>,
-    /// Start this process by a command of yours, told where to meet by ANHYST_… variables: `amplifier='python3 driver.py'`
-    /// (repeatable).
-    #[arg(long = "external-command", value_name = "PROCESS=COMMAND")]
-    pub external_commands: Vec<ExternalCommand>,
-    /// Where the processes meet.
-    #[command(flatten)]
-    pub meeting: MeetingArguments,
-    /// Start the processes in the reverse order (the result must not depend on it).
-    #[arg(long, hide = true)]
-    pub reverse_start: bool,
-    /// Run only a part of the processes here, with a bridge to the host that runs the others.
-    #[cfg_attr(feature = "bridge", command(flatten))]
-    #[cfg_attr(not(feature = "bridge"), arg(skip))]
-    pub across: AcrossArguments,
-}
-
-impl AloneArguments {
-    /// The first option that was given, by its name.
-    fn given(&self) -> Option<&'static str> {
-        let given = [
-            ("--live", self.live.is_some()),
-            ("--dedicated-cores", self.dedicated_cores),
-            ("--external", !self.external.is_empty()),
-            ("--external-command", !self.external_commands.is_empty()),
-            ("--service-prefix", self.meeting.service_prefix.is_some()),
-            ("--root", self.meeting.root.is_some()),
-            ("--reverse-start", self.reverse_start),
-            ("--here", self.across.is_part()),
-        ];
-        given.into_iter().find(|(_, given)| *given).map(|(name, _)| name)
-    }
-}
-
-/// Polls before a waiting process sleeps, on a machine with fewer cores than processes.
-pub const YIELDS_SHARED: u32 = 20;
-/// The same with a core for each.
+/// Polls before a waiting process sleeps, with a core for each.
 const YIELDS_DEDICATED: u32 = 1000;
 
 /// Runs the command.

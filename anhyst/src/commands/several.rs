@@ -4,13 +4,13 @@
 
 use super::Ending;
 use super::progress_bar;
-use super::run::RunArguments;
+use super::run_arguments::RunArguments;
+use anhyst_identify::parallel;
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
 use anhyst_launch::summary::Summary;
-use anhyst_launch::table::plain_table;
+use anhyst_report::table::Table;
 use anhyst_scenario::{Placement, Scenario, load_changed};
-use comfy_table::CellAlignment;
 use std::path::{Path, PathBuf};
 
 /// Runs the command. What the scenarios expect is shown, not judged: comparisons are made with some that fail.
@@ -33,7 +33,8 @@ pub fn run(paths: &[PathBuf], arguments: &RunArguments) -> miette::Result<Ending
         cause,
     })?;
     let bar = progress_bar(scenarios.iter().map(Scenario::ticks).sum(), "compare");
-    let summaries = crate::parallel::map(arguments.threads.count(), &scenarios, |i, scenario| {
+    let numbered: Vec<(usize, &Scenario)> = scenarios.iter().enumerate().collect();
+    let summaries = parallel::map(arguments.threads.count(), &numbered, |(i, scenario)| {
         let mut last = 0;
         let out = results.path.join(format!("{}-{}", i + 1, scenario.name));
         run_one(scenario, &out, &mut |tick| {
@@ -81,8 +82,7 @@ fn run_one(scenario: &Scenario, out: &Path, progress: &mut dyn FnMut(u64)) -> Re
 }
 
 fn print_table(summaries: &[Summary]) {
-    let mut table = plain_table();
-    table.set_header([
+    let mut table = Table::new([
         "scenario",
         "error rms, nm",
         "error max, nm",
@@ -94,7 +94,7 @@ fn print_table(summaries: &[Summary]) {
     let reference = summaries.last().map_or(f64::NAN, |summary| summary.verdict.error_rms_m);
     for summary in summaries {
         let verdict = &summary.verdict;
-        table.add_row([
+        table.push([
             summary.scenario.clone(),
             format!("{:.2}", verdict.error_rms_m * 1e9),
             format!("{:.2}", verdict.error_max_m * 1e9),
@@ -104,8 +104,5 @@ fn print_table(summaries: &[Summary]) {
             if summary.held { "yes".into() } else { "no".into() },
         ]);
     }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    crate::say!("{table}");
+    crate::say!("{}", table.terminal());
 }

@@ -3,7 +3,7 @@
 use super::{Ending, json, progress_bar, save};
 use crate::arguments::{JsonArgument, MeetingArguments, OutArgument, SetArguments};
 use anhyst_conformance::amplifier::{
-    Bound, DRIVER, Driver, Expectation, Outcome, Report, Test, Tested, Tolerances, short, test, tester_nodes, ticks,
+    DRIVER, Driver, Expectation, Outcome, Report, Test, Tested, Tolerances, test, tester_nodes, ticks,
 };
 use anhyst_ipc::{Invalid, SharedSettings, Wait};
 use anhyst_launch::claim::Claimed;
@@ -11,9 +11,7 @@ use anhyst_launch::error::RunError;
 use anhyst_launch::external;
 use anhyst_launch::resources::Resources;
 use anhyst_launch::say::quoted;
-use anhyst_launch::table::plain_table;
 use anhyst_launch::{resources, signals};
-use anhyst_report::ReportError;
 use anhyst_scenario::{BUILT_IN_AMPLIFIER, Clock, Placement, Scenario, load, to_ron};
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -60,7 +58,7 @@ pub struct VerifyAmplifierArguments {
     #[arg(long)]
     pub paced: bool,
     /// Polls before the waiting tester sleeps.
-    #[arg(long, default_value_t = super::run::YIELDS_SHARED, value_name = "POLLS")]
+    #[arg(long, default_value_t = crate::arguments::YIELDS_SHARED, value_name = "POLLS")]
     pub yields: u32,
     /// How the report is printed.
     #[command(flatten)]
@@ -271,10 +269,7 @@ fn finish(
     if let Some(command) = &arguments.command {
         line += &format!(" --command {}", quoted(command.as_ref()));
     }
-    let html = report
-        .html(&tested.pictures, &line)
-        .map_err(|error: ReportError| miette::miette!("{error}"))?;
-    save(out, "report.html", &html)?;
+    save(out, "report.html", &report.html(tested.pictures, &line))?;
     if arguments.json.json {
         crate::say!("{text}");
     } else {
@@ -289,20 +284,8 @@ fn finish(
 }
 
 fn print_table(report: &Report) {
-    let mut table = plain_table();
-    table.set_header(["check", "", "value", "limit", "unit"]);
-    for check in &report.checks {
-        let sign = if check.bound == Bound::AtMost { "<=" } else { ">=" };
-        table.add_row([
-            check.name.to_owned(),
-            if check.passed { "pass" } else { "FAIL" }.to_owned(),
-            short(check.value),
-            format!("{sign} {}", short(check.limit)),
-            check.unit.to_owned(),
-        ]);
-    }
     if !report.checks.is_empty() {
-        crate::say!("{table}");
+        crate::say!("{}", report.table().terminal());
     }
     for check in report.checks.iter().filter(|check| !check.passed) {
         crate::say!("FAIL {}: {}", check.name, check.sentence);

@@ -12,14 +12,15 @@ pub use compensation::Compensation;
 pub use section::section;
 pub use variant::{replaced, variant};
 
-use crate::parallel;
+use anhyst_identify::parallel;
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
+use anhyst_launch::error_course::ErrorWindow;
 use anhyst_launch::summary::Summary;
 use anhyst_model::ActuatorModel;
 use anhyst_scenario::Scenario;
 use serde::Serialize;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The comparison, as `diagnosis.json` holds it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -32,6 +33,8 @@ pub struct Control {
     pub compensation: Vec<String>,
     /// Old, amended, runner-up; first with the feedback, then without.
     pub cuts: Vec<Cut>,
+    /// Folder of the amended cut, where it was recorded.
+    pub recording: Option<PathBuf>,
 }
 
 /// One cut.
@@ -49,6 +52,9 @@ pub struct Cut {
     pub ratio: Option<f64>,
     /// Why the cut could not be made.
     pub refused: Option<String>,
+    /// The error over time.
+    #[serde(skip)]
+    pub course: Vec<ErrorWindow>,
 }
 
 /// Models to compare: the plant is as the second one says.
@@ -77,15 +83,16 @@ pub fn control(
     beliefs.extend(models.runner_up);
     let with_feedback = scenario.controller.feedback.is_some();
     let kinds: &[bool] = if with_feedback { &[true, false] } else { &[false] };
-    let work: Vec<(&str, &ActuatorModel, bool)> = kinds
+    let work: Vec<(usize, (&str, &ActuatorModel, bool))> = kinds
         .iter()
         .flat_map(|&feedback| beliefs.iter().map(move |&(name, belief)| (name, belief, feedback)))
+        .enumerate()
         .collect();
     let cuts = parallel::map(
         threads,
         &work,
-        |index, &(name, belief, feedback)| -> Result<Cut, RunError> {
-            let folder = format!("{}-{}", index + 1, if feedback { "feedback" } else { "feedforward" });
+        |&(index, (name, belief, feedback))| -> Result<Cut, RunError> {
+            let folder = folder_of(index, feedback);
             let own = variant(scenario, &folder, models.amended, belief, feedback);
             let mut cut = Cut {
                 believes: name.to_owned(),
@@ -94,10 +101,13 @@ pub fn control(
                 error_max_m: None,
                 ratio: None,
                 refused: None,
+                course: Vec::new(),
             };
             match own {
-                Ok(own) => {
+                Ok(mut own) => {
+                    own.recording.on = is_recorded(&cut, with_feedback);
                     let summary = run(&own, &out.join(folder), progress)?;
+                    cut.course = summary.verdict.error_course;
                     cut.error_rms_m = Some(summary.verdict.error_rms_m);
                     cut.error_max_m = Some(summary.verdict.error_max_m);
                 }
@@ -108,13 +118,25 @@ pub fn control(
     );
     let mut cuts = cuts.into_iter().collect::<Result<Vec<_>, RunError>>()?;
     compare(&mut cuts);
+    let recorded = |cut: &Cut| is_recorded(cut, with_feedback) && cut.refused.is_none();
+    let recording = cuts.iter().position(recorded);
     let effects = models.amended.effects.iter().map(|effect| effect.kind());
     Ok(Control {
         scenario: scenario.name.clone(),
         replaced: replaced(scenario, models.amended),
         compensation: effects.map(|kind| Compensation::of(kind).sentence(kind)).collect(),
+        recording: recording.map(|index| out.join(folder_of(index, cuts[index].feedback))),
         cuts,
     })
+}
+
+/// Of the amended cuts the one that is made in earnest: with the feedback, where the scenario has any.
+fn is_recorded(cut: &Cut, with_feedback: bool) -> bool {
+    cfg!(feature = "recorder") && cut.believes == "amended" && cut.feedback == with_feedback
+}
+
+fn folder_of(index: usize, feedback: bool) -> String {
+    format!("{}-{}", index + 1, if feedback { "feedback" } else { "feedforward" })
 }
 
 fn run(scenario: &Scenario, out: &Path, progress: &(dyn Fn(u64) + Sync)) -> Result<Summary, RunError> {

@@ -2,14 +2,14 @@
 
 use super::report::{EstimateReport, EstimatedParameter};
 use super::{Choices, Estimated, refused};
-use crate::parallel;
 use anhyst_estimator::{
     AnyLaw, ExcitationMonitor, ExcitationSettings, Grid, Law, LawSettings, MinMaxSettings, Prediction, Tuning,
 };
-use anhyst_identify::estimate::{Observed, Output};
+use anhyst_identify::estimate::Observed;
+use anhyst_identify::parallel;
 use anhyst_launch::error::RunError;
-use anhyst_measured::MeasuredRun;
-use anhyst_model::{ActuatorModel, ActuatorOutputs, EffectKind, Stage, TwoPole};
+use anhyst_measured::{MeasuredRun, Quantity};
+use anhyst_model::{ActuatorModel, EffectKind, Stage, TwoPole};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -57,7 +57,7 @@ pub fn one_parameter(
     let tuning = |sensitivity_m_per_a_per_m, noise_m| Tuning {
         range_a_per_m: range,
         start_a_per_m: start,
-        tick_s: observed.tick_s,
+        tick_s: observed.tick_s(),
         noise_m,
         sensitivity_m_per_a_per_m,
         drift_variance_per_s: choices.drift_variance_per_s,
@@ -71,18 +71,18 @@ pub fn one_parameter(
     let sensitivity = predicted.sensitivity(start) * unit_m;
     let settings =
         LawSettings::tuned(&choices.law, &tuning(sensitivity.max(1e-15), observed.noise * unit_m)).unwrap_or(probe);
-    let mut law = AnyLaw::new(&settings, &two_pole(model), observed.tick_s)
+    let mut law = AnyLaw::new(&settings, &two_pole(model), observed.tick_s())
         .map_err(|error| RunError::Setup(error.to_string()))?;
     let mut course = predicted.follow(&observed, &mut law, unit_m, 0.0);
     // The zero of a strain gauge or a fluxmeter is arbitrary: it is taken off, with the law run again, until it stays.
     let mut offset = 0.0;
-    for _ in 0..if observed.output == Output::Displacement {
+    for _ in 0..if observed.output == Quantity::Displacement {
         0
     } else {
         OFFSET_PASSES
     } {
         offset = predicted.offset(&observed, course.value);
-        law = AnyLaw::new(&settings, &two_pole(model), observed.tick_s)
+        law = AnyLaw::new(&settings, &two_pole(model), observed.tick_s())
             .map_err(|error| RunError::Setup(error.to_string()))?;
         course = predicted.follow(&observed, &mut law, unit_m, offset);
     }
@@ -101,7 +101,7 @@ fn named(law: &str) -> Result<LawSettings, RunError> {
 
 /// The matrix law has the rod's own dynamics inside: nothing may stand between the free strain and the measured tip but that rod.
 fn check_matrix(observed: &Observed, model: &ActuatorModel) -> Result<(), RunError> {
-    if observed.output != Output::Displacement || model.rod.is_none() {
+    if observed.output != Quantity::Displacement || model.rod.is_none() {
         let output = observed.output.name();
         return Err(RunError::Setup(format!(
             "--law matrix needs the displacement of a rod, and the output is the {output}; take another law"
@@ -134,7 +134,7 @@ fn two_pole(model: &ActuatorModel) -> TwoPole {
 
 /// Metres that one unit of the output is counted as.
 fn unit_m(observed: &Observed) -> f64 {
-    if observed.output == Output::Displacement {
+    if observed.output == Quantity::Displacement {
         return 1.0;
     }
     let bounds = observed
@@ -154,13 +154,12 @@ fn predict(
     progress: impl Fn(u64) + Sync,
 ) -> Result<Predicted, RunError> {
     let grid = Grid::new(lower, upper, members);
-    let runs = parallel::map(threads, grid.shapes_a_per_m(), |_, &shape| {
+    let runs = parallel::map(threads, grid.shapes_a_per_m(), |&shape| {
         let mut member = model.clone();
         member.material.hysteresis.shape_a_per_m = shape;
-        let mut outputs = ActuatorOutputs::default();
-        let done = observed.simulate(&member, &mut outputs).map_err(refused);
+        let done = observed.simulate(&member).map_err(refused);
         progress(observed.len() as u64);
-        done.map(|()| (observed.output.of(&outputs).to_vec(), outputs.strain))
+        done.map(|[output, strain]| (output, strain))
     });
     let runs = runs.into_iter().collect::<Result<Vec<_>, RunError>>()?;
     let (outputs, strains) = runs.into_iter().unzip();
@@ -198,12 +197,12 @@ impl Predicted {
     /// Mean of measured minus predicted at a shape.
     fn offset(&self, observed: &Observed, shape_a_per_m: f64) -> f64 {
         let mut row = vec![0.0; self.outputs.len()];
-        let compared = observed.measured.iter().enumerate().skip(observed.settled);
+        let compared = observed.measured.iter().enumerate().skip(observed.run.settling_rows);
         let left = compared.map(|(sample, measured)| {
             self.row(sample, 1.0, &mut row);
             measured - self.grid.smooth(&row, shape_a_per_m).value
         });
-        left.sum::<f64>() / (observed.len() - observed.settled).max(1) as f64
+        left.sum::<f64>() / (observed.len() - observed.run.settling_rows).max(1) as f64
     }
 
     /// The output where the course of the estimate was at each sample.
@@ -231,7 +230,7 @@ impl Predicted {
             memory_s: NEVER_S,
             ..ExcitationSettings::default()
         };
-        let mut monitor = ExcitationMonitor::new(&forgetting_nothing, &MinMaxSettings::folded(), observed.tick_s);
+        let mut monitor = ExcitationMonitor::new(&forgetting_nothing, &MinMaxSettings::folded(), observed.tick_s());
         let members = self.outputs.len();
         let (mut displacements_m, mut strains) = (vec![0.0; members], vec![0.0; members]);
         let mut course = Course {
@@ -244,8 +243,10 @@ impl Predicted {
             least_errors_a_per_m: [f64::INFINITY; 2],
         };
         let unknown_sd = self.grid.upper_a_per_m() - self.grid.lower_a_per_m();
-        course.rows.resize(observed.settled, [course.value, unknown_sd]);
-        for (sample, &measured) in observed.measured.iter().enumerate().skip(observed.settled) {
+        course
+            .rows
+            .resize(observed.run.settling_rows, [course.value, unknown_sd]);
+        for (sample, &measured) in observed.measured.iter().enumerate().skip(observed.run.settling_rows) {
             self.row(sample, unit_m, &mut displacements_m);
             for (place, member) in strains.iter_mut().zip(&self.strains) {
                 *place = member[sample];
@@ -280,9 +281,8 @@ fn finish(
     course: Course,
     (seconds, offset, along): (f64, f64, Option<Vec<f64>>),
 ) -> Result<Estimated, RunError> {
-    let mut outputs = ActuatorOutputs::default();
-    observed.simulate(model, &mut outputs).map_err(refused)?;
-    let before = residual_rms(observed, observed.output.of(&outputs));
+    let [given, _] = observed.simulate(model).map_err(refused)?;
+    let before = residual_rms(observed, &given);
     let mut notes = notes(observed, offset);
     let predicted = if let Some(along) = along {
         notes.push("a drifts: what is left is judged along its course; the value is that at the end".to_owned());
@@ -290,25 +290,25 @@ fn finish(
     } else {
         let mut amended = model.clone();
         amended.material.hysteresis.shape_a_per_m = course.value;
-        observed.simulate(&amended, &mut outputs).map_err(refused)?;
-        observed.output.of(&outputs).to_vec()
+        let [predicted, _] = observed.simulate(&amended).map_err(refused)?;
+        predicted
     };
     let after = residual_rms(observed, &predicted);
     // An estimate that wanders is judged along its course, not with where it ends.
     if choices.drift_variance_per_s == 0.0 {
-        refuse_worse(observed, before, after)?;
+        refuse_worse(observed.output.unit(), before, after)?;
     }
     let report = EstimateReport {
         parameters: BTreeMap::from([(
             "a".to_owned(),
             EstimatedParameter {
                 value: course.value,
-                sd: course.sd,
+                standard_deviation: course.sd,
             },
         )]),
         informed: course.informed && !course.at_edge,
         law: choices.law.clone(),
-        sd_of_law: course.sd_of_law,
+        standard_deviation_of_law: course.sd_of_law,
         samples: observed.len(),
         samples_per_s: observed.len() as f64 / seconds.max(1e-9),
         output: observed.output.name().to_owned(),
@@ -330,8 +330,8 @@ fn finish(
 
 /// What was decided on the way, and the instrument's zero.
 pub fn notes(observed: &Observed, offset: f64) -> Vec<String> {
-    let mut notes = observed.notes.clone();
-    if observed.output != Output::Displacement {
+    let mut notes = observed.run.notes.clone();
+    if observed.output != Quantity::Displacement {
         let (unit, name) = (observed.output.unit(), observed.output.name());
         notes.push(format!(
             "the zero of the measured {name} is off by {offset:.4e} {unit}; it was estimated too and taken off"
@@ -368,15 +368,14 @@ fn warnings(observed: &Observed, choices: &Choices, course: &Course, after: f64)
 
 /// # Errors
 /// An estimate that predicts worse than the model as given is none.
-fn refuse_worse(observed: &Observed, before: f64, after: f64) -> Result<(), RunError> {
+fn refuse_worse(unit: &str, before: f64, after: f64) -> Result<(), RunError> {
     // What noise makes of an estimate that was right from the start is far below.
     if after <= WORSE * before {
         return Ok(());
     }
     Err(RunError::Setup(format!(
         "the estimate leaves {after:.3e} {unit} rms and the model as given {before:.3e}: the law went astray, and its values are none. \
-         Estimate fewer parameters, or begin with what `anhyst fit` makes of the same data",
-        unit = observed.output.unit(),
+         Estimate fewer parameters, or begin with what `anhyst fit` makes of the same data"
     )))
 }
 
@@ -400,21 +399,21 @@ pub fn unexplained(observed: &Observed, after: f64, known: bool, warnings: &mut 
 
 /// rms of measured minus predicted; for strain and magnetization without their means, whose zeros are the instruments'.
 pub fn residual_rms(observed: &Observed, predicted: &[f64]) -> f64 {
-    let count = (observed.len() - observed.settled).max(1) as f64;
+    let count = (observed.len() - observed.run.settling_rows).max(1) as f64;
     let left = || {
-        let compared = observed.measured.iter().zip(predicted).skip(observed.settled);
+        let compared = observed.measured.iter().zip(predicted).skip(observed.run.settling_rows);
         compared.map(|(measured, predicted)| measured - predicted)
     };
     let mean = match observed.output {
-        Output::Displacement => 0.0,
-        Output::Strain | Output::Magnetization => left().sum::<f64>() / count,
+        Quantity::Displacement => 0.0,
+        _ => left().sum::<f64>() / count,
     };
     (left().map(|left| (left - mean) * (left - mean)).sum::<f64>() / count).sqrt()
 }
 
 /// Time, or the number of the sample.
 pub fn abscissa(observed: &Observed) -> Vec<f64> {
-    match &observed.time_s {
+    match &observed.run.time_s {
         Some(time_s) => time_s.clone(),
         None => (0..observed.len()).map(|sample| sample as f64).collect(),
     }
@@ -423,25 +422,12 @@ pub fn abscissa(observed: &Observed) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use anhyst_model::Drive;
 
     /// Guards against values that nobody should use: of a soft magnet's sweep five parameters raised the residual from 620 to 5040 A/m.
     #[test]
     fn an_estimate_that_predicts_worse_is_refused() {
-        let observed = Observed {
-            time_s: None,
-            tick_s: 1e-3,
-            drive_a_per_m: vec![0.0],
-            drive: Drive::CoilField,
-            temperature_k: None,
-            output: Output::Magnetization,
-            measured: vec![0.0],
-            settled: 0,
-            noise: 0.0,
-            notes: Vec::new(),
-        };
-        let refused = refuse_worse(&observed, 620.0, 5040.0).expect_err("it is worse");
+        let refused = refuse_worse("A/m", 620.0, 5040.0).expect_err("it is worse");
         assert!(refused.to_string().contains("5.040e3 A/m"), "{refused}");
-        assert!(refuse_worse(&observed, 620.0, 621.0).is_ok());
+        assert!(refuse_worse("A/m", 620.0, 621.0).is_ok());
     }
 }

@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 pub struct EstimatedParameter {
     /// SI.
     pub value: f64,
-    /// Standard deviation.
-    pub sd: f64,
+    /// In the value's unit.
+    pub standard_deviation: f64,
 }
 
 /// What an estimation comes to.
@@ -21,8 +21,8 @@ pub struct EstimateReport {
     pub informed: bool,
     /// Which law.
     pub law: String,
-    /// True if `sd` is the law's own; false if it is the Cramér-Rao bound of what the run says, since the law gives none.
-    pub sd_of_law: bool,
+    /// True if `standard_deviation` is the law's own; false if it is the Cramér-Rao bound of what the run says, since the law gives none.
+    pub standard_deviation_of_law: bool,
     /// Samples used.
     pub samples: usize,
     /// Samples per second of wall clock, predictions included.

@@ -6,7 +6,7 @@ use super::{Choices, Estimated, refused};
 use anhyst_identify::estimate::{Observed, several};
 use anhyst_launch::error::RunError;
 use anhyst_measured::MeasuredRun;
-use anhyst_model::{ActuatorModel, ActuatorOutputs, NominalParameter};
+use anhyst_model::{ActuatorModel, NominalParameter};
 use std::time::Instant;
 
 /// Estimates constants of a model.
@@ -28,25 +28,26 @@ pub fn several_parameters(
     let observed = Observed::of(run, model, choices.settle_s).map_err(refused)?;
     let began = Instant::now();
     let found = several(&observed, model, parameters).map_err(refused)?;
-    let mut outputs = ActuatorOutputs::default();
-    observed.simulate(model, &mut outputs).map_err(refused)?;
-    let before = residual_rms(&observed, observed.output.of(&outputs));
-    observed.simulate(&found.model, &mut outputs).map_err(refused)?;
-    let predicted = observed.output.of(&outputs).to_vec();
+    let [given, _] = observed.simulate(model).map_err(refused)?;
+    let before = residual_rms(&observed, &given);
+    let [predicted, _] = observed.simulate(&found.model).map_err(refused)?;
     let after = residual_rms(&observed, &predicted);
     let mut warnings = found.warnings;
     let informed = warnings.is_empty();
     unexplained(&observed, after, true, &mut warnings);
-    let estimated = found.parameters.iter().map(|(parameter, value, sd)| {
-        let (value, sd) = (*value, *sd);
-        (parameter.symbol().to_owned(), EstimatedParameter { value, sd })
+    let estimated = found.parameters.iter().map(|(parameter, value, deviation)| {
+        let own = EstimatedParameter {
+            value: *value,
+            standard_deviation: *deviation,
+        };
+        (parameter.symbol().to_owned(), own)
     });
     Ok(Estimated {
         report: EstimateReport {
             parameters: estimated.collect(),
             informed,
             law: choices.law.clone(),
-            sd_of_law: true,
+            standard_deviation_of_law: true,
             samples: observed.len(),
             samples_per_s: observed.len() as f64 / began.elapsed().as_secs_f64().max(1e-9),
             output: observed.output.name().into(),

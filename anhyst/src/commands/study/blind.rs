@@ -1,4 +1,4 @@
-//! `anhyst study blind`: the blind study of the diagnosis, rerun on all cores.
+//! `anhyst study blind`: the blind study of the diagnosis, rerun on all cores; `tests/witness` makes the rigs.
 //!
 //! Every finished run is a line of DIR/runs.jsonl, so that an interrupted study goes on where it was.
 
@@ -6,10 +6,9 @@ use crate::arguments::{JsonArgument, ThreadsArgument};
 use crate::commands::{Ending, count_bar, json, save};
 use anhyst_launch::error::RunError;
 use anhyst_launch::say::quoted;
-use anhyst_launch::table::plain_table;
 use anhyst_model::ActuatorModel;
 use anhyst_scenario::load_model;
-use anhyst_studies::blind::{Bar, Case, Plan, Results, StudyRun, markdown, study};
+use anhyst_studies::blind::{Case, Plan, Results, StudyRun, markdown, page, study, summary};
 use clap::Args;
 use std::collections::HashMap;
 use std::io::Write;
@@ -18,8 +17,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 const RUNS: &str = "runs.jsonl";
-/// What a table says of a share of nothing.
-const NONE: &str = "–";
 
 /// `study blind`
 #[derive(Debug, Args)]
@@ -27,26 +24,26 @@ pub struct BlindArguments {
     /// Nominal model (RON), as scenarios/models/nominal.ron (default: the same numbers, built in).
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
-    /// Runs with one effect of the library, or another value of a nominal parameter.
-    #[arg(long, default_value_t = 300)]
+    /// Runs with one effect of the library, under each nuisance.
+    #[arg(long, default_value_t = 23)]
     pub singles: u64,
-    /// Runs with nothing hidden.
-    #[arg(long, default_value_t = 60)]
+    /// Runs with nothing hidden, under each nuisance.
+    #[arg(long, default_value_t = 10)]
     pub none: u64,
-    /// Runs with an effect that the library does not hold.
-    #[arg(long, default_value_t = 30)]
+    /// Runs with an effect that the library does not hold, under each nuisance.
+    #[arg(long, default_value_t = 6)]
     pub unlisted: u64,
-    /// Runs with two effects.
-    #[arg(long, default_value_t = 30)]
+    /// Runs with two effects, under each nuisance.
+    #[arg(long, default_value_t = 6)]
     pub pairs: u64,
-    /// Sweep for detection limits: so many runs for each effect at each of the gaps 0.25, 0.5, 1, 2, 4 and 8 noises.
-    #[arg(long, default_value_t = 0, value_name = "RUNS", num_args = 0..=1, default_missing_value = "3")]
+    /// Sweep for detection limits: so many runs at each of the gaps 0.25, 0.5, 1, 2 and 4 noises, under each nuisance.
+    #[arg(long, default_value_t = 0, value_name = "RUNS", num_args = 0..=1, default_missing_value = "6")]
     pub limits: u64,
-    /// Of the seeds that decide everything. Seeds below 100000 were used while the diagnosis was made.
-    #[arg(long, default_value_t = 500_000)]
+    /// Of the seeds that decide everything. Nothing was tuned on the default's.
+    #[arg(long, default_value_t = 70_000_000)]
     pub first_seed: u64,
     /// Samples of a run, at 10 kHz.
-    #[arg(long, default_value_t = 16_000, value_parser = clap::value_parser!(u64).range(1000..=1_000_000))]
+    #[arg(long, default_value_t = 40_000, value_parser = clap::value_parser!(u64).range(4000..=1_000_000))]
     pub samples: u64,
     /// For the runs.
     #[command(flatten)]
@@ -82,16 +79,22 @@ pub fn run(arguments: &BlindArguments) -> miette::Result<Ending> {
     };
     let runs = all_runs(arguments, &model, &plan)?;
     let results = Results::new(plan, &model.name, runs);
-    let made = json(&results)?;
-    let text = markdown(&results, &command(arguments));
-    for (file, text) in [("study.json", format!("{made}\n")), ("study.md", text)] {
+    let (made, command) = (json(&results)?, command(arguments));
+    let files = [
+        ("study.json", format!("{made}\n")),
+        ("study.md", markdown(&results, &command)),
+        ("study.html", page(&results, &command).html()),
+    ];
+    for (file, text) in files {
         save(&arguments.out, file, &text)?;
     }
     if arguments.json.json {
         crate::say!("{made}");
     } else {
-        print(&results);
-        crate::say!("\nresults: {}", arguments.out.display());
+        for (_, table) in summary(&results) {
+            crate::say!("{}\n", table.terminal());
+        }
+        crate::say!("results: {}", arguments.out.display());
     }
     Ok(if arguments.require && !results.held() {
         Ending::NotHeld
@@ -133,7 +136,7 @@ fn all_runs(arguments: &BlindArguments, model: &ActuatorModel, plan: &Plan) -> m
     let cases = plan.cases();
     let mut runs: Vec<StudyRun> = cases
         .iter()
-        .filter_map(|case| present.remove(&(case.seed, plan.rows)))
+        .filter_map(|case| present.remove(&(case.seed, plan.rows)).filter(|run| run.is_of(case)))
         .collect();
     let mut missing = cases;
     missing.retain(|case| !runs.iter().any(|run| run.seed == case.seed));
@@ -146,7 +149,7 @@ fn all_runs(arguments: &BlindArguments, model: &ActuatorModel, plan: &Plan) -> m
     let file = Mutex::new(file.map_err(cause)?);
     let bar = count_bar(missing.len() as u64, "study");
     let made = anhyst_identify::parallel::map(arguments.threads.count(), &missing, |case| {
-        let run = studied(case, model, plan.rows);
+        let run = studied(case, model);
         let kept = keep(&file, &run);
         bar.inc(1);
         kept.map(|()| run).map_err(cause)
@@ -159,9 +162,9 @@ fn all_runs(arguments: &BlindArguments, model: &ActuatorModel, plan: &Plan) -> m
 }
 
 /// A panic is a failed run, not the end of the study.
-fn studied(case: &Case, model: &ActuatorModel, rows: usize) -> StudyRun {
-    catch_unwind(AssertUnwindSafe(|| study(case, model, rows)))
-        .unwrap_or_else(|_| StudyRun::failed(case, rows, "the diagnosis panicked".to_owned()))
+fn studied(case: &Case, model: &ActuatorModel) -> StudyRun {
+    catch_unwind(AssertUnwindSafe(|| study(case, model)))
+        .unwrap_or_else(|_| StudyRun::failed(case, "the diagnosis panicked".to_owned()))
 }
 
 fn keep(file: &Mutex<std::fs::File>, run: &StudyRun) -> std::io::Result<()> {
@@ -183,41 +186,4 @@ fn read(path: &Path) -> miette::Result<HashMap<(u64, usize), StudyRun>> {
         .lines()
         .filter_map(|line| serde_json::from_str::<StudyRun>(line).ok());
     Ok(runs.map(|run| ((run.seed, run.rows), run)).collect())
-}
-
-fn print(results: &Results) {
-    let mut table = plain_table();
-    table.set_header(["figure", "runs", "share", "95 % interval", "held"]);
-    for bar in &results.bars {
-        table.add_row(figure(bar));
-    }
-    crate::say!("{table}\n");
-    let mut table = plain_table();
-    let mut header = vec!["hidden".to_owned(), "runs".to_owned()];
-    header.extend(anhyst_studies::blind::Outcome::ALL.map(|outcome| outcome.heading().to_owned()));
-    table.set_header(header);
-    for row in &results.confusion {
-        let counts = row.outcomes.iter().map(|count| match count {
-            0 => String::new(),
-            count => count.to_string(),
-        });
-        table.add_row([row.truth.clone(), row.runs.to_string()].into_iter().chain(counts));
-    }
-    crate::say!("{table}");
-}
-
-fn figure(bar: &Bar) -> [String; 5] {
-    let runs = format!("{} of {}", bar.share.count, bar.share.of);
-    let Some(held) = bar.held else {
-        let none = || NONE.to_owned();
-        return [bar.name.clone(), runs, none(), none(), none()];
-    };
-    let [low, high] = bar.share.interval();
-    [
-        bar.name.clone(),
-        runs,
-        format!("{:.1} %", 100.0 * bar.share.value()),
-        format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high),
-        if held { "yes" } else { "no" }.to_owned(),
-    ]
 }

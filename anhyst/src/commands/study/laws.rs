@@ -2,14 +2,13 @@
 
 use crate::arguments::{JsonArgument, ThreadsArgument};
 use crate::commands::{Ending, count_bar, json};
-use crate::parallel;
 use anhyst_estimator::LawSettings;
+use anhyst_identify::parallel;
 use anhyst_launch::error::RunError;
-use anhyst_launch::table::plain_table;
-use anhyst_studies::laws::{Case, Excitation, Reached, run as run_case};
+use anhyst_report::table::Table;
+use anhyst_studies::laws::{Case, Excitation, LawPerformance, run as run_case};
 use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
-use comfy_table::CellAlignment;
 use serde::Serialize;
 
 /// `laws`
@@ -52,7 +51,7 @@ struct Entry<'a> {
     noise_nm: f64,
     drift_a_per_m_s: f64,
     #[serde(flatten)]
-    reached: Reached,
+    reached: LawPerformance,
 }
 
 /// Runs the command.
@@ -79,7 +78,7 @@ pub fn run(arguments: &LawsArguments) -> miette::Result<Ending> {
         }
     }
     let bar = count_bar(work.len() as u64, "laws");
-    let found = parallel::map(arguments.threads.count(), &work, |_, (case, noise_nm, name, law)| {
+    let found = parallel::map(arguments.threads.count(), &work, |(case, noise_nm, name, law)| {
         let reached = run_case(case, *law);
         bar.inc(1);
         reached.map(|reached| Entry {
@@ -132,12 +131,8 @@ fn check(arguments: &LawsArguments) -> miette::Result<()> {
 }
 
 fn print_table(arguments: &LawsArguments, entries: &[Entry<'_>]) {
-    let mut table = plain_table();
-    if arguments.markdown {
-        table.load_style(comfy_table::presets::ASCII_MARKDOWN);
-    }
     let header = ["motion", "noise, nm", "drift, A/m per s"].map(str::to_owned);
-    table.set_header(header.into_iter().chain(arguments.law.iter().cloned()));
+    let mut table = Table::new(header.into_iter().chain(arguments.law.iter().cloned()));
     for row in entries.chunks(arguments.law.len()) {
         let Some(first) = row.first() else { continue };
         let motion = first
@@ -145,12 +140,14 @@ fn print_table(arguments: &LawsArguments, entries: &[Entry<'_>]) {
             .to_possible_value()
             .map_or_else(String::new, |name| name.get_name().to_owned());
         let case = [motion, first.noise_nm.to_string(), first.drift_a_per_m_s.to_string()];
-        table.add_row(case.into_iter().chain(row.iter().map(|entry| cell(&entry.reached))));
+        table.push(case.into_iter().chain(row.iter().map(|entry| cell(&entry.reached))));
     }
-    for column in table.column_iter_mut().skip(1) {
-        column.set_cell_alignment(CellAlignment::Right);
-    }
-    crate::say!("{table}");
+    let text = if arguments.markdown {
+        table.markdown()
+    } else {
+        table.terminal()
+    };
+    crate::say!("{}", text.trim_end());
     crate::say!(
         "\nrms of estimated minus true a in A/m over the second half of {} s at 20 kHz; start 6800, truth 7012 A/m or drifting \
          around 6900; (h): held for more than half of that time",
@@ -158,7 +155,7 @@ fn print_table(arguments: &LawsArguments, entries: &[Entry<'_>]) {
     );
 }
 
-fn cell(reached: &Reached) -> String {
+fn cell(reached: &LawPerformance) -> String {
     let held = if reached.held_share > 0.5 { " (h)" } else { "" };
     format!("{:.2}{held}", reached.error_rms_a_per_m)
 }

@@ -10,15 +10,15 @@ use clap::Subcommand;
 /// `study`
 #[derive(Debug, Subcommand)]
 pub enum StudyCommand {
-    /// Hide effects in made runs, diagnose them, and count what is named rightly.
+    /// Hide effects in rigs with nuisances, diagnose their runs, and count what is named rightly.
     ///
-    /// Results: runs.jsonl, study.json, study.md.
+    /// Results: runs.jsonl, study.json, study.md, study.html.
     Blind(Box<blind::BlindArguments>),
     /// Compare the estimation laws under motions, noise and drift.
     Laws(laws::LawsArguments),
     /// Compute the paper's figures and put them on one page.
     ///
-    /// Results: index.html, figure-N.svg, figure-N.png, paper.rrd.
+    /// Results: index.html, figure-N.svg, paper.rrd.
     Paper(paper::PaperArguments),
 }
 

@@ -2,8 +2,8 @@
 
 use crate::arguments::{JsonArgument, OutArgument};
 use crate::commands::{Ending, count_bar, json};
-use anhyst_launch::table::plain_table;
-use anhyst_studies::paper::{Figure, figures, publish};
+use anhyst_report::table::Cell;
+use anhyst_studies::paper::{Figure, figures, publish, table};
 use clap::Args;
 
 /// `paper`
@@ -41,18 +41,13 @@ pub fn run(arguments: &PaperArguments) -> miette::Result<Ending> {
 }
 
 fn print(figures: &[Figure]) {
-    let mut table = plain_table();
-    table.set_header(["figure", "what", "paper", "found", "with the printed erratum"]);
-    for figure in figures {
-        for finding in &figure.findings {
-            table.add_row([
-                figure.number.to_string(),
-                finding.what.clone(),
-                finding.paper.clone(),
-                finding.found.clone(),
-                finding.as_printed.clone(),
-            ]);
-        }
+    let mut shown = table(figures.iter().flat_map(|figure| &figure.findings));
+    shown.header.insert(0, "figure".to_owned());
+    let numbers = figures
+        .iter()
+        .flat_map(|figure| figure.findings.iter().map(|_| figure.number));
+    for (row, number) in shown.rows.iter_mut().zip(numbers) {
+        row.insert(0, Cell::from(number.to_string()));
     }
-    crate::say!("{table}");
+    crate::say!("{}", shown.terminal());
 }
