@@ -1,7 +1,9 @@
 //! Runs the executable as a user does, with a time limit.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// The repository's root.
@@ -61,25 +63,28 @@ impl Finished {
     /// Waits for a started executable, at most `limit`; then it is killed and the test fails.
     pub fn wait(mut child: Child, limit: Duration) -> Self {
         let start = Instant::now();
-        // Output is small (no progress bar without a terminal), so the pipes cannot fill up while we wait.
-        while child.try_wait().unwrap_or(None).is_none() {
-            if start.elapsed() > limit {
-                let _ = child.kill();
-                let output = child.wait_with_output();
-                panic!("not finished after {limit:?}: {output:?}");
+        // Read while it runs: a pipe holds 64 kB, and who writes more than that waits for its reader.
+        let out = read_on(child.stdout.take());
+        let err = read_on(child.stderr.take());
+        let mut late = false;
+        let code = loop {
+            match child.try_wait() {
+                Ok(Some(status)) => break status.code(),
+                Ok(None) if start.elapsed() > limit => {
+                    late = true;
+                    let _ = child.kill();
+                }
+                Ok(None) => std::thread::sleep(Duration::from_millis(5)),
+                Err(error) => panic!("its end cannot be waited for: {error}"),
             }
-            std::thread::sleep(Duration::from_millis(5));
-        }
+        };
         let took = start.elapsed();
-        match child.wait_with_output() {
-            Ok(output) => Self {
-                code: output.status.code(),
-                out: String::from_utf8_lossy(&output.stdout).into_owned(),
-                err: String::from_utf8_lossy(&output.stderr).into_owned(),
-                took,
-            },
-            Err(error) => panic!("its output cannot be read: {error}"),
-        }
+        let [out, err] = [out, err].map(|reader| reader.join().unwrap_or_default());
+        assert!(
+            !late,
+            "not finished after {limit:?}\nstandard output:\n{out}\nstandard error:\n{err}"
+        );
+        Self { code, out, err, took }
     }
 
     /// Fails unless the exit status is `code`.
@@ -93,6 +98,17 @@ impl Finished {
         );
         self
     }
+}
+
+/// A thread that reads a stream to its end.
+fn read_on(stream: Option<impl Read + Send + 'static>) -> JoinHandle<String> {
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        if let Some(mut stream) = stream {
+            let _ = stream.read_to_end(&mut bytes);
+        }
+        String::from_utf8_lossy(&bytes).into_owned()
+    })
 }
 
 /// The launcher's living children: process number and name.
