@@ -1,11 +1,10 @@
 //! Guards what is said of a run before any physics: nothing of sound runs, whatever effect and nuisance is in them, and of each of them the
 //! right word when it is spoilt.
 //!
-//! The runs are not part of the project: a folder `shared` beside it, or the one named by ANHYST_SHARED, holds them; without it nothing is
-//! tested, and said so.
+//! The runs are not part of the project: see `anhyst_witness::shared`.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anhyst_identify::{first_things, parallel};
 use anhyst_measured::check::{Finding, FindingKind};
@@ -13,23 +12,11 @@ use anhyst_measured::{ColumnMapping, MeasuredRun, Quantity, RunReadOptions};
 use anhyst_model::{
     ActuatorInputs, ActuatorModel, ActuatorOutputs, Anhysteretic, DriveSignal, Hysteresis, Noise, simulate,
 };
+use anhyst_witness::shared;
 
 const COMMAND: Quantity = Quantity::FieldCommand;
 const FIELD: Quantity = Quantity::Field;
 const TIP: Quantity = Quantity::Displacement;
-
-fn shared() -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared");
-    let folder = std::env::var_os("ANHYST_SHARED").map_or(beside, PathBuf::from);
-    if folder.join("rigged").is_dir() {
-        return Some(folder);
-    }
-    println!(
-        "skipped: {} holds no runs; ANHYST_SHARED names a folder that does",
-        folder.display()
-    );
-    None
-}
 
 fn read(file: &Path, columns: &[&str], rows: Option<&str>) -> MeasuredRun {
     let options = RunReadOptions {
@@ -53,16 +40,17 @@ fn model(name: &str) -> ActuatorModel {
 
 /// The runs of two independent simulators, each with command, field and displacement.
 fn made() -> Vec<MeasuredRun> {
-    let Some(folder) = shared() else { return Vec::new() };
-    let rigged = (1..=30).map(|number| folder.join(format!("rigged/rig{number:02}.parquet")));
-    let hidden = (1..=12).map(|number| folder.join(format!("hidden/case{number:02}.csv")));
+    let (Some(rigged), Some(hidden)) = (shared("rigged"), shared("hidden")) else {
+        return Vec::new();
+    };
+    let rigged = (1..=30).map(|number| rigged.join(format!("rig{number:02}.parquet")));
+    let hidden = (1..=12).map(|number| hidden.join(format!("case{number:02}.csv")));
     rigged.chain(hidden).map(|file| read(&file, &[], None)).collect()
 }
 
 /// Real runs, each with a model of its actuator or material.
 fn real() -> Vec<(MeasuredRun, ActuatorModel)> {
-    let Some(folder) = shared() else { return Vec::new() };
-    let data = folder.join("data");
+    let Some(data) = shared("data") else { return Vec::new() };
     let piezo = ["time=t_s", "command=v_in_V*1000", "displacement=disp_um*1e-6"];
     let mut all: Vec<(MeasuredRun, ActuatorModel)> =
         ["ident_1Hz_sine.csv", "tracking_linear_vs_hysteresis_inverse.csv"]

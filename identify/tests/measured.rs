@@ -5,6 +5,7 @@ use std::path::Path;
 use anhyst_identify::{Curves, Fit, FitOptions, fit};
 use anhyst_measured::{MeasuredRun, RunReadOptions};
 use anhyst_model::Anhysteretic;
+use anhyst_witness::shared;
 
 fn fitted(file: &Path, read: &RunReadOptions, options: &FitOptions) -> Fit {
     let measured = MeasuredRun::read_loops(file, read).unwrap_or_else(|refusal| panic!("{refusal}"));
@@ -41,18 +42,18 @@ fn one_set_for_four_amplitudes_of_a_ferrite() {
     assert!(report.search.agreeing_starts >= 3, "{:?}", report.search);
 }
 
-/// Real Terfenol-D at 7.1 MPa; the file is not ours to carry, so it is read from `ANHYST_TERFENOL_CSV` and the test is
-/// ignored unless asked for: `ANHYST_TERFENOL_CSV=FILE cargo test --release -p anhyst-diagnosis -- --ignored`.
-/// SciPy: 0.94 % and 2.79 %. The same faults on a synthetic sweep are always tested (`recovery.rs`).
+/// Real Terfenol-D at 7.1 MPa, which its licence keeps out of here. SciPy: 0.94 % and 2.79 %. The same faults on a
+/// synthetic sweep are always tested (`recovery.rs`).
 #[test]
-#[ignore = "needs the file named by ANHYST_TERFENOL_CSV, which its licence keeps out of this repository"]
 fn magnetization_and_strain_of_terfenol_d() {
-    let file = std::env::var("ANHYST_TERFENOL_CSV").expect("ANHYST_TERFENOL_CSV must name the Terfenol-D sweep");
+    let Some(file) = shared("data/terfenol_d_7MPa_factory/terfenol_d_H_B_strain.csv") else {
+        return;
+    };
     let read = RunReadOptions {
         drop_rows: vec!["1139..".parse().unwrap()],
         ..RunReadOptions::default()
     };
-    let fit = fitted(Path::new(&file), &read, &FitOptions::default());
+    let fit = fitted(&file, &read, &FitOptions::default());
     let report = &fit.report;
     assert_eq!(report.loops[0].samples, 1139);
     assert!(

@@ -1,10 +1,12 @@
 //! Guards that the library's effects are those of an independent simulator, made in another language: with the true effect
 //! and value the chain, driven by the command, leaves the sensor's noise of 20 nm and no more.
 //!
-//! The runs are not part of the project; one who has them says where:
-//! `ANHYST_INDEPENDENT_RUNS=DIR cargo test --release -p anhyst-model --test independent_runs -- --ignored --nocapture`.
+//! The runs are not part of the project: see `anhyst_witness::shared`.
+
+use std::path::Path;
 
 use anhyst_model::{ActuatorInputs, ActuatorModel, ActuatorOutputs, Effect, EffectKind, simulate};
+use anhyst_witness::shared;
 use serde_json::Value;
 
 const TICK_S: f64 = 1e-4;
@@ -16,8 +18,8 @@ struct Run {
     displacement_m: Vec<f64>,
 }
 
-fn read(folder: &str, name: &str) -> Run {
-    let text = std::fs::read_to_string(format!("{folder}/{name}.csv")).expect("the run");
+fn read(folder: &Path, name: &str) -> Run {
+    let text = std::fs::read_to_string(folder.join(format!("{name}.csv"))).expect("the run");
     let rows: Vec<Vec<f64>> = text
         .lines()
         .skip(1)
@@ -76,10 +78,9 @@ fn amended(name: &str, truth: &Value) -> Option<ActuatorModel> {
 }
 
 #[test]
-#[ignore = "needs the runs; ANHYST_INDEPENDENT_RUNS says where they are"]
 fn the_true_effect_leaves_the_noise() {
-    let folder = std::env::var("ANHYST_INDEPENDENT_RUNS").expect("ANHYST_INDEPENDENT_RUNS");
-    let labels = std::fs::read_to_string(format!("{folder}/labels.json")).expect("labels");
+    let Some(folder) = shared("hidden") else { return };
+    let labels = std::fs::read_to_string(folder.join("labels.json")).expect("labels");
     let labels: Value = serde_json::from_str(&labels).expect("JSON");
     let mut wrong = Vec::new();
     for (name, label) in labels.as_object().expect("cases") {

@@ -5,7 +5,8 @@
 //! system of differential equations from command to tip, by Runge and Kutta's fourth order, where `model/` has a chain of exact
 //! propagators, `hidden.rs` what can be hidden there, `sensor.rs` what is said of the tip, `surroundings.rs` what a rig has beside (hum,
 //! 1/f noise, a wrong probe, a past), `rig.rs` a recorded run, `drive.rs` the commands. `effect.rs` and `nuisance.rs` draw what is
-//! hidden and what disturbs, `drawn.rs` a whole run with its truth, `labels.rs` writes runs down.
+//! hidden and what disturbs, `drawn.rs` a whole run with its truth, `labels.rs` writes runs down. `shared.rs` finds
+//! what others measured.
 
 mod amplifier;
 mod draw;
@@ -20,6 +21,7 @@ mod nuisance;
 mod plant;
 mod rig;
 mod sensor;
+mod shared;
 mod surroundings;
 
 pub use drawn::{Made, NotMade, Part, Truth, Wanted};
@@ -33,4 +35,5 @@ pub use nuisance::Nuisance;
 pub use plant::{Plant, Rod};
 pub use rig::{Record, Rig};
 pub use sensor::{Mode, Sensor};
+pub use shared::shared;
 pub use surroundings::{Filter, Past, Surroundings, Tone};
