@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::{Expected, Finding, FindingKind, pasted};
+use super::finding::{Expected, Finding, FindingKind, pasted};
 use crate::quantity::Quantity;
 use crate::resolution::resolution;
 use crate::run::{MeasuredRun, correlation};

@@ -6,10 +6,13 @@
 
 use std::collections::BTreeMap;
 
-use super::{Expected, Finding, FindingKind, Simulate, as_read, exchanged, pasted, rescaled};
+use super::finding::{Expected, Finding, FindingKind, as_read, exchanged, pasted, rescaled};
 use crate::quantity::{OERSTED_A_PER_M, Quantity};
 use crate::run::{MeasuredRun, correlation};
 use crate::units;
+
+/// What a nominal model makes of a run: outputs by quantity, sample by sample; none if it cannot be run on it.
+pub type Simulate<'a> = dyn Fn(&MeasuredRun) -> Option<Vec<(Quantity, Vec<f64>)>> + 'a;
 
 /// Decades by which a unit may be off for reasons of physics.
 const DECADES: f64 = 0.5;

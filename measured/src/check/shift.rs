@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Expected, Finding, FindingKind, exchanged, pasted};
+use super::finding::{Expected, Finding, FindingKind, exchanged, pasted};
 use crate::quantity::Quantity;
 use crate::run::{MeasuredRun, correlation};
 

@@ -5,17 +5,19 @@
 //! Assumption: one clock, so that time is uniform; a run without time, or a loop, is a quasi-static sweep whose rows stand in the
 //! order of measuring, its field free of the demagnetising one.
 
+mod options;
 mod read;
 mod record;
+mod repair;
 mod resample;
 mod selection;
 mod sweeps;
 mod time;
 
-pub use read::RunReadOptions;
+pub use options::RunReadOptions;
 pub use record::{INPUTS, MeasuredRun, OUTPUTS};
+pub use repair::ClockRepair;
 pub use selection::MIN_RUN_ROWS;
-pub use time::ClockRepair;
 
 pub(crate) use selection::Selection;
 pub(crate) use sweeps::correlation;

@@ -4,24 +4,15 @@
 
 use std::path::Path;
 
+use super::options::RunReadOptions;
 use super::record::{INPUTS, MeasuredRun, OUTPUTS, Series, derive_magnetization};
 use super::selection::{Selection, chosen};
 use super::{sweeps, time};
-use crate::columns::{ColumnMapping, Columns, missing, quoted};
+use crate::columns::{Columns, missing, quoted};
 use crate::error::{MeasuredError, Remedy};
 use crate::quantity::Quantity;
-use crate::rows::RowRange;
 use crate::sheet::Sheet;
 use crate::units;
-
-/// How a table is read: columns named by the user, the rows that are kept, and rows left out of those.
-#[derive(Clone, Debug, Default)]
-pub struct RunReadOptions {
-    pub mappings: Vec<ColumnMapping>,
-    /// All rows if none.
-    pub rows: Option<RowRange>,
-    pub drop_rows: Vec<RowRange>,
-}
 
 /// What is looked for in a table of loops.
 const OF_LOOPS: [Quantity; 6] = [

@@ -1,10 +1,10 @@
 //! One record of an actuator: all series in SI units and of one length.
 
+use super::repair::ClockRepair;
 use crate::columns::{Column, Columns};
 use crate::error::MeasuredError;
 use crate::magnetization::magnetization_a_per_m;
 use crate::quantity::Quantity;
-use crate::run::time::ClockRepair;
 
 /// What can drive an actuator.
 pub const INPUTS: [Quantity; 4] = [

@@ -1,6 +1,6 @@
 //! The rows of a table that make a run or a loop, and what is wrong with them whatever their unit.
 
-use super::read::RunReadOptions;
+use super::options::RunReadOptions;
 use super::record::{INPUTS, OUTPUTS, Series};
 use crate::columns::{Column, Columns};
 use crate::error::{MeasuredError, Remedy};

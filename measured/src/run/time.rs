@@ -6,6 +6,7 @@
 //! Gaps of a few rows are filled, and stamps off the clock by up to half a tick are replaced; more is refused.
 
 use super::record::{MeasuredRun, Series};
+use super::repair::ClockRepair;
 use super::resample::Resampling;
 use super::selection::Selection;
 use crate::columns::Column;
@@ -23,41 +24,6 @@ const MAX_JITTER_TICKS: f64 = 0.45;
 pub(super) const MAX_FILLED_ROWS: u64 = 20;
 /// Largest share of the rows that is filled.
 const MAX_FILLED_SHARE: f64 = 0.05;
-
-/// What had to be done to a run's time.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ClockRepair {
-    /// Samples that were filled in.
-    pub filled: Vec<usize>,
-    pub gaps: usize,
-    /// Farthest that a stamp stood off the uniform clock, s; 0: none was off by more than its digits.
-    pub jitter_s: f64,
-    /// The series are smooth as they stand, so the stamps jitter and not the sampling: the values were left as they are.
-    pub restamped: bool,
-}
-
-impl std::fmt::Display for ClockRepair {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        if self.gaps > 0 {
-            let (rows, gaps) = (self.filled.len(), self.gaps);
-            let (s, such) = (if rows == 1 { "" } else { "s" }, if gaps == 1 { "" } else { "s" });
-            write!(
-                formatter,
-                "{rows} missing row{s} in {gaps} gap{such} were filled by interpolation"
-            )?;
-        }
-        if self.jitter_s > 0.0 {
-            let and = if self.gaps > 0 { "; " } else { "" };
-            let what = if self.restamped {
-                "the series are smooth on a uniform clock, so its stamps were replaced"
-            } else {
-                "the series were interpolated to a uniform clock"
-            };
-            write!(formatter, "{and}time jitters by up to {:.2e} s: {what}", self.jitter_s)?;
-        }
-        Ok(())
-    }
-}
 
 /// A uniform clock, and where a run does not stand on it.
 pub(super) struct Clock {
