@@ -4,11 +4,13 @@
 //! ([`Role`]) and means the same in every picture, page and recording. Drawn by [`crate::picture`] as SVG, by
 //! [`crate::page`] as a chart to zoom into, and by the recorder as a Rerun album.
 
+mod axis;
 mod cycles;
 pub(crate) mod role;
 pub(crate) mod scale;
 pub(crate) mod thin;
 
+pub use axis::Axis;
 pub use cycles::Cycles;
 pub use role::Role;
 
@@ -30,17 +32,6 @@ pub struct Chart {
     pub curves: Vec<Curve>,
     pub bands: Vec<Band>,
     pub markers: Vec<Marker>,
-}
-
-/// What is drawn along one side.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Axis {
-    pub name: String,
-    /// SI unit, which takes a prefix (`m`, `A/m`, `s`), or any other, which takes none (`%`, `ppm`, `dB`), or nothing.
-    pub unit: String,
-    pub logarithmic: bool,
-    /// Ends in the unit; those of the data if none.
-    pub range: Option<(f64, f64)>,
 }
 
 /// A series. A value that is not finite breaks the line, as does one that is not positive on a logarithmic axis.
@@ -113,44 +104,6 @@ impl Figure {
         let wanted = if self.columns == 0 { 2 } else { self.columns };
         let columns = wanted.min(self.charts.len()).max(1);
         (columns, self.charts.len().div_ceil(columns).max(1))
-    }
-}
-
-impl Axis {
-    pub fn new(name: &str, unit: &str) -> Self {
-        Axis {
-            name: name.to_owned(),
-            unit: unit.to_owned(),
-            logarithmic: false,
-            range: None,
-        }
-    }
-
-    #[must_use]
-    pub fn logarithmic(mut self) -> Self {
-        self.logarithmic = true;
-        self
-    }
-
-    #[must_use]
-    pub fn between(mut self, low: f64, high: f64) -> Self {
-        self.range = Some((low, high));
-        self
-    }
-
-    /// Whether it is the time of a run.
-    pub fn is_time(&self) -> bool {
-        (self.name.as_str(), self.unit.as_str()) == ("time", "s")
-    }
-}
-
-/// "field, A/m": a name and its unit.
-impl From<&str> for Axis {
-    fn from(text: &str) -> Self {
-        match text.rsplit_once(", ") {
-            Some((name, unit)) => Axis::new(name, unit),
-            None => Axis::new(text, ""),
-        }
     }
 }
 

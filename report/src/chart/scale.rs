@@ -1,6 +1,6 @@
 //! An axis: its ends, the prefix of its unit, and round ticks.
 
-use super::Axis;
+use super::axis::Axis;
 use crate::number;
 
 /// Other units stay as they are within these magnitudes.

@@ -1,6 +1,6 @@
 //! Bars of a page: shares stacked to a whole, and values side by side, both by name.
 
-use super::html::Plain;
+use super::escaped::Plain;
 use crate::chart::Role;
 use crate::number::Si;
 use std::fmt::Write as _;

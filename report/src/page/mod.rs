@@ -7,6 +7,7 @@
 
 mod bars;
 mod document;
+mod escaped;
 mod html;
 mod interactive;
 
