@@ -1,6 +1,6 @@
 //! Fig. 2: (a) anhysteretic and (b) total magnetization; with the printed (7) beside the derived one.
 
-use super::{Figure, Points, finding};
+use super::figure::{Figure, Points, finding};
 use anhyst_launch::error::RunError;
 use anhyst_model::{Anhysteretic, Hysteresis, MagneticState};
 use anhyst_report::chart::{Chart, Curve};

@@ -1,6 +1,6 @@
 //! Fig. 4: a function with its convex and its concave cover; once drawn freely, once as the bank gives it.
 
-use super::{Figure, MEMBERS, Points, RANGE_A_PER_M, finding, refused};
+use super::figure::{Figure, MEMBERS, Points, RANGE_A_PER_M, finding, refused};
 use anhyst_estimator::{Covers, Grid};
 use anhyst_launch::error::RunError;
 use anhyst_model::{Anhysteretic, Bank, Hysteresis};

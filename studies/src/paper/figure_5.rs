@@ -1,6 +1,6 @@
 //! Fig. 5: (a) the integrand of (19) for θ̂ = 6800 and θ = 7012 A/m on the ramp; (b) the convexity of M(u, a) in `a`.
 
-use super::{Figure, MEMBERS, Points, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
+use super::figure::{Figure, MEMBERS, Points, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
 use anhyst_estimator::Grid;
 use anhyst_launch::error::RunError;
 use anhyst_model::{Anhysteretic, Bank, Hysteresis};

@@ -1,7 +1,7 @@
 //! Fig. 6: the scalar law (14)-(18) on (23): â from 6800 to 7012 A/m, and the error; the same with errata left in.
 
+use super::figure::{Figure, MEMBERS, Points, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
 use super::printed::{Erratum, PrintedScalar};
-use super::{Figure, MEMBERS, Points, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
 use anhyst_estimator::{Grid, Scalar, ScalarPlant, ScalarSettings};
 use anhyst_launch::error::RunError;
 use anhyst_model::{Anhysteretic, Bank, Hysteresis};

@@ -1,6 +1,6 @@
 //! Fig. 7: the matrix law (20)-(21) on the rod (13): estimate and error; as printed (ΣB = 0), and integrated explicitly as in the paper.
 
-use super::{Figure, MEMBERS, Points, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
+use super::figure::{Figure, MEMBERS, Points, RANGE_A_PER_M, START_A_PER_M, TRUTH_A_PER_M, finding, refused};
 use anhyst_estimator::{Covers, Grid, Matrix, MatrixConstants, Mode, Modes};
 use anhyst_launch::error::RunError;
 use anhyst_model::{Anhysteretic, Bank, Hysteresis, RodState, TwoPole, TwoPolePropagator};

@@ -1,6 +1,6 @@
 //! The figures as one page, as pictures, and as a recording.
 
-use super::{Figure, refused, table};
+use super::figure::{Figure, refused, table};
 use anhyst_launch::error::RunError;
 use anhyst_report::chart;
 use anhyst_report::page::{Page, Section};
