@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::{ActuatorRod, rod_per_strain};
 use crate::effects::prestress::under_prestress;
 use crate::error::require_positive;
-use crate::{AmplifierConstants, Effect, EffectKind, Material, ModelError, NominalParameter, TwoPole};
+use crate::parameter::nominal_rows;
+use crate::{AmplifierConstants, Effect, EffectKind, Material, ModelError, TwoPole};
 
 /// Everything that is known about an actuator: the nominal chain and the effects found in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -100,10 +101,11 @@ impl ActuatorModel {
             two_pole.validate()?;
         }
         for (name, tolerance) in &self.tolerances {
-            if NominalParameter::ALL.into_iter().all(|own| own.name(self) != name) {
+            let known = nominal_rows(self.rod.is_some()).map(|row| row.name);
+            if !known.contains(&name.as_str()) {
                 return Err(ModelError::ToleranceUnknown {
                     name: name.clone(),
-                    known: NominalParameter::ALL.map(|own| own.name(self)).join(", "),
+                    known: known.join(", "),
                 });
             }
             require_positive(*tolerance, "a tolerance", "")?;

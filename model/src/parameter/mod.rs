@@ -12,4 +12,4 @@ pub use nominal::NominalParameter;
 pub use rows::REVERSIBILITY_BOUNDS;
 pub use spec::{ParameterRole, ParameterSpec, Screening, Signal};
 
-pub(crate) use rows::HYSTERESIS;
+pub(crate) use rows::{HYSTERESIS, nominal_rows};

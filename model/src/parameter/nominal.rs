@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::rows::{Counted, DAMPING, HYSTERESIS, ROD_GAIN, Row, STIFFNESS, STRAIN_CONSTANT};
+use super::rows::{Counted, Row, nominal_rows};
 use super::spec::{ParameterRole, ParameterSpec, Screening};
 use crate::{ActuatorModel, HysteresisParameter, Magnetostriction};
 
@@ -29,13 +29,12 @@ impl NominalParameter {
     ];
 
     fn row(self, with_rod: bool) -> &'static Row {
-        match self {
-            NominalParameter::Hysteresis(parameter) => &HYSTERESIS[parameter.index()],
-            NominalParameter::Gain if with_rod => &ROD_GAIN,
-            NominalParameter::Gain => &STRAIN_CONSTANT,
-            NominalParameter::Damping => &DAMPING,
-            NominalParameter::Stiffness => &STIFFNESS,
-        }
+        nominal_rows(with_rod)[match self {
+            NominalParameter::Hysteresis(parameter) => parameter.index(),
+            NominalParameter::Gain => 5,
+            NominalParameter::Damping => 6,
+            NominalParameter::Stiffness => 7,
+        }]
     }
 
     /// The letter, or a word, by which it is asked for.

@@ -73,7 +73,23 @@ pub(crate) const HYSTERESIS: [Row; 5] = [
         ..shares("reversibility", "c", "parameter_c", "", 0.06)
     },
 ];
-pub(super) const ROD_GAIN: Row = shares("gain", "w", "parameter_w", "m/s² per A/m", 0.01);
-pub(super) const STRAIN_CONSTANT: Row = shares("saturation_magnetostriction", "w", "parameter_w", "", 0.01);
-pub(super) const DAMPING: Row = shares("damping_per_s", "damping", "parameter_damping", "1/s", 0.05);
-pub(super) const STIFFNESS: Row = shares("stiffness_per_s2", "stiffness", "parameter_stiffness", "1/s²", 0.02);
+const ROD_GAIN: Row = shares("gain", "w", "parameter_w", "m/s² per A/m", 0.01);
+const STRAIN_CONSTANT: Row = shares("saturation_magnetostriction", "w", "parameter_w", "", 0.01);
+const DAMPING: Row = shares("damping_per_s", "damping", "parameter_damping", "1/s", 0.05);
+const STIFFNESS: Row = shares("stiffness_per_s2", "stiffness", "parameter_stiffness", "1/s²", 0.02);
+
+/// Of the nominal chain, in the order of [`crate::NominalParameter::ALL`].
+pub(crate) fn nominal_rows(with_rod: bool) -> [&'static Row; 8] {
+    let [saturation, shape, pinning, coupling, reversibility] = &HYSTERESIS;
+    let gain = if with_rod { &ROD_GAIN } else { &STRAIN_CONSTANT };
+    [
+        saturation,
+        shape,
+        pinning,
+        coupling,
+        reversibility,
+        gain,
+        &DAMPING,
+        &STIFFNESS,
+    ]
+}
