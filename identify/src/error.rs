@@ -36,7 +36,7 @@ pub enum IdentifyError {
     Model(#[from] ModelError),
     #[error(
         "{source_of_data}: no output that the model \"{model}\" has: it needs displacement (with a rod in the model), magnetization, flux density or \
-         strain, and the file holds {present}"
+         strain (with a strain law), and the file holds {present}"
     )]
     NoOutput {
         source_of_data: String,

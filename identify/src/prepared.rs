@@ -11,7 +11,8 @@ use std::ops::Range;
 
 use anhyst_measured::{MeasuredRun, NoiseFloor, Quantity, noise_floor, rests, sweep};
 use anhyst_model::{
-    Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutputs, Drive, MagneticState, Play,
+    Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutputs, Drive, MagneticState, Magnetostriction,
+    Play,
 };
 
 use crate::error::IdentifyError;
@@ -179,7 +180,11 @@ impl PreparedRun {
     /// A run that has none of them.
     pub fn output(&self, model: &ActuatorModel) -> Result<&PreparedChannel, IdentifyError> {
         let wanted = [Quantity::Displacement, Quantity::Magnetization, Quantity::Strain];
-        let usable = |quantity: &Quantity| *quantity != Quantity::Displacement || model.rod.is_some();
+        let usable = |quantity: &Quantity| match quantity {
+            Quantity::Displacement => model.rod.is_some(),
+            Quantity::Strain => model.material.magnetostriction != Magnetostriction::Unmeasured,
+            _ => true,
+        };
         let mut channels = wanted.into_iter().filter(usable).filter_map(|own| self.channel(own));
         channels.next().ok_or_else(|| {
             let present: Vec<&str> = self.channels.iter().map(|own| own.quantity.name()).collect();

@@ -45,6 +45,12 @@ pub enum ModelError {
         cubic_coupling_m2_per_a2: f64,
         product: f64,
     },
+    /// A material of which only the magnetization is known was to move something.
+    #[error(
+        "the strain law is not known (magnetostriction: Unmeasured): the material says how it magnetises, not how it moves. Give it a strain \
+         law, or compare it with a measured magnetization or flux density alone"
+    )]
+    NoStrainLaw,
     /// A value of an effect is outside its bounds or not a number.
     #[error("{parameter} of {effect} is {value} {unit}, but must be between {lower} and {upper} {unit}")]
     EffectOutOfBounds {

@@ -37,6 +37,8 @@ pub enum Magnetostriction {
     },
     /// λ = λ′M + κM².
     Parabolic { slope_m_per_a: f64, square_m2_per_a2: f64 },
+    /// Nothing is known of λ, and 0 stands for it: a material of which the magnetization alone was measured. It drives no rod.
+    Unmeasured,
 }
 
 fn half() -> f64 {
@@ -75,6 +77,7 @@ impl Magnetostriction {
                 slope_m_per_a,
                 square_m2_per_a2,
             } => (slope_m_per_a, square_m2_per_a2, 0.0),
+            Magnetostriction::Unmeasured => (0.0, 0.0, 0.0),
         }
     }
 
@@ -97,7 +100,7 @@ impl Magnetostriction {
     pub fn branch_a_per_m(&self, saturation_magnetization_a_per_m: f64) -> (f64, f64) {
         let saturation = saturation_magnetization_a_per_m;
         match *self {
-            Magnetostriction::Linearised { .. } => (-saturation, saturation),
+            Magnetostriction::Linearised { .. } | Magnetostriction::Unmeasured => (-saturation, saturation),
             Magnetostriction::Biased { bias_fraction, .. } => (-bias_fraction * saturation, saturation),
             Magnetostriction::Quadratic { .. } => (0.0, saturation),
             Magnetostriction::Polynomial {
@@ -213,6 +216,7 @@ impl Magnetostriction {
                     "finite",
                 )
             }
+            Magnetostriction::Unmeasured => Err(ModelError::NoStrainLaw),
         }
     }
 }

@@ -2,7 +2,9 @@
 
 mod common;
 
-use anhyst_model::{Anhysteretic, Bank, Hysteresis, MagneticState, ModelError};
+use anhyst_model::{
+    ActuatorModel, Anhysteretic, Bank, Hysteresis, MagneticState, Magnetostriction, ModelError, NominalParameter,
+};
 
 fn set(shape: f64, pinning: f64, coupling: f64, reversibility: f64, saturation: f64) -> Hysteresis {
     Hysteresis {
@@ -129,4 +131,18 @@ fn banks_refuse_what_their_members_would() {
     ));
     assert!(Bank::new(Hysteresis::terfenol_d(), &[7000.0, 0.0]).is_err());
     assert!(Bank::new(set(1100.0, 400.0, 1.6e-3, 0.2, 1.7e6), &[1100.0, 900.0]).is_err());
+}
+
+/// A material of which only the magnetization was measured drives no rod, and has no constant of a strain law to calibrate.
+#[test]
+fn a_material_without_a_strain_law_moves_nothing() {
+    let mut model = ActuatorModel::terfenol_d();
+    model.material.magnetostriction = Magnetostriction::Unmeasured;
+    assert_eq!(model.validate(), Err(ModelError::NoStrainLaw));
+    assert_eq!(model.material.validate(), Err(ModelError::NoStrainLaw));
+    model.rod = None;
+    assert_eq!(model.validate(), Ok(()));
+    assert_eq!(NominalParameter::Gain.spec(&model), None);
+    model.material.hysteresis.pinning_a_per_m = -1.0;
+    assert!(model.validate().is_err());
 }

@@ -5,7 +5,7 @@ use super::misread;
 use super::{MaterialSource, Scenario, ScenarioError, source};
 use anhyst_estimator::LawSettings;
 use anhyst_ipc::Invalid;
-use anhyst_model::{ActuatorModel, AmplifierConstants, Material, ModelError};
+use anhyst_model::{ActuatorModel, AmplifierConstants, Hysteresis, Magnetostriction, Material, ModelError};
 use ron::error::SpannedError;
 use ron::extensions::Extensions;
 use ron::ser::PrettyConfig;
@@ -261,15 +261,18 @@ fn load_material(
     Ok(model)
 }
 
-/// Reads a model of an actuator; a file of a material alone is one without amplifier and rod, for sweeps.
+/// Reads a model of an actuator; a file of a material alone is one without amplifier and rod, for sweeps, and one of a hysteresis
+/// alone, as `anhyst fit` writes it where no strain was measured, one without a strain law too, for sweeps of magnetization.
 ///
 /// # Errors
 /// The first thing that is wrong, with file, line and column.
 pub fn load_model(path: &Path) -> Result<ActuatorModel, ScenarioError> {
     let text = read(path)?;
-    let has_material = source::read(&text).is_some_and(|place| place.has_field("material"));
-    let model = if has_material {
+    let has = |field: &str| source::read(&text).is_some_and(|place| place.has_field(field));
+    let model = if has("material") {
         parse_model(path, &text)?
+    } else if has("anhysteretic") {
+        alone(hysteresis_alone(parse(path, &text)?, path))
     } else {
         let material: Material = parse(path, &text)?;
         let refuse =
@@ -282,22 +285,37 @@ pub fn load_model(path: &Path) -> Result<ActuatorModel, ScenarioError> {
             .magnetostriction
             .validate()
             .map_err(|error| refuse("magnetostriction", error))?;
-        ActuatorModel {
-            name: material.name.clone(),
-            source: material.source.clone(),
-            amplifier: AmplifierConstants::default(),
-            material,
-            rod: None,
-            coil: true,
-            effects: Vec::new(),
-            ambient_temperature_k: ROOM_TEMPERATURE_K,
-            tolerances: Default::default(),
-        }
+        alone(material)
     };
     model
         .validate()
         .map_err(|error| ScenarioError::at(path, &text, place_of(&text, ""), error.to_string()))?;
     Ok(model)
+}
+
+/// A material and nothing around it.
+fn alone(material: Material) -> ActuatorModel {
+    ActuatorModel {
+        name: material.name.clone(),
+        source: material.source.clone(),
+        amplifier: AmplifierConstants::default(),
+        material,
+        rod: None,
+        coil: true,
+        effects: Vec::new(),
+        ambient_temperature_k: ROOM_TEMPERATURE_K,
+        tolerances: Default::default(),
+    }
+}
+
+/// What a fit to loops without strain knows of a material.
+fn hysteresis_alone(hysteresis: Hysteresis, path: &Path) -> Material {
+    Material {
+        name: format!("hysteresis in {}", path.display()),
+        source: "fitted to loops without strain".to_owned(),
+        hysteresis,
+        magnetostriction: Magnetostriction::Unmeasured,
+    }
 }
 
 /// A material's numbers belong to this temperature unless a model says otherwise.

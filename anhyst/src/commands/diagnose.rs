@@ -6,8 +6,8 @@ use crate::control::{Control, Models, control, section, ticks};
 use anhyst_diagnosis::{DiagnoseOptions, Diagnosed, Diagnosis, DiagnosisError, amended_text, diagnose, page, table};
 use anhyst_launch::error::RunError;
 use anhyst_launch::say::quoted;
-use anhyst_measured::{MeasuredError, MeasuredRun};
-use anhyst_model::ActuatorModel;
+use anhyst_measured::{MeasuredError, MeasuredRun, Quantity};
+use anhyst_model::{ActuatorModel, Magnetostriction};
 use anhyst_scenario::{Scenario, load, load_model};
 use clap::Args;
 use serde::Serialize;
@@ -16,7 +16,8 @@ use std::path::{Path, PathBuf};
 /// `diagnose`
 #[derive(Debug, Args)]
 pub struct DiagnoseArguments {
-    /// Model of the actuator (RON), as scenarios/models/nominal.ron, or a material alone for sweeps of magnetization or strain.
+    /// Model of the actuator (RON), as scenarios/models/nominal.ron, or a material alone for sweeps of magnetization or
+    /// strain, or a hysteresis alone, as `fit` writes it without strain, for sweeps of magnetization.
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
     /// Measured run (CSV or Parquet); several are explained together.
@@ -61,6 +62,7 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
         .collect::<Result<Vec<_>, _>>()
         .map(|runs| runs.concat())
         .map_err(|error: MeasuredError| miette::miette!("{error}"))?;
+    refuse_motion(&model, &runs, arguments.control.is_some())?;
     let options = DiagnoseOptions {
         threads: arguments.threads.count(),
         fitted_model: arguments.fitted_model,
@@ -109,6 +111,31 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
     }
     crate::say!("\nresults: {}", out.display());
     Ok(Ending::Held)
+}
+
+/// A model without a strain law says nothing of what moves, and makes no cut.
+fn refuse_motion(model: &ActuatorModel, runs: &[MeasuredRun], cut: bool) -> miette::Result<()> {
+    if model.material.magnetostriction != Magnetostriction::Unmeasured {
+        return Ok(());
+    }
+    let name = &model.name;
+    if cut {
+        return Err(miette::miette!(
+            "--control: {name} has no strain law, so a loop with it moves nothing"
+        ));
+    }
+    for quantity in [Quantity::Strain, Quantity::Displacement] {
+        if let Some(run) = runs.iter().find(|run| run.series(quantity).is_some()) {
+            return Err(miette::miette!(
+                "{} holds a {}, and {name} has no strain law to compare it with. Give the model one, or leave the column out with \
+                 --column {}=-, so that the magnetization is compared",
+                run.source,
+                quantity.name(),
+                quantity.key()
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// `diagnosis.json`.

@@ -17,7 +17,8 @@ use std::path::{Path, PathBuf};
 /// `estimate`
 #[derive(Debug, Args)]
 pub struct EstimateArguments {
-    /// Model of the actuator (RON): an actuator, or a material alone for sweeps of magnetization or strain.
+    /// Model of the actuator (RON): an actuator, or a material alone for sweeps of magnetization or strain, or a hysteresis
+    /// alone, as `fit` writes it without strain, for sweeps of magnetization.
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
     /// Measured run (CSV with a header, or Parquet).

@@ -8,7 +8,7 @@ use super::{ActuatorRod, rod_per_strain};
 use crate::effects::prestress::under_prestress;
 use crate::error::require_positive;
 use crate::parameter::nominal_rows;
-use crate::{AmplifierConstants, Effect, EffectKind, Material, ModelError, TwoPole};
+use crate::{AmplifierConstants, Effect, EffectKind, Magnetostriction, Material, ModelError, TwoPole};
 
 /// Everything that is known about an actuator: the nominal chain and the effects found in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -95,7 +95,11 @@ impl ActuatorModel {
 
     pub(super) fn validate_with(&self, rod: Option<&ActuatorRod>) -> Result<(), ModelError> {
         self.amplifier.validate()?;
-        self.material.validate()?;
+        match (self.material.magnetostriction, rod) {
+            // Without a rod its output may be the magnetization.
+            (Magnetostriction::Unmeasured, None) => self.material.hysteresis.validate()?,
+            _ => self.material.validate()?,
+        }
         require_positive(self.ambient_temperature_k, "ambient temperature", "K")?;
         if let Some(ActuatorRod::TwoPole(two_pole)) = rod {
             two_pole.validate()?;

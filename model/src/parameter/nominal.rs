@@ -63,7 +63,7 @@ impl NominalParameter {
             NominalParameter::Hysteresis(parameter) => parameter.of(&model.material.hysteresis),
             NominalParameter::Gain => match &model.rod {
                 Some(rod) => rod.gain,
-                None => *strain_constant(&mut model.material.magnetostriction.clone()),
+                None => *strain_constant(&mut model.material.magnetostriction.clone())?,
             },
             NominalParameter::Damping => model.rod?.damping_per_s,
             NominalParameter::Stiffness => model.rod?.stiffness_per_s2,
@@ -76,7 +76,11 @@ impl NominalParameter {
         match (self, &mut model.rod) {
             (NominalParameter::Hysteresis(parameter), _) => *hysteresis = parameter.with(*hysteresis, value),
             (NominalParameter::Gain, Some(rod)) => rod.gain = value,
-            (NominalParameter::Gain, None) => *strain_constant(&mut model.material.magnetostriction) = value,
+            (NominalParameter::Gain, None) => {
+                if let Some(constant) = strain_constant(&mut model.material.magnetostriction) {
+                    *constant = value;
+                }
+            }
             (NominalParameter::Damping, Some(rod)) => rod.damping_per_s = value,
             (NominalParameter::Stiffness, Some(rod)) => rod.stiffness_per_s2 = value,
             (NominalParameter::Damping | NominalParameter::Stiffness, None) => {}
@@ -120,9 +124,9 @@ impl NominalParameter {
     }
 }
 
-/// The constant that scales a strain law.
-fn strain_constant(law: &mut Magnetostriction) -> &mut f64 {
-    match law {
+/// The constant that scales a strain law, where there is one.
+fn strain_constant(law: &mut Magnetostriction) -> Option<&mut f64> {
+    Some(match law {
         Magnetostriction::Linearised {
             saturation_magnetostriction,
             ..
@@ -136,7 +140,8 @@ fn strain_constant(law: &mut Magnetostriction) -> &mut f64 {
         } => saturation_magnetostriction,
         Magnetostriction::Polynomial { gamma1_m2_per_a2, .. } => gamma1_m2_per_a2,
         Magnetostriction::Parabolic { slope_m_per_a, .. } => slope_m_per_a,
-    }
+        Magnetostriction::Unmeasured => return None,
+    })
 }
 
 #[cfg(test)]
