@@ -1,6 +1,7 @@
 //! Guards what a diagnosis is for: on a plant that has an effect the loop that knows it tracks at least five times
 //! better than the loop that does not, with the same feedback and without any. The figures of docs/control.md: `--
-//! --nocapture`.
+//! --nocapture`. Plant and loop have the effect from one piece of code here, as `diagnose --control` has; on a plant that
+//! shares none: `tests/tests/known_effects.rs`.
 
 use anhyst::control::{Compensation, Control, Cut, Models, control};
 use anhyst_model::{ActuatorModel, Effect, EffectKind};
