@@ -1,5 +1,7 @@
 //! Runs the executable as a user does, with a time limit.
 
+use crate::LIMIT;
+use serde_json::Value;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -38,20 +40,54 @@ pub struct Finished {
 
 /// Starts the executable in the repository's root.
 pub fn start(arguments: &[&str]) -> Child {
-    let executable = anhyst();
-    assert!(
-        executable.is_file(),
-        "{} is missing: build the workspace first",
-        executable.display()
-    );
-    Command::new(executable)
-        .args(arguments)
+    spawn(Command::new(anhyst()).args(arguments))
+}
+
+/// Starts any command there, its output to be read.
+pub fn spawn(command: &mut Command) -> Child {
+    command
         .current_dir(repository())
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
-        .unwrap_or_else(|error| panic!("anhyst does not start: {error}"))
+        .unwrap_or_else(|error| panic!("{command:?} does not start, is the workspace built? {error}"))
+}
+
+/// Asks a run that is at work until there is an answer; it must not end before, nor take for ever.
+pub fn wait_for<T>(launcher: &mut Child, mut answer: impl FnMut() -> Option<T>) -> T {
+    let begin = Instant::now();
+    loop {
+        assert!(
+            launcher.try_wait().is_ok_and(|status| status.is_none()),
+            "the run ended before it was disturbed"
+        );
+        assert!(begin.elapsed() < LIMIT, "the loop does not start");
+        std::thread::sleep(Duration::from_millis(5));
+        if let Some(found) = answer() {
+            return found;
+        }
+    }
+}
+
+/// Folders for runs, in one that goes with them.
+pub fn folders<const N: usize>() -> (tempfile::TempDir, [PathBuf; N]) {
+    let root = tempfile::tempdir().unwrap_or_else(|error| panic!("no temporary folder: {error}"));
+    let folders = std::array::from_fn(|i| root.path().join(format!("run{i}")));
+    (root, folders)
+}
+
+/// What a run in this folder came to, none of its tokens lost.
+pub fn summary(run: &Path) -> Value {
+    let text = std::fs::read(run.join("summary.json")).unwrap_or_default();
+    let summary: Value = serde_json::from_slice(&text).unwrap_or_default();
+    assert_eq!(summary["lost_tokens"], 0, "{}: {summary}", run.display());
+    summary
+}
+
+/// Its digest.
+pub fn digest(run: &Path) -> String {
+    summary(run)["digest"].as_str().unwrap_or_default().to_owned()
 }
 
 impl Finished {

@@ -1,7 +1,7 @@
 //! Two hosts for a test: two network namespaces joined by a virtual cable where the machine allows it, else this host twice.
 
-use crate::command::{anhyst, repository};
-use std::process::{Child, Command, Stdio};
+use crate::command::{anhyst, spawn};
+use std::process::{Child, Command};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 static NEXT: AtomicU64 = AtomicU64::new(0);
@@ -79,29 +79,16 @@ impl Hosts {
 
     /// Starts the executable on the first (0) or second (1) host, in the repository's root.
     pub fn start(&self, host: usize, arguments: &[&str]) -> Child {
-        let executable = anhyst();
-        assert!(
-            executable.is_file(),
-            "{} is missing: build it first",
-            executable.display()
-        );
         // `ip netns exec` becomes the program: the child's number is the program's.
         let mut command = match &self.namespaces {
             Some(namespaces) => {
                 let mut command = Command::new("ip");
-                command.args(["netns", "exec", &namespaces[host]]).arg(executable);
+                command.args(["netns", "exec", &namespaces[host]]).arg(anhyst());
                 command
             }
-            None => Command::new(executable),
+            None => Command::new(anhyst()),
         };
-        command
-            .args(arguments)
-            .current_dir(repository())
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap_or_else(|error| panic!("anhyst does not start: {error}"))
+        spawn(command.args(arguments))
     }
 }
 

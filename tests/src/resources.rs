@@ -1,6 +1,7 @@
 //! A prefix and a root that no other test has, and the proof that nothing of them is left.
 
 use anhyst_ipc::{NodeId, SharedSettings, Wait};
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
@@ -41,6 +42,17 @@ impl SharedMemory {
             receive_limit,
             start_limit: Duration::from_secs(20),
         }
+    }
+
+    /// What a process of somebody else's making is told of them.
+    pub fn variables(&self, process: &str, processes: &str) -> [(&'static str, OsString); 5] {
+        [
+            ("ANHYST_PROCESS", process.into()),
+            ("ANHYST_SERVICE_PREFIX", self.prefix.clone().into()),
+            ("ANHYST_ROOT", self.root.clone().into()),
+            ("ANHYST_PROCESSES", processes.into()),
+            ("ANHYST_TICK_S", "5e-5".into()),
+        ]
     }
 
     /// Files in /dev/shm that bear the prefix.

@@ -2,7 +2,7 @@
 //! notice it. The foreign driver is this test's own executable, started again by the launcher's command.
 
 use anhyst_ipc::{Channel, ExternalClock, ExternalNode, ExternalSettings, Observer, RawToken, Received};
-use anhyst_tests::{Finished, LIMIT, SharedMemory, anhyst, children, repository, start};
+use anhyst_tests::{Finished, LIMIT, PROCESSES, SharedMemory, anhyst, children, repository, start, wait_for};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::path::Path;
@@ -52,24 +52,14 @@ impl Run {
 
     /// Until the plant has come to tick 1000.
     fn wait_until_at_work(&mut self) {
-        let begin = Instant::now();
         let mut observer = None;
-        loop {
-            assert!(
-                self.launcher.try_wait().unwrap().is_none(),
-                "ended before it was disturbed"
-            );
-            assert!(begin.elapsed() < LIMIT, "the loop does not start");
-            std::thread::sleep(Duration::from_millis(20));
+        wait_for(&mut self.launcher, || {
             // The root appears with the first process.
             if observer.is_none() && self.memory.root.exists() {
                 observer = Observer::open(&self.memory.prefix, &self.memory.root).ok();
             }
-            let tick = observer.as_mut().and_then(|observer| observer.tick_of("plant-sim"));
-            if tick.is_some_and(|tick| tick >= 1000) {
-                return;
-            }
-        }
+            observer.as_mut()?.tick_of("plant-sim").filter(|tick| *tick >= 1000)
+        });
     }
 
     fn signal(&self, process: &str, signal: Signal) {
@@ -256,15 +246,7 @@ fn a_driver_that_somebody_else_ended_is_named() {
 /// Whatever process somebody tells to end: it is named, the run ends then and not at its last tick, and the field is safe.
 #[test]
 fn one_of_ours_that_is_told_to_end_is_named() {
-    for name in [
-        "plant-sim",
-        "estimator",
-        "controller",
-        "inverse",
-        "guard",
-        "amplifier",
-        "recorder",
-    ] {
+    for name in PROCESSES {
         let mut run = Run::begin(&[]);
         run.wait_until_at_work();
         run.signal(name, Signal::TERM);

@@ -4,9 +4,10 @@
 
 use anhyst_ipc::{Channel, ExternalClock, ExternalNode, ExternalSettings, Received};
 use anhyst_tests::{
-    Finished, LIMIT, SharedMemory, anhyst, assert_same, c_amplifier, files_with, iio_device, python, repository,
+    Finished, LIMIT, SharedMemory, anhyst, assert_same, c_amplifier, files_with, folders, iio_device, python, spawn,
+    summary,
 };
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -26,15 +27,7 @@ fn digest(out: &Path, more: &[&str]) -> String {
         finished.out,
         finished.err
     );
-    let summary: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
-    assert_eq!(summary["lost_tokens"], 0);
-    summary["digest"].as_str().unwrap().to_owned()
-}
-
-fn folders<const N: usize>() -> (tempfile::TempDir, [PathBuf; N]) {
-    let root = tempfile::tempdir().unwrap();
-    let folders = std::array::from_fn(|i| root.path().join(format!("run{i}")));
-    (root, folders)
+    anhyst_tests::digest(out)
 }
 
 /// The bar: one second of the milling scenario, every bit the same.
@@ -91,7 +84,7 @@ fn a_c_amplifier_takes_part() {
     ];
     let expected = digest(&one, &more);
     assert_eq!(digest(&two, &more), expected);
-    let summary: serde_json::Value = serde_json::from_slice(&std::fs::read(one.join("summary.json")).unwrap()).unwrap();
+    let summary = summary(&one);
     assert_eq!(summary["held"], true, "{summary}");
 }
 
@@ -104,11 +97,7 @@ fn a_c_amplifier_goes_to_the_safe_field_when_the_guard_is_silent() {
     };
     let memory = SharedMemory::unique();
     let driver = Command::new(amplifier)
-        .env("ANHYST_PROCESS", "amplifier")
-        .env("ANHYST_SERVICE_PREFIX", &memory.prefix)
-        .env("ANHYST_ROOT", &memory.root)
-        .env("ANHYST_PROCESSES", "guard,amplifier")
-        .env("ANHYST_TICK_S", "5e-5")
+        .envs(memory.variables("amplifier", "guard,amplifier"))
         .env("ANHYST_START_LIMIT_S", "20")
         .env("AMPLIFIER_WATCHDOG_S", "0.3")
         .stdout(Stdio::piped())
@@ -242,20 +231,12 @@ fn a_second_python_amplifier_is_told_that_the_place_is_taken() {
     let Some(python) = python() else { return };
     let memory = SharedMemory::unique();
     let start = || {
-        Command::new(&python)
-            .arg("examples/amplifier-python/amplifier.py")
-            .current_dir(repository())
-            .env("ANHYST_PROCESS", "amplifier")
-            .env("ANHYST_SERVICE_PREFIX", &memory.prefix)
-            .env("ANHYST_ROOT", &memory.root)
-            .env("ANHYST_PROCESSES", "guard,amplifier")
-            .env("ANHYST_TICK_S", "5e-5")
-            .env("ANHYST_START_LIMIT_S", "60")
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap()
+        spawn(
+            Command::new(&python)
+                .arg("examples/amplifier-python/amplifier.py")
+                .envs(memory.variables("amplifier", "guard,amplifier"))
+                .env("ANHYST_START_LIMIT_S", "60"),
+        )
     };
     let mut first = start();
     let since = Instant::now();

@@ -2,52 +2,65 @@
 
 use anhyst_ipc::Truth;
 use anhyst_recorder::Recording;
-use anhyst_tests::{Finished, LIMIT, children, files_with, start};
+use anhyst_tests::{Finished, LIMIT, PROCESSES, children, files_with, folders, start, wait_for};
 use rustix::process::{Pid, Signal, kill_process};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Child;
 use std::time::{Duration, Instant};
 
-const NODES: [&str; 7] = [
-    "plant-sim",
-    "estimator",
-    "controller",
-    "inverse",
-    "guard",
-    "amplifier",
-    "recorder",
-];
+/// A long run at work, in a folder of its own.
+struct LongRun {
+    folder: tempfile::TempDir,
+    out: PathBuf,
+    prefix: String,
+    launcher: Child,
+}
 
-fn start_long_run(out: &Path) -> Child {
-    start(&[
-        "run",
-        "scenarios/milling.ron",
+impl LongRun {
+    fn at_work() -> Self {
+        let (folder, [out]) = folders();
+        let long = ["run", "scenarios/milling.ron", "--set", "duration_s=600", "--out"];
+        let mut launcher = start(&[&long[..], &[&out.to_string_lossy()]].concat());
+        wait_until_recording(&mut launcher, &out);
+        let prefix = format!("anhyst_{}_", launcher.id());
+        assert!(!files_with(&prefix).is_empty());
+        Self {
+            folder,
+            out,
+            prefix,
+            launcher,
+        }
+    }
+
+    /// Its sentence, after it has ended with status 3, left nothing but its folder, and a recording that can be read.
+    fn failed(self) -> String {
+        let finished = Finished::wait(self.launcher, LIMIT).expect(3);
+        assert_eq!(files_with(&self.prefix), Vec::<String>::new(), "{}", finished.err);
+        assert_readable(&self.out);
+        finished.err
+    }
+}
+
+/// Whether the tolerance holds so early does not matter.
+fn run_short(out: &Path, more: &[&str]) -> Child {
+    let out = out.to_string_lossy();
+    let short = [
         "--set",
-        "duration_s=600",
-        "--out",
-        &out.to_string_lossy(),
-    ])
+        "duration_s=0.4",
+        "--set",
+        "expect.settling_s=0.1",
+        "--no-recording",
+    ];
+    start(&[&["run", "scenarios/milling.ron", "--out", &out], &short[..], more].concat())
 }
 
 /// Waits until all seven processes live and the recording has grown beyond its head: the loop runs.
 fn wait_until_recording(launcher: &mut Child, out: &Path) {
-    let begin = Instant::now();
-    let recording = out.join("recording.rrd");
-    loop {
+    let (id, recording) = (launcher.id(), out.join("recording.rrd"));
+    wait_for(launcher, || {
         let size = std::fs::metadata(&recording).map_or(0, |file| file.len());
-        if children(launcher.id()).len() == NODES.len() && size > 400_000 {
-            return;
-        }
-        assert!(
-            launcher.try_wait().unwrap().is_none(),
-            "the run ended before it was disturbed"
-        );
-        assert!(
-            begin.elapsed() < LIMIT,
-            "the loop does not start: recording of {size} bytes"
-        );
-        std::thread::sleep(Duration::from_millis(10));
-    }
+        (children(id).len() == PROCESSES.len() && size > 400_000).then_some(())
+    });
 }
 
 fn kill(pid: u32) {
@@ -71,37 +84,23 @@ fn assert_readable(out: &Path) {
 
 #[test]
 fn a_killed_process_ends_the_run_by_name() {
-    for name in NODES {
-        let root = tempfile::tempdir().unwrap();
-        let out = root.path().join("run");
-        let mut launcher = start_long_run(&out);
-        let prefix = format!("anhyst_{}_", launcher.id());
-        wait_until_recording(&mut launcher, &out);
-        assert!(!files_with(&prefix).is_empty());
-        kill(child(&launcher, name));
-        let finished = Finished::wait(launcher, LIMIT).expect(3);
+    for name in PROCESSES {
+        let run = LongRun::at_work();
+        kill(child(&run.launcher, name));
+        let told = run.failed();
         assert!(
-            finished
-                .err
-                .contains(&format!("{name} was killed by signal 9 at tick ")),
-            "{}",
-            finished.err
+            told.contains(&format!("{name} was killed by signal 9 at tick ")),
+            "{told}"
         );
-        assert_eq!(files_with(&prefix), Vec::<String>::new(), "after the death of {name}");
-        assert_readable(&out);
     }
 }
 
 #[test]
 fn a_run_after_a_killed_launcher_is_clean() {
-    let root = tempfile::tempdir().unwrap();
-    let out = root.path().join("run");
-    let mut launcher = start_long_run(&out);
-    let prefix = format!("anhyst_{}_", launcher.id());
-    wait_until_recording(&mut launcher, &out);
-    let orphans = children(launcher.id());
-    kill(launcher.id());
-    launcher.wait().unwrap();
+    let mut run = LongRun::at_work();
+    let orphans = children(run.launcher.id());
+    kill(run.launcher.id());
+    run.launcher.wait().unwrap();
     let begin = Instant::now();
     while orphans
         .iter()
@@ -110,101 +109,45 @@ fn a_run_after_a_killed_launcher_is_clean() {
         assert!(begin.elapsed() < LIMIT, "children outlive their launcher: {orphans:?}");
         std::thread::sleep(Duration::from_millis(10));
     }
-    assert_readable(&out);
-    let again = root.path().join("again");
-    let again_text = again.to_string_lossy();
-    let short = [
-        "--set",
-        "duration_s=0.2",
-        "--set",
-        "expect.settling_s=0.1",
-        "--no-recording",
-    ];
-    let arguments = [&["run", "scenarios/milling.ron", "--out", &again_text], &short[..]].concat();
-    let finished = Finished::run(&arguments, LIMIT);
+    assert_readable(&run.out);
+    let finished = Finished::wait(run_short(&run.folder.path().join("again"), &[]), LIMIT);
     assert!(matches!(finished.code, Some(0 | 1)), "{}", finished.err);
-    assert_eq!(files_with(&prefix), Vec::<String>::new());
+    assert_eq!(files_with(&run.prefix), Vec::<String>::new());
 }
 
 #[test]
 fn two_runs_side_by_side_do_not_meet() {
-    let root = tempfile::tempdir().unwrap();
-    let folders = ["one", "other"].map(|name| root.path().join(name));
-    let launchers = [0, 1].map(|i| {
-        let seed = format!("seed={}", i + 1);
-        let out = folders[i].to_string_lossy().into_owned();
-        let short = [
-            "--set",
-            "duration_s=0.4",
-            "--set",
-            "expect.settling_s=0.1",
-            "--no-recording",
-        ];
-        start(
-            &[
-                &["run", "scenarios/milling.ron", "--set", &seed, "--out", &out],
-                &short[..],
-            ]
-            .concat(),
-        )
-    });
-    for launcher in launchers {
+    let (_root, outs) = folders::<4>();
+    let seeded = |run: usize, more: &[&str]| {
+        let seed = format!("seed={}", run % 2 + 1);
+        run_short(&outs[run], &[&["--set", &seed], more].concat())
+    };
+    for launcher in [0, 1].map(|run| seeded(run, &[])) {
         let finished = Finished::wait(launcher, LIMIT);
         assert!(matches!(finished.code, Some(0 | 1)), "{}", finished.err);
     }
-    for (i, folder) in folders.iter().enumerate() {
-        let alone = root.path().join(format!("alone{i}"));
-        let (seed, out) = (format!("seed={}", i + 1), alone.to_string_lossy().into_owned());
-        let short = [
-            "--set",
-            "duration_s=0.4",
-            "--set",
-            "expect.settling_s=0.1",
-            "--no-recording",
-            "--embedded",
-        ];
-        Finished::run(
-            &[
-                &["run", "scenarios/milling.ron", "--set", &seed, "--out", &out],
-                &short[..],
-            ]
-            .concat(),
-            LIMIT,
-        );
-        anhyst_tests::assert_same(&alone, folder);
+    for run in [0, 1] {
+        Finished::wait(seeded(run + 2, &["--embedded"]), LIMIT);
+        anhyst_tests::assert_same(&outs[run + 2], &outs[run]);
     }
 }
 
 /// Guards against blaming the neighbour: a process that hangs says nothing, and the others complain about each other.
 #[test]
 fn a_frozen_process_is_named() {
-    let root = tempfile::tempdir().unwrap();
-    let out = root.path().join("run");
-    let mut launcher = start_long_run(&out);
-    let prefix = format!("anhyst_{}_", launcher.id());
-    wait_until_recording(&mut launcher, &out);
-    let guard = Pid::from_raw(child(&launcher, "guard") as i32).unwrap();
+    let run = LongRun::at_work();
+    let guard = Pid::from_raw(child(&run.launcher, "guard") as i32).unwrap();
     kill_process(guard, Signal::STOP).unwrap();
-    let finished = Finished::wait(launcher, LIMIT).expect(3);
-    assert!(
-        finished.err.contains("guard does not answer at tick "),
-        "{}",
-        finished.err
-    );
-    assert_eq!(files_with(&prefix), Vec::<String>::new());
-    assert_readable(&out);
+    let told = run.failed();
+    assert!(told.contains("guard does not answer at tick "), "{told}");
 }
 
 #[test]
 fn an_interrupted_run_closes_its_recording() {
-    let root = tempfile::tempdir().unwrap();
-    let out = root.path().join("run");
-    let mut launcher = start_long_run(&out);
-    wait_until_recording(&mut launcher, &out);
-    kill_process(Pid::from_raw(launcher.id() as i32).unwrap(), Signal::INT).unwrap();
-    let finished = Finished::wait(launcher, LIMIT).expect(3);
-    assert!(finished.err.contains("stopped on request at tick "), "{}", finished.err);
-    assert_readable(&out);
+    let run = LongRun::at_work();
+    kill_process(Pid::from_raw(run.launcher.id() as i32).unwrap(), Signal::INT).unwrap();
+    let told = run.failed();
+    assert!(told.contains("stopped on request at tick "), "{told}");
 }
 
 /// Guards the verdict on what is no number: it gets from the recorder's process to the summary, which has it in JSON.

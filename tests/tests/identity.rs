@@ -1,7 +1,7 @@
 //! Guards the promise that a run's bits do not depend on where and how it runs: processes, placement, start order, build.
 
-use anhyst_tests::{Finished, LIMIT, assert_same, first_difference, repository};
-use std::path::{Path, PathBuf};
+use anhyst_tests::{Finished, LIMIT, assert_same, first_difference, folders, repository};
+use std::path::Path;
 use std::process::Command;
 
 const SHORT: [&str; 4] = ["--set", "duration_s=0.2", "--set", "expect.settling_s=0.1"];
@@ -26,16 +26,8 @@ fn run(out: &Path, more: &[&str]) -> String {
 }
 
 fn digest(out: &Path) -> String {
-    let summary: serde_json::Value = serde_json::from_slice(&std::fs::read(out.join("summary.json")).unwrap()).unwrap();
-    assert_eq!(summary["ticks"], 4000);
-    assert_eq!(summary["lost_tokens"], 0);
-    summary["digest"].as_str().unwrap().to_owned()
-}
-
-fn folders<const N: usize>() -> (tempfile::TempDir, [PathBuf; N]) {
-    let root = tempfile::tempdir().unwrap();
-    let folders = std::array::from_fn(|i| root.path().join(format!("run{i}")));
-    (root, folders)
+    assert_eq!(anhyst_tests::summary(out)["ticks"], 4000);
+    anhyst_tests::digest(out)
 }
 
 #[test]

@@ -4,12 +4,12 @@
 use anhyst_ipc::{CoilField, Demand, Estimate, FieldKind, MAX_FIELDS, Message, NodeId, SafeField, Truth};
 use anhyst_launch::folder::RunFolder;
 use anhyst_launch::realtime::Logs;
-use anhyst_tests::{A_FEW, Finished, LIMIT, alone, children, files_with, start, summary_as_judged};
+use anhyst_tests::{A_FEW, Finished, LIMIT, alone, children, files_with, start, summary_as_judged, wait_for};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Child;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 const FIELD_LIMIT_A_PER_M: f64 = 30e3;
 
@@ -40,25 +40,14 @@ fn process_at_work(launcher: &mut Child, out: &Path, name: &str) -> Pid {
 
 /// The same, once the guard's log has got a record from `first` on.
 fn process_from(first: u64, launcher: &mut Child, out: &Path, name: &str) -> Pid {
-    let begin = Instant::now();
-    loop {
-        assert!(
-            launcher.try_wait().unwrap().is_none(),
-            "the run ended before it was disturbed"
-        );
-        assert!(begin.elapsed() < LIMIT, "the loop does not start");
-        std::thread::sleep(Duration::from_millis(5));
-        let works = Logs::open(&RunFolder::open(out)).is_ok_and(|logs| {
-            let guard = logs.of(NodeId::Guard).unwrap();
-            (first..guard.ticks()).any(|tick| guard.record(tick).is_some())
-        });
-        let found = children(launcher.id())
-            .into_iter()
-            .find(|(_, subcommand)| subcommand == name);
-        if let (true, Some((pid, _))) = (works, found) {
-            return Pid::from_raw(pid as i32).unwrap();
-        }
-    }
+    let id = launcher.id();
+    wait_for(launcher, || {
+        let logs = Logs::open(&RunFolder::open(out)).ok()?;
+        let guard = logs.of(NodeId::Guard).unwrap();
+        (first..guard.ticks()).find(|tick| guard.record(*tick).is_some())?;
+        let (pid, _) = children(id).into_iter().find(|(_, subcommand)| subcommand == name)?;
+        Pid::from_raw(pid as i32)
+    })
 }
 
 fn finite<M: Message>(token: &M) -> bool {

@@ -4,12 +4,13 @@
 use anhyst_ipc::{CoilField, NodeId, SafeField};
 use anhyst_launch::folder::RunFolder;
 use anhyst_launch::realtime::Logs;
-use anhyst_tests::{A_FEW, Finished, LIMIT, alone, anhyst, children, files_with, python, start, summary_as_judged};
+use anhyst_tests::{
+    A_FEW, Finished, LIMIT, alone, anhyst, children, files_with, python, start, summary_as_judged, wait_for,
+};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Child;
-use std::time::{Duration, Instant};
 
 const FIELD_LIMIT_A_PER_M: f64 = 30e3;
 const TICK_S: f64 = 1e-3;
@@ -150,29 +151,18 @@ fn an_amplifier_behind_iio_files_takes_part() {
 }
 
 /// Waits until the plant has taken a coil field like this.
-fn wait_for(launcher: &mut Child, out: &Path, like: impl Fn(&CoilField) -> bool) {
-    let begin = Instant::now();
-    loop {
-        assert!(
-            launcher.try_wait().unwrap().is_none(),
-            "the run ended before it was disturbed"
-        );
-        assert!(begin.elapsed() < LIMIT, "the loop does not start");
-        std::thread::sleep(Duration::from_millis(5));
-        let found = logs(out).is_some_and(|logs| {
-            let plant = logs.of(NodeId::Plant).unwrap();
-            let mut some = (0..plant.ticks()).step_by(5);
-            some.any(|tick| plant.consumed::<CoilField>(tick).is_some_and(|coil| like(&coil)))
-        });
-        if found {
-            return;
-        }
-    }
+fn wait_for_coil(launcher: &mut Child, out: &Path, like: impl Fn(&CoilField) -> bool) {
+    wait_for(launcher, || {
+        let logs = logs(out)?;
+        let plant = logs.of(NodeId::Plant).unwrap();
+        let mut some = (0..plant.ticks()).step_by(5);
+        some.find(|tick| plant.consumed::<CoilField>(*tick).is_some_and(|coil| like(&coil)))
+    });
 }
 
 /// A living process of the run, once the plant has taken coil fields for a hundred ticks.
 fn at_work(launcher: &mut Child, out: &Path, name: &str) -> Pid {
-    wait_for(launcher, out, |coil| coil.tick > 90);
+    wait_for_coil(launcher, out, |coil| coil.tick > 90);
     let mut found = children(launcher.id()).into_iter();
     let (pid, _) = found.find(|(_, first)| first.ends_with(name)).unwrap();
     Pid::from_raw(pid as i32).unwrap()
@@ -189,7 +179,7 @@ fn while_the_guard_is_silent_the_amplifier_goes_to_the_safe_field() {
     let mut launcher = begin(&out, &amplifier, "6", "FreeRunning");
     let guard = at_work(&mut launcher, &out, "guard");
     kill_process(guard, Signal::STOP).unwrap();
-    wait_for(&mut launcher, &out, |coil| {
+    wait_for_coil(&mut launcher, &out, |coil| {
         coil.status & CoilField::SAFE != 0 && coil.field_a_per_m == 0.0
     });
     kill_process(guard, Signal::CONT).unwrap();
