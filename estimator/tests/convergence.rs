@@ -6,28 +6,20 @@ use anhyst_estimator::{
     Estimator, EstimatorSettings, Excitation, FieldSource, GaussNewtonSettings, LawSettings, MinMaxSettings,
 };
 use anhyst_model::{AmplifierConstants, Anhysteretic, Material};
-use common::{Rig, TICK_S, command, rod, run, run_commanded};
+use common::{Rig, TICK_S, assert_a_snapshot_continues, command, rod, run, run_commanded, with};
 
 fn folded(start_a_per_m: f64) -> EstimatorSettings {
-    let law = LawSettings::Folded(MinMaxSettings {
+    with(LawSettings::Folded(MinMaxSettings {
         start_a_per_m,
         ..MinMaxSettings::folded()
-    });
-    EstimatorSettings {
-        law,
-        ..EstimatorSettings::default()
-    }
+    }))
 }
 
 fn gauss_newton(start_a_per_m: f64) -> EstimatorSettings {
-    let law = LawSettings::GaussNewton(GaussNewtonSettings {
+    with(LawSettings::GaussNewton(GaussNewtonSettings {
         start_a_per_m,
         ..GaussNewtonSettings::default()
-    });
-    EstimatorSettings {
-        law,
-        ..EstimatorSettings::default()
-    }
+    }))
 }
 
 // Guards convergence with the default settings, dead zone included, from both sides and from the middle.
@@ -59,10 +51,7 @@ fn covers_over_the_whole_range_stop_short() {
         window_a_per_m: None,
         ..MinMaxSettings::folded()
     });
-    let settings = EstimatorSettings {
-        law,
-        ..EstimatorSettings::default()
-    };
+    let settings = with(law);
     run(
         &settings,
         2.0,
@@ -182,10 +171,7 @@ fn the_state_handed_on_is_the_plants() {
 #[test]
 fn a_fixed_shape_is_one_exact_model() {
     let law = LawSettings::FixedShape { shape_a_per_m: 7012.0 };
-    let settings = EstimatorSettings {
-        law,
-        ..EstimatorSettings::default()
-    };
+    let settings = with(law);
     run(
         &settings,
         0.2,
@@ -233,21 +219,11 @@ fn a_noisy_measured_field_goes_through_the_play() {
 // Guards snapshots: stored, loaded and continued, the estimator gives the same bits.
 #[test]
 fn a_snapshot_continues_with_the_same_bits() {
-    let material = Material::terfenol_d();
     let amplifier = AmplifierConstants {
         bandwidth_hz: Some(2000.0),
         ..AmplifierConstants::default()
     };
-    let mut original = Estimator::new(&folded(6800.0), &material, rod(&material), amplifier, TICK_S).unwrap();
-    let displacement = |tick: u64| 4e-9 * command(tick);
-    for tick in 0..700 {
-        original.step(tick, command(tick), 0.0, displacement(tick));
-    }
-    let mut copy: Estimator = serde_json::from_str(&serde_json::to_string(&original).unwrap()).unwrap();
-    for tick in 700..1500 {
-        let expected = original.step(tick, command(tick), 0.0, displacement(tick));
-        assert_eq!(copy.step(tick, command(tick), 0.0, displacement(tick)), expected);
-    }
+    assert_a_snapshot_continues(&folded(6800.0), amplifier);
 }
 
 /// Length of the paper's example.

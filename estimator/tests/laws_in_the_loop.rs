@@ -7,7 +7,7 @@ use anhyst_estimator::{
     Estimation, Estimator, EstimatorError, EstimatorSettings, GaussNewtonSettings, LawSettings, MinMaxSettings,
 };
 use anhyst_model::{AmplifierConstants, Material, Noise};
-use common::{Rig, TICK_S, command, rod, run, run_commanded};
+use common::{Rig, TICK_S, assert_a_snapshot_continues, command, rod, run, run_commanded, with};
 
 fn matrix(start_a_per_m: f64) -> EstimatorSettings {
     with(LawSettings::Matrix(MinMaxSettings {
@@ -21,13 +21,6 @@ fn scalar(start_a_per_m: f64) -> EstimatorSettings {
         start_a_per_m,
         ..MinMaxSettings::without_window()
     }))
-}
-
-fn with(law: LawSettings) -> EstimatorSettings {
-    EstimatorSettings {
-        law,
-        ..EstimatorSettings::default()
-    }
 }
 
 /// Runs with a constant shape and any sensor: time and displacement in, measurement out.
@@ -260,18 +253,7 @@ fn a_snapshot_continues_with_the_same_bits() {
             washout_hz: Some(5.0),
             ..settings
         };
-        let material = Material::terfenol_d();
-        let amplifier = AmplifierConstants::default();
-        let mut original = Estimator::new(&settings, &material, rod(&material), amplifier, TICK_S).unwrap();
-        let displacement = |tick: u64| 4e-9 * command(tick);
-        for tick in 0..700 {
-            original.step(tick, command(tick), 0.0, displacement(tick));
-        }
-        let mut copy: Estimator = serde_json::from_str(&serde_json::to_string(&original).unwrap()).unwrap();
-        for tick in 700..1500 {
-            let expected = original.step(tick, command(tick), 0.0, displacement(tick));
-            assert_eq!(copy.step(tick, command(tick), 0.0, displacement(tick)), expected);
-        }
+        assert_a_snapshot_continues(&settings, AmplifierConstants::default());
     }
 }
 

@@ -1,39 +1,10 @@
 //! Guards what the guard does: the table at the head of `guard.rs`, row by row, through its messages.
 
-use anhyst_guard::{Event, Guard, GuardSettings, Monitors, Rearm, Responses, State, StuckSettings};
-use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, Measurement, Now, SafeField};
+mod common;
 
-const TICK_S: f64 = 5e-5;
-
-fn settings() -> GuardSettings {
-    GuardSettings {
-        field_limit_a_per_m: 20_000.0,
-        slew_limit_a_per_m_s: Some(2e8),
-        safe_field_a_per_m: 0.0,
-        ramp_time_s: 0.005,
-        max_age_ticks: 3,
-        jump_limit_m: Some(5e-6),
-        stuck: Some(StuckSettings {
-            ticks: 20,
-            field_change_a_per_m: 500.0,
-        }),
-        monitors: Monitors::default(),
-        reactions: Responses::default(),
-    }
-}
-
-/// Tokens of a healthy controller and estimator.
-fn others(tick: u64) -> (Now<Demand>, Now<Estimate>) {
-    let demand = Demand {
-        tick,
-        ..Demand::default()
-    };
-    let estimate = Estimate {
-        tick,
-        ..Estimate::default()
-    };
-    (Now(demand), Now(estimate))
-}
+use anhyst_guard::{Event, Guard, GuardSettings, Rearm, State, StuckSettings};
+use anhyst_ipc::{Block, FieldCommand, Measurement, Now, SafeField};
+use common::{TICK_S, others, settings};
 
 struct Bench {
     guard: Guard,

@@ -1,25 +1,17 @@
 //! Guards docs/safety.md: each monitor's event, reaction, ticks and way back, through the guard's messages.
 
+mod common;
+
 use anhyst_guard::{
     CurrentMonitor, EstimateMonitor, Event, Guard, GuardSettings, Monitors, Reaction, Rearm, Response, Responses,
-    State, StuckSettings, TrackingMonitor, WayBack,
+    State, TrackingMonitor, WayBack,
 };
 use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, Measurement, Now, SafeField};
-
-const TICK_S: f64 = 5e-5;
+use common::TICK_S;
 
 fn settings() -> GuardSettings {
     GuardSettings {
-        field_limit_a_per_m: 20_000.0,
         slew_limit_a_per_m_s: None,
-        safe_field_a_per_m: 0.0,
-        ramp_time_s: 0.005,
-        max_age_ticks: 3,
-        jump_limit_m: Some(5e-6),
-        stuck: Some(StuckSettings {
-            ticks: 20,
-            field_change_a_per_m: 500.0,
-        }),
         monitors: Monitors {
             temperature_limit_k: Some(350.0),
             current: Some(CurrentMonitor {
@@ -39,7 +31,7 @@ fn settings() -> GuardSettings {
             deadline_misses: Some(2),
             ..Monitors::default()
         },
-        reactions: Responses::default(),
+        ..common::settings()
     }
 }
 

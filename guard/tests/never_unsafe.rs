@@ -1,11 +1,12 @@
 //! Guards the one promise that holds whatever happens: the field is finite, inside the limit, and its step inside the slew.
 //! Every field of every token is made of random bits, so NaN, infinities, subnormals and huge numbers all occur.
 
-use anhyst_guard::{Guard, GuardSettings, Monitors, Responses, State, StuckSettings};
-use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, Measurement, Message, Now};
-use proptest::prelude::*;
+mod common;
 
-const TICK_S: f64 = 5e-5;
+use anhyst_guard::{Guard, GuardSettings, Monitors, Responses, State, StuckSettings};
+use anhyst_ipc::{Block, FieldCommand, Measurement, Message, Now};
+use common::{TICK_S, others};
+use proptest::prelude::*;
 
 /// Half of the words are any bits at all, half are ordinary numbers, so that the guard does not stay at the safe field.
 fn word() -> impl Strategy<Value = u64> {
@@ -26,19 +27,6 @@ fn tokens() -> impl Strategy<Value = (Vec<u64>, Vec<u64>, u64, u64, bool)> {
     let words = prop_oneof![8 => ordinary, 1 => wild].boxed();
     let age = prop_oneof![20 => Just(0), 1 => any::<u64>()].boxed();
     (words.clone(), words, age.clone(), age, any::<bool>())
-}
-
-/// Tokens of a healthy controller and estimator.
-fn others(tick: u64) -> (Now<Demand>, Now<Estimate>) {
-    let demand = Demand {
-        tick,
-        ..Demand::default()
-    };
-    let estimate = Estimate {
-        tick,
-        ..Estimate::default()
-    };
-    (Now(demand), Now(estimate))
 }
 
 fn settings() -> impl Strategy<Value = GuardSettings> {

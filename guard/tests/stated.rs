@@ -1,9 +1,10 @@
 //! Guards docs/safety.md against the code: its table of monitors says what the guard does unless told otherwise.
 
-use anhyst_guard::{Event, GuardSettings, Reaction, WayBack};
-use std::path::Path;
+mod common;
 
-const TICK_S: f64 = 5e-5;
+use anhyst_guard::{Event, GuardSettings, Reaction, WayBack};
+use common::TICK_S;
+use std::path::Path;
 
 #[test]
 fn the_table_of_monitors_is_what_the_guard_does() {

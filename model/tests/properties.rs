@@ -1,32 +1,15 @@
 //! Guards what every hysteresis of this kind must do, over random materials and random field histories.
 
+mod common;
+
 use anhyst_model::{Anhysteretic, Bank, Hysteresis, MagneticState, SensitiveState};
+use common::{curves, drawn};
 use proptest::prelude::*;
 
 /// Materials around the physical ranges, both curves, both signs of the coupling; invalid draws are dropped.
 fn materials() -> impl Strategy<Value = Hysteresis> {
-    (
-        prop_oneof![Just(Anhysteretic::Langevin), Just(Anhysteretic::Ising)],
-        1e5..1.5e6,
-        1e3..3e4,
-        0.05..3.0,
-        -1.5..0.8,
-        0.0..0.9,
-    )
-        .prop_map(
-            |(anhysteretic, saturation, shape, pinning, coupling, reversibility): (_, f64, f64, f64, f64, f64)| {
-                Hysteresis {
-                    anhysteretic,
-                    saturation_magnetization_a_per_m: saturation,
-                    shape_a_per_m: shape,
-                    pinning_a_per_m: pinning * shape,
-                    // As a share of the fold.
-                    coupling: coupling * shape / (saturation * anhysteretic.initial_slope()),
-                    reversibility,
-                    cubic_coupling_m2_per_a2: 0.0,
-                }
-            },
-        )
+    (curves(), 1e5..1.5e6, 1e3..3e4, 0.05..3.0, -1.5..0.8, 0.0..0.9)
+        .prop_map(drawn)
         .prop_filter("valid", |material| material.validate().is_ok())
 }
 

@@ -6,38 +6,9 @@ use anhyst_model::{Anhysteretic, Hysteresis, HysteresisParameter, MagneticState,
 use proptest::prelude::*;
 
 fn materials() -> impl Strategy<Value = Hysteresis> {
-    (
-        prop_oneof![Just(Anhysteretic::Langevin), Just(Anhysteretic::Ising)],
-        1e5..1.5e6,
-        1e3..3e4,
-        0.05..3.0,
-        -1.0..0.7,
-        0.01..0.8,
-        common::cubic_shares(),
-    )
-        .prop_map(
-            |(anhysteretic, saturation, shape, pinning, coupling, reversibility, cubic): (
-                _,
-                f64,
-                f64,
-                f64,
-                f64,
-                _,
-                _,
-            )| {
-                let material = Hysteresis {
-                    anhysteretic,
-                    saturation_magnetization_a_per_m: saturation,
-                    shape_a_per_m: shape,
-                    pinning_a_per_m: pinning * shape,
-                    // As a share of the fold.
-                    coupling: coupling * shape / (saturation * anhysteretic.initial_slope()),
-                    reversibility,
-                    cubic_coupling_m2_per_a2: 0.0,
-                };
-                common::with_cubic(material, cubic)
-            },
-        )
+    let plain = (common::curves(), 1e5..1.5e6, 1e3..3e4, 0.05..3.0, -1.0..0.7, 0.01..0.8);
+    (plain, common::cubic_shares())
+        .prop_map(|(plain, cubic)| common::with_cubic(common::drawn(plain), cubic))
         .prop_filter("valid", |material| material.validate().is_ok())
 }
 

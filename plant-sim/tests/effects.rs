@@ -1,11 +1,10 @@
 //! Guards the plant with physical effects: the chain of the model library in place of hysteresis, strain law and rod.
 
-use anhyst_model::{Effect, EffectKind, Material, RodConstants};
-use anhyst_plant_sim::{
-    CoilLoss, Cut, Heating, Plant, PlantError, PlantRod, PlantSettings, Sensors, ShapeCourse, ThermalCircuit,
-};
+mod common;
 
-const TICK_S: f64 = 5e-5;
+use anhyst_model::{Effect, EffectKind, Material, RodConstants};
+use anhyst_plant_sim::{CoilLoss, Heating, Plant, PlantError, PlantRod, PlantSettings, ShapeCourse, ThermalCircuit};
+use common::{TICK_S, circuit, copper_coil, plant_of, quiet};
 
 fn settings(effects: &[Effect]) -> PlantSettings {
     PlantSettings {
@@ -14,21 +13,13 @@ fn settings(effects: &[Effect]) -> PlantSettings {
             rate_a_per_m_s: 500.0,
             to_a_per_m: 7000.0,
         },
-        rod: PlantRod::TwoPole,
-        sensors: Sensors::default(),
-        start_temperature_k: 293.0,
-        heating: None,
-        expansion: None,
-        cut: Cut::Off,
-        contact: Default::default(),
         effects: Some(effects.to_vec()),
-        material: None,
-        two_pole: None,
+        ..quiet()
     }
 }
 
 fn plant(settings: &PlantSettings) -> Plant {
-    Plant::new(settings, &Material::terfenol_d(), &RodConstants::paper(), TICK_S, 1).unwrap()
+    plant_of(settings, TICK_S, 1)
 }
 
 fn field(k: u32) -> f64 {
@@ -89,14 +80,13 @@ fn a_saturated_amplifier_heats_by_what_it_gives() {
         heating: Some(Heating {
             coil: Some(CoilLoss {
                 resistance_ohm: 50.0,
-                field_per_ampere: 1e4,
                 copper_temperature_coefficient_per_k: 0.0,
-                reference_temperature_k: 293.0,
+                ..copper_coil()
             }),
             circuit: ThermalCircuit {
-                ambient_k: 293.0,
                 heat_capacity_j_per_k: 2.0,
                 resistance_k_per_w: 1e3,
+                ..circuit()
             },
         }),
         ..settings(&[limit])

@@ -1,49 +1,30 @@
 //! Plant and amplifier as blocks: the loop's timing, and what the cuts do to a plain loop around them.
 //! Guards: u_k in the coil at t_k+2, and that `Heavy` can be held within ±2 µm by an ordinary PID.
 
+mod common;
+
 use anhyst_ipc::{Block, CoilField, Now, Previous, SafeField};
 use anhyst_model::{AmplifierConstants, Hysteresis, MagneticState, Material, RodConstants, RodElements, TwoPole};
-use anhyst_plant_sim::{
-    AmplifierNode, CoilLoss, Contact, Cut, ExpansionSettings, Heating, PlantNode, PlantSettings, Sensors, ShapeCourse,
-    TWO_POLE_ELEMENTS, ThermalCircuit,
-};
-
-const TICK_S: f64 = 5e-5;
+use anhyst_plant_sim::{AmplifierNode, Contact, Cut, Heating, PlantNode, PlantSettings, Sensors, TWO_POLE_ELEMENTS};
+use common::{TICK_S, circuit, copper_coil, expansion, quiet};
 
 fn settings(cut: Cut) -> PlantSettings {
     PlantSettings {
-        shape: ShapeCourse::Constant { a_per_m: 7012.0 },
-        rod: Default::default(),
         sensors: Sensors {
             displacement_noise_m: 10e-9,
             ..Sensors::default()
         },
-        start_temperature_k: 293.0,
         heating: Some(Heating {
-            coil: Some(CoilLoss {
-                resistance_ohm: 3.0,
-                field_per_ampere: 1e4,
-                copper_temperature_coefficient_per_k: 0.0039,
-                reference_temperature_k: 293.0,
-            }),
-            circuit: ThermalCircuit {
-                ambient_k: 293.0,
-                heat_capacity_j_per_k: 50.0,
-                resistance_k_per_w: 2.0,
-            },
+            coil: Some(copper_coil()),
+            circuit: circuit(),
         }),
-        expansion: Some(ExpansionSettings {
-            coefficient_per_k: 12e-6,
-            reference_temperature_k: 293.0,
-        }),
+        expansion: Some(expansion()),
         cut,
         contact: Contact {
             from_s: 0.3,
             to_s: None,
         },
-        effects: None,
-        material: None,
-        two_pole: None,
+        ..quiet()
     }
 }
 

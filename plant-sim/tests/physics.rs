@@ -1,59 +1,23 @@
 //! The simulated plant against closed forms. Guards: what estimator, controller and scenarios are judged by.
 //! `cargo test --release -p anhyst-plant-sim -- --nocapture` prints the figures that the docs quote.
 
+mod common;
+
 use anhyst_model::{Hysteresis, Material, RodConstants, RodElements};
 use anhyst_plant_sim::{
-    CoilLoss, Cut, ExpansionSettings, Heating, Milling, Plant, PlantRod, PlantSettings, Sensors, ShapeCourse,
-    TWO_POLE_ELEMENTS, ThermalCircuit,
+    CoilLoss, Cut, Heating, Milling, Plant, PlantRod, PlantSettings, ShapeCourse, TWO_POLE_ELEMENTS, ThermalCircuit,
 };
-
-const TICK_S: f64 = 5e-5;
-
-fn quiet() -> PlantSettings {
-    PlantSettings {
-        shape: ShapeCourse::Constant { a_per_m: 7012.0 },
-        rod: PlantRod::TwoPole,
-        sensors: Sensors::default(),
-        start_temperature_k: 293.0,
-        heating: None,
-        expansion: None,
-        cut: Cut::Off,
-        contact: Default::default(),
-        effects: None,
-        material: None,
-        two_pole: None,
-    }
-}
-
-fn plant_at(settings: &PlantSettings, tick_s: f64) -> Plant {
-    Plant::new(settings, &Material::terfenol_d(), &RodConstants::paper(), tick_s, 1).unwrap()
-}
+use common::{TICK_S, circuit, copper_coil, expansion, plant_of, quiet};
 
 fn plant(settings: &PlantSettings) -> Plant {
-    plant_at(settings, TICK_S)
+    plant_of(settings, TICK_S, 1)
 }
 
-fn circuit() -> ThermalCircuit {
-    ThermalCircuit {
-        ambient_k: 293.0,
-        heat_capacity_j_per_k: 50.0,
-        resistance_k_per_w: 2.0,
-    }
-}
-
+/// Whose resistance does not grow, for closed forms.
 fn coil() -> CoilLoss {
     CoilLoss {
-        resistance_ohm: 3.0,
-        field_per_ampere: 1e4,
         copper_temperature_coefficient_per_k: 0.0,
-        reference_temperature_k: 293.0,
-    }
-}
-
-fn expansion() -> ExpansionSettings {
-    ExpansionSettings {
-        coefficient_per_k: 12e-6,
-        reference_temperature_k: 293.0,
+        ..copper_coil()
     }
 }
 
@@ -303,13 +267,11 @@ fn chatter_begins_at_the_known_limit() {
             feed_per_tooth_m,
             ..Milling::heavy()
         };
-        let mut plant = plant_at(
-            &PlantSettings {
-                cut: Cut::Custom(milling),
-                ..quiet()
-            },
-            tick_s,
-        );
+        let settings = PlantSettings {
+            cut: Cut::Custom(milling),
+            ..quiet()
+        };
+        let mut plant = plant_of(&settings, tick_s, 1);
         let (mut low, mut high) = (f64::MAX, f64::MIN);
         for k in 0..200_000 {
             plant.advance(0.0);

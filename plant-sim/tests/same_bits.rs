@@ -1,10 +1,13 @@
 //! Determinism and snapshots. Guards: replay, and that a copied or restored plant is the plant.
 
+mod common;
+
 use anhyst_model::{Material, RodConstants};
 use anhyst_plant_sim::{
-    CoilLoss, Contact, Cut, ExpansionSettings, Heating, Plant, PlantError, PlantRod, PlantSettings, SensorFaults,
-    Sensors, ShapeCourse, TemperatureSensor, ThermalCircuit,
+    Contact, Cut, Heating, Plant, PlantError, PlantRod, PlantSettings, SensorFaults, Sensors, ShapeCourse,
+    TemperatureSensor, ThermalCircuit,
 };
+use common::{TICK_S, circuit, copper_coil, expansion, plant_of, quiet};
 use proptest::prelude::*;
 
 /// Everything switched on.
@@ -31,35 +34,24 @@ fn busy(rod: PlantRod, cut: Cut) -> PlantSettings {
         },
         start_temperature_k: 295.0,
         heating: Some(Heating {
-            coil: Some(CoilLoss {
-                resistance_ohm: 3.0,
-                field_per_ampere: 1e4,
-                copper_temperature_coefficient_per_k: 0.0039,
-                reference_temperature_k: 293.0,
-            }),
+            coil: Some(copper_coil()),
             circuit: ThermalCircuit {
-                ambient_k: 293.0,
                 heat_capacity_j_per_k: 0.5,
-                resistance_k_per_w: 2.0,
+                ..circuit()
             },
         }),
-        expansion: Some(ExpansionSettings {
-            coefficient_per_k: 12e-6,
-            reference_temperature_k: 293.0,
-        }),
+        expansion: Some(expansion()),
         cut,
         contact: Contact {
             from_s: 0.002,
             to_s: Some(0.02),
         },
-        effects: None,
-        material: None,
-        two_pole: None,
+        ..quiet()
     }
 }
 
 fn plant(settings: &PlantSettings, seed: u64) -> Plant {
-    Plant::new(settings, &Material::terfenol_d(), &RodConstants::paper(), 5e-5, seed).unwrap()
+    plant_of(settings, TICK_S, seed)
 }
 
 /// The bits of everything that a plant says over some ticks.

@@ -1,12 +1,20 @@
 //! A plant made of the same physics as the estimator, in an open loop: a field is commanded, the plant moves, the
 //! estimator hears displacement and command.
 
-use anhyst_estimator::{Estimation, Estimator, EstimatorSettings};
+use anhyst_estimator::{Estimation, Estimator, EstimatorSettings, LawSettings};
 use anhyst_model::{
     Amplifier, AmplifierConstants, MagneticState, Material, Noise, RodState, TwoPole, TwoPolePropagator,
 };
 
 pub const TICK_S: f64 = 5e-5;
+
+/// A law, and otherwise what is usual.
+pub fn with(law: LawSettings) -> EstimatorSettings {
+    EstimatorSettings {
+        law,
+        ..EstimatorSettings::default()
+    }
+}
 
 /// The paper's rod, with its gain per unit of free strain.
 pub fn rod(material: &Material) -> TwoPole {
@@ -102,5 +110,20 @@ pub fn run_commanded(
         last_command = command(tick);
         field = rig.amplifier.step(last_command).field_a_per_m;
         assert_eq!(found.field.next_a_per_m, field);
+    }
+}
+
+/// Stores, loads and continues an estimator in the middle of a run.
+pub fn assert_a_snapshot_continues(settings: &EstimatorSettings, amplifier: AmplifierConstants) {
+    let material = Material::terfenol_d();
+    let mut original = Estimator::new(settings, &material, rod(&material), amplifier, TICK_S).unwrap();
+    let displacement = |tick: u64| 4e-9 * command(tick);
+    for tick in 0..700 {
+        original.step(tick, command(tick), 0.0, displacement(tick));
+    }
+    let mut copy: Estimator = serde_json::from_str(&serde_json::to_string(&original).unwrap()).unwrap();
+    for tick in 700..1500 {
+        let expected = original.step(tick, command(tick), 0.0, displacement(tick));
+        assert_eq!(copy.step(tick, command(tick), 0.0, displacement(tick)), expected);
     }
 }

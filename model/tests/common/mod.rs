@@ -26,6 +26,26 @@ pub fn material(anhysteretic: Anhysteretic, name: &str) -> Hysteresis {
     }
 }
 
+/// A material from its curve, Ms, a, k as a share of a, α as a share of the fold, and c.
+pub fn drawn(
+    (anhysteretic, saturation, shape, pinning, coupling, reversibility): (Anhysteretic, f64, f64, f64, f64, f64),
+) -> Hysteresis {
+    Hysteresis {
+        anhysteretic,
+        saturation_magnetization_a_per_m: saturation,
+        shape_a_per_m: shape,
+        pinning_a_per_m: pinning * shape,
+        coupling: coupling * shape / (saturation * anhysteretic.initial_slope()),
+        reversibility,
+        cubic_coupling_m2_per_a2: 0.0,
+    }
+}
+
+/// Either curve.
+pub fn curves() -> impl Strategy<Value = Anhysteretic> {
+    prop_oneof![Just(Anhysteretic::Langevin), Just(Anhysteretic::Ising)]
+}
+
 /// What b₃ adds to αχ₀ at saturation: nothing in half of the draws.
 pub fn cubic_shares() -> impl Strategy<Value = f64> {
     prop_oneof![Just(0.0), -1.0..0.5]
