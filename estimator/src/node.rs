@@ -62,6 +62,14 @@ mod tests {
     use anhyst_ipc::{Channel, wiring};
     use anhyst_model::{AmplifierConstants, Material, TwoPole};
 
+    /// The paper's, its gain per strain.
+    const ROD: TwoPole = TwoPole {
+        gain: 6.965e6,
+        damping_per_s: 7.8899e3,
+        stiffness_per_s2: 6.4251e7,
+        force_gain_per_kg: 0.0,
+    };
+
     // Guards the arrows of the loop: the safe field is the one of the tick before, the only way to break the circle.
     #[test]
     fn reads_this_measurement_and_the_last_safe_field() {
@@ -75,12 +83,6 @@ mod tests {
     // Guards the message: tick 0 is a demagnetised rod, a fixed estimate says so, and a silent sensor is told.
     #[test]
     fn tick_zero_and_status_bits() {
-        let two_pole = TwoPole {
-            gain: 6.965e6,
-            damping_per_s: 7.8899e3,
-            stiffness_per_s2: 6.4251e7,
-            force_gain_per_kg: 0.0,
-        };
         let make = |law| {
             let settings = EstimatorSettings {
                 law,
@@ -89,7 +91,7 @@ mod tests {
             Estimator::new(
                 &settings,
                 &Material::terfenol_d(),
-                two_pole,
+                ROD,
                 AmplifierConstants::default(),
                 5e-5,
             )
@@ -126,19 +128,13 @@ mod tests {
     // Guards real time: where measurements are late, the old one that is there does not move the estimate.
     #[test]
     fn an_old_measurement_is_none() {
-        let two_pole = TwoPole {
-            gain: 6.965e6,
-            damping_per_s: 7.8899e3,
-            stiffness_per_s2: 6.4251e7,
-            force_gain_per_kg: 0.0,
-        };
         let (material, amplifier) = (Material::terfenol_d(), AmplifierConstants::default());
         let make = |law| {
             let settings = EstimatorSettings {
                 law,
                 ..EstimatorSettings::default()
             };
-            Estimator::new(&settings, &material, two_pole, amplifier, 5e-4).unwrap()
+            Estimator::new(&settings, &material, ROD, amplifier, 5e-4).unwrap()
         };
         let shape_a_per_m = 7012.0;
         let mut actuator = make(LawSettings::FixedShape { shape_a_per_m });
@@ -170,19 +166,13 @@ mod tests {
     // Guards what the estimate says of itself: nothing at rest, more than the limit once the rod moves, always a number.
     #[test]
     fn the_estimate_says_how_well_it_is_informed() {
-        let two_pole = TwoPole {
-            gain: 6.965e6,
-            damping_per_s: 7.8899e3,
-            stiffness_per_s2: 6.4251e7,
-            force_gain_per_kg: 0.0,
-        };
         let (material, amplifier) = (Material::terfenol_d(), AmplifierConstants::default());
         for name in LawSettings::ADAPTIVE {
             let settings = EstimatorSettings {
                 law: LawSettings::named(name).unwrap(),
                 ..EstimatorSettings::default()
             };
-            let mut estimator = Estimator::new(&settings, &material, two_pole, amplifier, 5e-5).unwrap();
+            let mut estimator = Estimator::new(&settings, &material, ROD, amplifier, 5e-5).unwrap();
             let mut last = Estimate::default();
             for tick in 0..4000 {
                 let angle = std::f64::consts::TAU * 50.0 * 5e-5 * tick as f64;

@@ -2,8 +2,7 @@
 //! same that a node of ours keeps of itself.
 
 use crate::folder::RunFolder;
-use anhyst_ipc::{Digest, DigestHistory, MAX_FIELDS, Message, NodeId, NodeReport, Now};
-use anhyst_scenario::Everything;
+use anhyst_ipc::{Digest, DigestHistory, Everything, MAX_FIELDS, Message, NodeId, NodeReport, Now};
 
 /// One foreign node, as heard.
 pub struct Overheard {

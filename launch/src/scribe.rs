@@ -2,8 +2,7 @@
 
 use crate::judge::{Judge, Verdict};
 use crate::overheard::Overheard;
-use anhyst_ipc::{Block, Latency, NodeId, Now};
-use anhyst_scenario::Everything;
+use anhyst_ipc::{Block, Everything, Latency, NodeId, Now};
 use std::path::{Path, PathBuf};
 
 #[cfg(feature = "recorder")]

@@ -1,5 +1,6 @@
 //! What a run comes to: `summary.json` for programs, a table for people.
 
+use crate::error::RunError;
 use crate::folder::RunFolder;
 use crate::judge::Verdict;
 use crate::realtime::{ForeignCount, RealtimeSummary};
@@ -102,11 +103,21 @@ impl Summary {
         }
     }
 
-    /// Writes `summary.json` and `digest.txt`.
+    /// Of a run that has ended, written into its folder.
     ///
     /// # Errors
-    /// If a file cannot be written.
-    pub fn write(&self, folder: &RunFolder) -> std::io::Result<()> {
+    /// If it cannot be written.
+    pub fn written(scenario: &Scenario, reports: &[ProcessReport], folder: &RunFolder) -> Result<Self, RunError> {
+        let summary = Self::new(scenario, reports);
+        summary.write(folder).map_err(|cause| RunError::Write {
+            path: folder.summary(),
+            cause,
+        })?;
+        Ok(summary)
+    }
+
+    /// Writes `summary.json` and `digest.txt`.
+    fn write(&self, folder: &RunFolder) -> std::io::Result<()> {
         std::fs::write(
             folder.summary(),
             serde_json::to_string_pretty(&self.for_programs()?)? + "\n",

@@ -4,7 +4,7 @@ use crate::pipe::{Pipe, PipeSettings};
 use crate::row::Row;
 use crate::writer::Logger;
 use crate::{RecorderError, RecorderSettings, RunInfo};
-use anhyst_ipc::{Block, CoilField, Demand, Estimate, FieldCommand, Measurement, NodeId, Now, SafeField, Truth};
+use anhyst_ipc::{Block, Everything, NodeId, Now};
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -113,15 +113,7 @@ impl Drop for Recorder {
 
 impl Block for Recorder {
     const NODE: NodeId = NodeId::Recorder;
-    type Inputs = (
-        Now<Measurement>,
-        Now<Truth>,
-        Now<Estimate>,
-        Now<Demand>,
-        Now<FieldCommand>,
-        Now<SafeField>,
-        Now<CoilField>,
-    );
+    type Inputs = Everything;
     type Outputs = ();
 
     fn step(&mut self, tick: u64, inputs: Self::Inputs) {

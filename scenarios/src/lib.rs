@@ -20,4 +20,4 @@ pub use error::ScenarioError;
 pub use faults::{Fault, LinkFault, ProcessFault, ProcessKind};
 pub use load::{BUILT_IN_AMPLIFIER, Setting, load, load_changed, load_model, to_ron};
 pub use scenario::{Expect, MaterialSource, Placement, Recording, Rod, Scenario};
-pub use wiring::{Everything, wires};
+pub use wiring::wires;

@@ -4,21 +4,8 @@ use anhyst_controller::Controller;
 use anhyst_estimator::Estimator;
 use anhyst_guard::Guard;
 use anhyst_inverse::Inverse;
-use anhyst_ipc::{
-    CoilField, Demand, Estimate, FieldCommand, Inputs, Measurement, NodeId, Now, SafeField, Truth, Wire, wiring,
-};
+use anhyst_ipc::{Everything, Inputs, NodeId, Wire, wiring};
 use anhyst_plant_sim::{AmplifierNode, PlantNode};
-
-/// Every token of a tick: what the recorder hears.
-pub type Everything = (
-    Now<Measurement>,
-    Now<Truth>,
-    Now<Estimate>,
-    Now<Demand>,
-    Now<FieldCommand>,
-    Now<SafeField>,
-    Now<CoilField>,
-);
 
 /// Every arrow of the loop.
 pub fn wires() -> Vec<Wire> {

@@ -106,11 +106,7 @@ fn one(scenario: &Scenario) -> Result<RealtimeSummary, RunError> {
     let bar = progress_bar(scenario.ticks(), name);
     let reports = launcher::launch(scenario, &folder, &options, &mut |tick| bar.set_position(tick));
     bar.finish_and_clear();
-    let summary = Summary::new(scenario, &reports?);
-    summary.write(&folder).map_err(|cause| RunError::Write {
-        path: folder.summary(),
-        cause,
-    })?;
+    let summary = Summary::written(scenario, &reports?, &folder)?;
     let realtime = summary.realtime;
     realtime.ok_or_else(|| RunError::Setup("no process has reported real-time figures".into()))
 }

@@ -124,11 +124,7 @@ fn finish(
     reports: &[ProcessReport],
     json: JsonArgument,
 ) -> miette::Result<Ending> {
-    let summary = Summary::new(scenario, reports);
-    summary.write(folder).map_err(|cause| RunError::Write {
-        path: folder.summary(),
-        cause,
-    })?;
+    let summary = Summary::written(scenario, reports, folder)?;
     if json.json {
         let told = summary
             .for_programs()

@@ -73,12 +73,7 @@ fn remove_earlier(out: &Path) -> std::io::Result<()> {
 fn run_one(scenario: &Scenario, out: &Path, progress: &mut dyn FnMut(u64)) -> Result<Summary, RunError> {
     let folder = prepare(scenario, Some(out))?;
     let reports = embedded(scenario, &folder, progress)?;
-    let summary = Summary::new(scenario, &reports);
-    summary.write(&folder).map_err(|cause| RunError::Write {
-        path: folder.summary(),
-        cause,
-    })?;
-    Ok(summary)
+    Summary::written(scenario, &reports, &folder)
 }
 
 fn print_table(summaries: &[Summary]) {

@@ -145,12 +145,7 @@ fn run(scenario: &Scenario, out: &Path, progress: &(dyn Fn(u64) + Sync)) -> Resu
     let reports = embedded(scenario, &folder, &mut |tick| {
         progress(tick - std::mem::replace(&mut last, tick));
     })?;
-    let summary = Summary::new(scenario, &reports);
-    summary.write(&folder).map_err(|cause| RunError::Write {
-        path: folder.summary(),
-        cause,
-    })?;
-    Ok(summary)
+    Summary::written(scenario, &reports, &folder)
 }
 
 /// Every cut over the old model's with the same feedback, which is the first of its kind.

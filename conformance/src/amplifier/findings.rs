@@ -132,6 +132,12 @@ impl Findings {
     pub fn passed(&self) -> bool {
         !self.checks.is_empty() && self.checks.iter().all(|check| check.passed)
     }
+
+    /// What did not hold, by name.
+    pub fn failed(&self) -> Vec<&'static str> {
+        let failed = self.checks.iter().filter(|check| !check.passed);
+        failed.map(|check| check.name).collect()
+    }
 }
 
 #[cfg(test)]
@@ -145,13 +151,7 @@ mod tests {
         findings.at_most("limit", 2.0, 1.0, "A/m", "too much".into());
         findings.at_least("limit_reported", 0.0, 0.9, "1", "not said".into());
         findings.at_most("nonsense_bounded", 0.5, 1.0, "A/m", "bounded".into());
-        let failed: Vec<&str> = findings
-            .checks
-            .iter()
-            .filter(|check| !check.passed)
-            .map(|check| check.name)
-            .collect();
-        assert_eq!(failed, ["limit"]);
+        assert_eq!(findings.failed(), ["limit"]);
         assert_eq!(findings.not_judged[0].name, "limit_reported");
         assert_eq!(findings.not_judged[0].sentence, "follows from `limit`: not said");
         assert_eq!(findings.checks.len(), 2);

@@ -52,12 +52,7 @@ impl Report {
         ticks: usize,
         command: Option<&str>,
     ) -> Self {
-        let failed: Vec<&str> = findings
-            .checks
-            .iter()
-            .filter(|check| !check.passed)
-            .map(|check| check.name)
-            .collect();
+        let failed = findings.failed();
         let outcome = match (&gone, findings.passed()) {
             (Some(_), _) => Outcome::NotThere,
             (None, true) => Outcome::Passed,
