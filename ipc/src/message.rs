@@ -38,6 +38,12 @@ impl NodeId {
         NodeId::Recorder,
     ];
 
+    /// Those that send: all but the recorder, in the same order.
+    pub const SENDERS: [NodeId; 6] = match Self::LOOP_ORDER.first_chunk() {
+        Some(senders) => *senders,
+        None => panic!("the recorder is not the last of seven"),
+    };
+
     /// The node of that name.
     pub fn named(name: &str) -> Option<Self> {
         Self::LOOP_ORDER.into_iter().find(|node| node.name() == name)

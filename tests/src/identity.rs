@@ -5,8 +5,8 @@ use std::path::Path;
 
 /// The first difference of two runs: the earliest tick, and of the nodes that differ there the first in loop order.
 pub fn first_difference(one: &Path, other: &Path) -> Option<(NodeId, u64)> {
-    let nodes = NodeId::LOOP_ORDER.into_iter().filter(|node| *node != NodeId::Recorder);
-    nodes
+    NodeId::SENDERS
+        .into_iter()
         .filter_map(|node| {
             digest_history(one, node)
                 .first_difference(&digest_history(other, node))

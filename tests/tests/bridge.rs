@@ -11,15 +11,6 @@ use std::time::{Duration, Instant};
 
 const RIG: &str = "plant-sim,amplifier";
 const REST: &str = "estimator,controller,inverse,guard,recorder";
-const SENDERS: [NodeId; 6] = [
-    NodeId::Plant,
-    NodeId::Estimator,
-    NodeId::Controller,
-    NodeId::Inverse,
-    NodeId::Guard,
-    NodeId::Amplifier,
-];
-
 /// One run at a time: each has nine processes.
 fn alone() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());
@@ -136,7 +127,7 @@ fn two_hosts_give_the_bits_of_one() {
         println!("a network lay between the two sides");
     }
     let mut nodes = Vec::new();
-    for node in SENDERS {
+    for node in NodeId::SENDERS {
         let side = &rig.folders[usize::from(!RIG.split(',').any(|name| name == node.name()))];
         if let Some(tick) = digest_history(&one, node).first_difference(&digest_history(side, node)) {
             panic!("{node} differs from tick {tick} on");

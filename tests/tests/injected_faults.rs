@@ -34,8 +34,8 @@ fn scenario(reactions: &str, faults: &str) -> Scenario {
 fn run(scenario: &Scenario) -> Vec<(SafeField, CoilField)> {
     let mut connections = Connections::new(NodeId::LOOP_ORDER, wires(), None);
     connections.accept_any_tick(assemble::late_channels(scenario).unwrap());
-    let nodes = NodeId::LOOP_ORDER.into_iter().filter(|node| *node != NodeId::Recorder);
-    let mut stages: Vec<Box<dyn Stage>> = nodes
+    let mut stages: Vec<Box<dyn Stage>> = NodeId::SENDERS
+        .into_iter()
         .map(|node| assemble::stage(node, scenario, &mut connections).unwrap())
         .collect();
     (0..scenario.ticks())

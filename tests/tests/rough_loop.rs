@@ -8,7 +8,7 @@ use anhyst_measured::{MeasuredRun, RunReadOptions};
 use anhyst_scenario::{Scenario, load, load_model, to_ron};
 use anhyst_tests::repository;
 use anhyst_witness::{Constants, Hidden, Material, Noise, Plant, Rod};
-use around::{Cut, Witness};
+use around::{Cut, SensorFaults, Witness};
 use std::path::Path;
 
 /// Of the error with the old model, rms over the judged part.
@@ -101,7 +101,11 @@ fn rough_witness() -> Option<Witness> {
         shape_a_per_m: |_| 7080.0,
         of_displacement: Noise::new(1),
         of_field: Noise::new(2),
-        faults: Some((Box::new(faults), 1.003, 3.0)),
+        faults: Some(SensorFaults {
+            added_m: Box::new(faults),
+            field_gain: 1.003,
+            field_zero_a_per_m: 3.0,
+        }),
     })
 }
 

@@ -136,8 +136,8 @@ fn healthy_scenario() -> String {
 fn run(scenario: &Scenario) {
     let mut connections = Connections::new(NodeId::LOOP_ORDER, wires(), None);
     connections.accept_any_tick(assemble::late_channels(scenario).unwrap());
-    let nodes = NodeId::LOOP_ORDER.into_iter().filter(|node| *node != NodeId::Recorder);
-    let mut stages: Vec<_> = nodes
+    let mut stages: Vec<_> = NodeId::SENDERS
+        .into_iter()
         .map(|node| assemble::stage(node, scenario, &mut connections).unwrap())
         .collect();
     let limit = scenario.guard.acting_field_limit_a_per_m();

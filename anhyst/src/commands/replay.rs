@@ -18,22 +18,12 @@ pub struct ReplayArguments {
     /// Folder of the recorded run.
     pub run: PathBuf,
     /// Which node (default: every node that the recording can feed).
-    #[arg(long, value_name = "NODE", value_parser = one_of(&NODES))]
+    #[arg(long, value_name = "NODE", value_parser = one_of(&NodeId::SENDERS))]
     pub node: Option<NodeId>,
     /// How the result is printed.
     #[command(flatten)]
     pub json: JsonArgument,
 }
-
-/// The nodes whose inputs and outputs a recording holds.
-const NODES: [NodeId; 6] = [
-    NodeId::Plant,
-    NodeId::Estimator,
-    NodeId::Controller,
-    NodeId::Inverse,
-    NodeId::Guard,
-    NodeId::Amplifier,
-];
 
 /// Runs the command.
 ///
@@ -42,7 +32,9 @@ const NODES: [NodeId; 6] = [
 pub fn run(arguments: &ReplayArguments) -> miette::Result<Ending> {
     let folder = RunFolder::open(&arguments.run);
     let scenario = load(&folder.scenario(), &[])?;
-    let nodes = arguments.node.map_or_else(|| NODES.to_vec(), |node| vec![node]);
+    let nodes = arguments
+        .node
+        .map_or_else(|| NodeId::SENDERS.to_vec(), |node| vec![node]);
     let (replayed, held_ticks) = if scenario.clock.realtime().is_some() {
         let foreign = scenario.external_nodes();
         let logs = Logs::open_but(&folder, &foreign)?;

@@ -36,8 +36,15 @@ pub struct Witness {
     pub shape_a_per_m: fn(f64) -> f64,
     pub of_displacement: Noise,
     pub of_field: Noise,
-    /// From the time to what the displacement's sensor adds (m), then gain and zero (A/m) of the field's.
-    pub faults: Option<(Box<dyn FnMut(f64) -> f64>, f64, f64)>,
+    pub faults: Option<SensorFaults>,
+}
+
+/// What sensors say wrongly.
+pub struct SensorFaults {
+    /// From the time to what is added to the displacement, m.
+    pub added_m: Box<dyn FnMut(f64) -> f64>,
+    pub field_gain: f64,
+    pub field_zero_a_per_m: f64,
 }
 
 impl Block for Witness {
@@ -59,7 +66,7 @@ impl Block for Witness {
             ..Truth::default()
         };
         let (added_m, gain, zero) = match &mut self.faults {
-            Some((added, gain, zero)) => (added(time_s), *gain, *zero),
+            Some(own) => ((own.added_m)(time_s), own.field_gain, own.field_zero_a_per_m),
             None => (0.0, 1.0, 0.0),
         };
         let measurement = Measurement {

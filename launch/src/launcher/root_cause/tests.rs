@@ -107,7 +107,7 @@ fn cause(witnesses: &[Witness]) -> RootCause {
 #[test]
 fn the_cause_is_the_same_whoever_has_complained() {
     for placement in [alone(), in_groups()] {
-        for culprit in NodeId::LOOP_ORDER.into_iter().filter(|node| *node != NodeId::Recorder) {
+        for culprit in NodeId::SENDERS {
             let witnesses = stuck(&placement, culprit);
             let at = position(&witnesses, culprit);
             for who in 0_u32..1 << witnesses.len() {
@@ -133,7 +133,7 @@ fn the_cause_is_the_same_whoever_has_complained() {
 #[test]
 fn a_wait_that_is_over_accuses_nobody() {
     let wires = wires();
-    for culprit in NodeId::LOOP_ORDER.into_iter().filter(|node| *node != NodeId::Recorder) {
+    for culprit in NodeId::SENDERS {
         let mut witnesses = stuck(&alone(), culprit);
         let at = position(&witnesses, culprit);
         let prompt = wires.iter().find(|wire| wire.reader == culprit).unwrap();
