@@ -7,6 +7,9 @@
 const NEAREST: f64 = 10.5;
 /// Fewest differences that can show a lattice: around its crests a sampled sine has a few that are 1, 3, 5, ... of one.
 const MIN_DIFFERENCES: usize = 16;
+/// Of steps as coarse as the motion fewer do, where each value comes this often: noise never repeats itself.
+const MIN_COARSE: usize = 3;
+const REPEATED: usize = 20;
 /// A remainder below this share of the step is rounding.
 const REMAINDER: f64 = 0.05;
 /// Share of the differences that must fit.
@@ -32,13 +35,18 @@ fn lattice(sorted: &[f64], same: f64) -> Option<f64> {
             last = value;
         }
     }
+    let min = if (differences.len() + 1) * REPEATED < sorted.len() {
+        MIN_COARSE
+    } else {
+        MIN_DIFFERENCES
+    };
     let smallest = differences.iter().copied().fold(f64::INFINITY, f64::min);
     let mut near: Vec<f64> = differences
         .into_iter()
         .filter(|difference| *difference < NEAREST * smallest)
         .collect();
     // Steps as small as what counts as the same are made by this very bound.
-    if near.len() < MIN_DIFFERENCES || smallest < 10.0 * same {
+    if near.len() < min || smallest < 10.0 * same {
         return None;
     }
     near.sort_unstable_by(f64::total_cmp);
@@ -81,6 +89,15 @@ mod tests {
         (0..samples)
             .map(|i| 40e-6 * (i as f64 * 0.01).sin() + 20e-9 * (random.next_u32() as f64 / u32::MAX as f64))
             .collect()
+    }
+
+    /// Steps of a fifth of the motion leave six values.
+    #[test]
+    fn a_converter_of_few_steps_is_seen() {
+        let step = 17e-6;
+        let rounded: Vec<f64> = smooth(4000).iter().map(|x| (x / step).round() * step).collect();
+        let found = resolution(&rounded).expect("a lattice");
+        assert!((found / step - 1.0).abs() < 1e-6, "{found}");
     }
 
     #[test]
