@@ -4,8 +4,9 @@
 //! answers, and a level for each band would forgive it one harmonic for the sake of another: all numbers in which its answer stands out
 //! of the noise have one level, that of its own error, and those slower than half its strongest line another.
 
+use crate::channel::ChannelKind;
 use crate::composition::Composition;
-use crate::plant::{ChannelKind, Plant};
+use crate::plant::Plant;
 
 /// A number of a spectrum in which a fitted model's answer is this many noises shows that model's error.
 const STANDS_OUT: f64 = 3.0;

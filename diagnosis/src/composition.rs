@@ -10,7 +10,7 @@ use anhyst_model::{
 };
 
 use crate::acquisition::LowPass;
-use crate::plant::ChannelKind;
+use crate::channel::ChannelKind;
 use crate::term::Term;
 
 /// A constant may lie this many standard deviations of its prior from its nominal value.
@@ -21,7 +21,7 @@ const FREE_DEVIATION: f64 = 0.5;
 const START_DEVIATION: f64 = 0.26;
 const START_BOUND: f64 = 0.9;
 /// Of the corner of a low pass, by ratio.
-const CORNER_DEVIATION: f64 = 0.03;
+const CORNER_DEVIATION: f64 = 0.05;
 
 /// What a number belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,19 +4,20 @@
 //! 2. Every term is screened beside it, the best few are fitted, and the one with the lowest J joins if J falls by more than `JOINS`
 //!    and the residual moves by more than a share of what is left. A free curve that gains far more than any of them ends the search:
 //!    what is missing has no name.
-//! 3. Until nothing joins. Then each is taken out again and stays out where J rises by less than `JOINS`.
+//! 3. Until nothing joins. Then the one that is missed least is taken out, as long as the evidence (`evidence.rs`) falls by less than `JOINS`.
 
 use anhyst_identify::parallel;
 use anhyst_model::{ActuatorModel, EffectKind, NominalParameter};
 
 use crate::acquisition::{Likely, LowPass};
-use crate::composition::{Composition, Slot};
+use crate::channel::ChannelKind;
+use crate::composition::{Composition, Slot, Unknown};
+use crate::evidence::{Evidence, noise_rms};
 use crate::likelihood::{Bench, Fitted, Point};
 use crate::lines::lines;
-use crate::plant::ChannelKind;
 use crate::probes::Surroundings;
 use crate::screening::{Screened, screen};
-use crate::shares::noise_rms;
+
 use crate::signals::{Signals, signals};
 use crate::statistics::rms;
 use crate::term::Term;
@@ -26,6 +27,8 @@ use crate::unlisted::{Unlisted, unlisted};
 pub(crate) const JOINS: f64 = 30.0;
 /// A term must move the residual of some band by this share of what is left of it.
 const MOVES: f64 = 0.4;
+/// A rough fit tells of so many times that fall that it is there.
+const SURELY: f64 = 10.0;
 /// Terms that are fitted after each screening.
 const FITTED: usize = 4;
 /// As often, while fewer than half of them came to something.
@@ -33,10 +36,12 @@ const ATTEMPTS: usize = 3;
 /// A term that promises less is not fitted.
 const PROMISES: f64 = 10.0;
 const MAX_TERMS: usize = 5;
-/// Fits whose J lies within this explain equally well.
+/// Fits whose evidence lies within this explain equally well.
 pub(crate) const TIES: f64 = 12.0;
 /// A free curve must gain this much more than the best of the library, and this factor.
 const NAMELESS: (f64, f64) = (60.0, 1.25);
+/// A constant this many deviations from what is believed of it is bent.
+const BENT: f64 = 2.0;
 /// Share of its box beyond which a constant may be set free.
 const AT_THE_BOX: f64 = 0.6;
 /// First magnetizations that are tried, A/m per saturation.
@@ -98,12 +103,30 @@ impl Search<'_> {
         let mut nameless = false;
         for stage in 0..=MAX_TERMS {
             (self.progress)("screening", 0.15 + 0.13 * stage as f64);
-            let signals = signals(&bench.plant, &base.point.runs);
-            let screened = self.screen(&base, &signals, &off_mains);
+            let screened = self.screen(&base, &off_mains);
             if stage == 0 {
                 screened_first.clone_from(&screened);
             }
-            let fits = self.fit_best(&base, &screened, stage);
+            let mut fits = self.fit_best(&base, &screened, stage);
+            let at_noise = fits
+                .first()
+                .is_some_and(|(_, fit)| !Evidence::new(bench, &fit.point).is_misfit);
+            if stage == 0
+                && !at_noise
+                && let Some(unbent) = unbent(bench, &base)
+            {
+                let screened = self.screen(&unbent, &off_mains);
+                fits.extend(self.fit_best(&unbent, &screened, stage));
+                fits.retain(|(_, fit)| fit.point.cost < base.point.cost);
+                self.sort(&mut fits);
+                let mut seen: Vec<Term> = Vec::new();
+                fits.retain(|(term, _)| {
+                    !seen.contains(term) && {
+                        seen.push(*term);
+                        true
+                    }
+                });
+            }
             free = unlisted(bench, &base);
             let best = fits.first();
             let gain = best.map_or(0.0, |(_, fit)| base.point.cost - fit.point.cost);
@@ -121,9 +144,10 @@ impl Search<'_> {
                 tried.extend(fits.into_iter().map(|(_, fit)| fit));
                 break;
             }
-            let least = best.point.cost;
+            let evidence = Evidence::new(bench, &best.point);
+            let least = evidence.cost(&best.point);
             for (other, fit) in &fits {
-                if *other != term && fit.point.cost - least < TIES {
+                if *other != term && evidence.cost(&fit.point) - least < TIES {
                     ties.push((term, fit.clone()));
                 }
             }
@@ -136,16 +160,7 @@ impl Search<'_> {
             off_mains = self.lines(&mut base)?;
         }
         (self.progress)("taking each out again", 0.85);
-        let mut last = base;
-        for term in last.point.composition.terms() {
-            let without = last.point.composition.without(term, self.model);
-            if last.point.composition.terms().len() > 1
-                && let Some(fit) = bench.fit(&without, Some(&last))
-                && fit.point.cost - last.point.cost < JOINS
-            {
-                last = bench.fit(&fit.point.composition, None)?;
-            }
-        }
+        let last = self.without_those_that_earn_nothing(base)?;
         let ties = self.ties(&last, &ties);
         Some(Decomposition {
             nominal,
@@ -167,7 +182,7 @@ impl Search<'_> {
             .runs
             .iter()
             .enumerate()
-            .filter(|(_, run)| run.start.is_none() && run.tick_s.is_some())
+            .filter(|(_, run)| run.tick_s.is_some())
             .map(|(index, _)| index)
             .collect();
         let mut composition = Composition::nominal(self.model, &starts, bench.plant.fitted);
@@ -237,7 +252,8 @@ impl Search<'_> {
         Some(off_mains)
     }
 
-    fn screen(&self, base: &Fitted, signals: &[Signals], lines_hz: &[f64]) -> Vec<Screened> {
+    fn screen(&self, base: &Fitted, lines_hz: &[f64]) -> Vec<Screened> {
+        let signals = &signals(&self.bench.plant, &base.point.runs);
         let composition = &base.point.composition;
         let inside = composition.terms();
         let mut terms: Vec<Term> = EffectKind::ALL
@@ -288,7 +304,7 @@ impl Search<'_> {
         screened
     }
 
-    /// The most promising terms fitted beside a fit, lowest J first.
+    /// The most promising terms fitted beside a fit, that with the most evidence first.
     fn fit_best(&mut self, base: &Fitted, screened: &[Screened], stage: usize) -> Vec<(Term, Fitted)> {
         let parameters = screened.iter().filter(|own| matches!(own.term, Term::Parameter(_)));
         let mut effects = screened
@@ -313,8 +329,19 @@ impl Search<'_> {
             }
             chosen = effects.by_ref().take(FITTED).collect();
         }
-        fits.sort_by(|(_, one), (_, other)| one.point.cost.total_cmp(&other.point.cost));
+        self.sort(&mut fits);
         fits
+    }
+
+    /// The one with the most evidence first.
+    fn sort(&self, fits: &mut [(Term, Fitted)]) {
+        let best = fits
+            .iter()
+            .min_by(|(_, one), (_, other)| one.point.cost.total_cmp(&other.point.cost));
+        if let Some((_, best)) = best {
+            let evidence = Evidence::new(self.bench, &best.point);
+            fits.sort_by(|(_, one), (_, other)| evidence.cost(&one.point).total_cmp(&evidence.cost(&other.point)));
+        }
     }
 
     /// A term moves the residual of some band by more than a share of what is left of it.
@@ -326,10 +353,41 @@ impl Search<'_> {
         })
     }
 
+    /// Takes terms out, the one that is missed least first, until the evidence would fall by what lets one join, and as plainly.
+    fn without_those_that_earn_nothing(&self, mut last: Fitted) -> Option<Fitted> {
+        let bench = self.bench;
+        loop {
+            let terms = last.point.composition.terms();
+            if terms.is_empty() {
+                return Some(last);
+            }
+            let evidence = Evidence::new(bench, &last.point);
+            let (own, model) = (evidence.cost(&last.point), self.model);
+            let fits = parallel::map(bench.threads, &terms, |term| {
+                let rough = bench.fit(&last.point.composition.without(*term, model), Some(&last))?;
+                if evidence.cost(&rough.point) - own > SURELY * JOINS {
+                    return Some(rough);
+                }
+                // It must not earn what the others had not been fitted to yet.
+                let fit = bench.fit(&rough.point.composition, None)?;
+                let unbent = unbent(bench, &fit).and_then(|unbent| bench.fit(&unbent.point.composition, None));
+                let fits = std::iter::once(fit).chain(unbent);
+                fits.min_by(|one, other| one.point.cost.total_cmp(&other.point.cost))
+            });
+            let falls = fits.into_iter().flatten().map(|fit| (evidence.cost(&fit.point), fit));
+            match falls.min_by(|one, other| one.0.total_cmp(&other.0)) {
+                Some((cost, fit)) if cost - own < JOINS || !self.moves(&fit, &last) => last = fit,
+                _ => return Some(last),
+            }
+        }
+    }
+
     /// The last fit with one term in the place of another, where it explains as well.
     fn ties(&mut self, last: &Fitted, found: &[(Term, Fitted)]) -> Vec<Fitted> {
         (self.progress)("what would explain it as well", 0.9);
         let terms = last.point.composition.terms();
+        let evidence = Evidence::new(self.bench, &last.point);
+        let most = evidence.cost(&last.point) + TIES;
         let mut ties: Vec<Fitted> = Vec::new();
         for (term, fit) in found {
             let Some(other) = fit
@@ -351,7 +409,7 @@ impl Search<'_> {
                 .without(*term, self.model)
                 .with(other, self.model, &values);
             let fit = swapped.and_then(|swapped| self.bench.fit(&swapped, Some(last)));
-            if let Some(fit) = fit.filter(|fit| fit.point.cost - last.point.cost < TIES) {
+            if let Some(fit) = fit.filter(|fit| evidence.cost(&fit.point) < most) {
                 ties.push(fit);
             }
         }
@@ -359,23 +417,37 @@ impl Search<'_> {
     }
 }
 
-/// The recorder's low passes in what the model as given leaves of field and output. What a fitted model leaves of the output is its own
+/// The same fit with all constants as given, where what is missing has bent one of them towards the end of its box: there an
+/// effect finds the room that they have taken.
+fn unbent(bench: &Bench, base: &Fitted) -> Option<Fitted> {
+    let mut composition = base.point.composition.clone();
+    let is_bent = |own: &Unknown| own.surprise().abs() > BENT;
+    let own = |own: &&mut Unknown| matches!(own.slot, Slot::Nominal(_));
+    if bench.plant.fitted || !composition.unknowns.iter().any(is_bent) {
+        return None;
+    }
+    for unknown in composition.unknowns.iter_mut().filter(own) {
+        if let Some((mean, _)) = unknown.coordinate.prior {
+            unknown.value = mean;
+        }
+    }
+    let point = bench.point(&composition)?;
+    let columns = bench.columns(&point, None)?;
+    Some(Fitted { point, columns })
+}
+
+/// The recorder's low passes in what a point leaves of field and output. What a fitted model leaves of the output is its own
 /// error, whose spectrum falls without any filter.
-pub(crate) fn low_passes(bench: &Bench) -> Option<Vec<(ChannelKind, Likely)>> {
-    let point = bench.point(&Composition::default())?;
+pub(crate) fn low_passes(bench: &Bench, point: &Point) -> Vec<(ChannelKind, Likely)> {
     let of = |kind: ChannelKind| {
         let is_noise = kind == ChannelKind::Field || !bench.plant.fitted;
         let channel = bench.plant.channels.iter().find(|own| own.kind == kind && is_noise)?;
         let tick_s = bench.plant.runs[channel.run].tick_s?;
-        let seen = LowPass::seen(&bench.left(&point, channel), tick_s, channel.resolution);
+        let seen = LowPass::seen(&bench.left(point, channel), tick_s, channel.resolution);
         (!seen.is_empty()).then_some((kind, seen))
     };
-    Some(
-        [ChannelKind::Field, ChannelKind::Output]
-            .into_iter()
-            .filter_map(of)
-            .collect(),
-    )
+    let kinds = [ChannelKind::Field, ChannelKind::Output].into_iter();
+    kinds.filter_map(of).collect()
 }
 
 /// An effect's fitted size stands at the far end of its range.

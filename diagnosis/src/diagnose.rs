@@ -6,6 +6,7 @@ use anhyst_measured::{MeasuredRun, Quantity};
 use anhyst_model::ActuatorModel;
 
 use crate::acquisition::{Likely, LowPass};
+use crate::channel::ChannelKind;
 use crate::composition::Composition;
 use crate::decompose::{self, Decomposition, Search};
 use crate::diagnosis::{Candidate, DataSource, Diagnosed, Diagnosis, RunSeries, Verdict};
@@ -13,7 +14,8 @@ use crate::error::DiagnosisError;
 use crate::experiment::{Comparison, Experiment, advise};
 use crate::likelihood::Bench;
 use crate::locate::{channel_gaps, locate, sentences};
-use crate::plant::{ChannelKind, Plant};
+use crate::nuisance::nuisance_series;
+use crate::plant::Plant;
 use crate::setup::{DiagnoseOptions, setup};
 use crate::shares::remainder_rms;
 use crate::sight::sight;
@@ -51,36 +53,26 @@ pub fn diagnose(
     } else {
         options.threads
     };
-    let mut bench = Bench::new(setup.plant, threads);
-    progress("the recorder", 0.0);
-    let low_passes = decompose::low_passes(&bench).unwrap_or_default();
-    let memories = low_passes.iter().map(|(_, seen)| seen[0].1.memory_s());
-    if let Some(memory_s) = memories.reduce(f64::max) {
-        // What it was fed before the first row is not known.
-        bench = Bench::new(bench.plant.skipping(memory_s), threads);
-    }
-    let model_on_runs = bench.plant.model.clone();
     let no_simulation = || DiagnosisError::NoDiagnosis {
         sentence: format!("the model \"{}\" cannot be simulated on these runs", model.name),
     };
-    let mut search = Search {
-        bench: &bench,
-        model: &model_on_runs,
-        lattice: setup.lattice,
-        low_passes: Vec::new(),
-        progress,
-    };
-    // The noise tells a low pass roughly; the motion that passes it tells which of the likely ones it is.
-    let mut best: Option<(f64, Decomposition)> = None;
-    for (unlikely, low_passes) in alternatives(&low_passes) {
-        search.low_passes = low_passes;
-        let Some(found) = search.run() else { continue };
-        let cost = found.cost() + unlikely;
-        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-            best = Some((cost, found));
+    let mut bench = Bench::new(setup.plant, threads);
+    progress("the recorder", 0.0);
+    let nominal = bench.point(&Composition::default()).ok_or_else(no_simulation)?;
+    let mut seen = decompose::low_passes(&bench, &nominal);
+    let mut found = decomposed(&mut bench, &seen, setup.lattice, progress).ok_or_else(no_simulation)?;
+    if seen.is_empty() {
+        // A large gap hides what noise there is: it is seen once the gap is explained, or some of it.
+        for point in [&found.last.point, &found.base.point] {
+            if seen.is_empty() {
+                seen = decompose::low_passes(&bench, point);
+            }
+        }
+        if !seen.is_empty() {
+            found = decomposed(&mut bench, &seen, setup.lattice, progress).ok_or_else(no_simulation)?;
         }
     }
-    let (_, found) = best.ok_or_else(no_simulation)?;
+    let model_on_runs = bench.plant.model.clone();
     progress("weighing the evidence", 0.93);
     let told = tell(&bench, &model_on_runs, &found).ok_or_else(no_simulation)?;
     let unit = match setup.output {
@@ -121,7 +113,7 @@ pub fn diagnose(
             .find(|fit| name(&fit.point.composition.terms()) == rival.name)?;
         fit.point.composition.model(&model_on_runs).ok()
     });
-    let series = series(&bench, runs, &found, diagnosis.unknown_term.as_ref());
+    let series = series(&bench, runs, &found, improved);
     progress("done", 1.0);
     Ok(Diagnosed {
         diagnosis,
@@ -130,6 +122,37 @@ pub fn diagnose(
         runs: series,
         contributions: told.contributions,
     })
+}
+
+/// The best decomposition under the low passes that are likely. The noise tells one roughly; the motion that passes it tells which it is.
+fn decomposed(
+    bench: &mut Bench,
+    seen: &[(ChannelKind, Likely)],
+    lattice: Option<f64>,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Option<Decomposition> {
+    let memories = seen.iter().map(|(_, seen)| seen[0].1.memory_s());
+    if let Some(memory_s) = memories.reduce(f64::max) {
+        // What it was fed before the first row is not known.
+        *bench = Bench::new(bench.plant.skipping(memory_s), bench.threads);
+    }
+    let mut search = Search {
+        bench,
+        model: &bench.plant.model,
+        lattice,
+        low_passes: Vec::new(),
+        progress,
+    };
+    let mut best: Option<(f64, Decomposition)> = None;
+    for (unlikely, low_passes) in alternatives(seen) {
+        search.low_passes = low_passes;
+        let Some(found) = search.run() else { continue };
+        let cost = found.cost() + unlikely;
+        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+            best = Some((cost, found));
+        }
+    }
+    best.map(|(_, found)| found)
 }
 
 /// Each likely low pass of each channel with the likeliest of the others, and how unlikely that is.
@@ -227,7 +250,6 @@ fn diagnosis(
                 let left = remainder_rms(bench, &found.last.point);
                 (own.curve.rms / left.max(f64::MIN_POSITIVE)).powi(2).min(1.0)
             },
-            contributions: own.contributions.clone(),
         });
     let mut own = Diagnosis {
         verdict: told.verdict,
@@ -283,7 +305,7 @@ fn held_out(bench: &Bench, found: &Decomposition) -> (f64, f64) {
                 .map(|(y, m)| y - m)
                 .collect();
             // The linear nuisance goes on as it was: its columns over all rows, at the coefficients of the first.
-            let all = bench.nuisance_series(&point, index, seen);
+            let all = nuisance_series(&bench.plant, &point.composition, &point.nuisance, index, seen);
             let left: Vec<f64> = left.iter().zip(&all).map(|(own, nuisance)| own - nuisance).collect();
             let zero = left[..seen].iter().sum::<f64>() / seen as f64;
             squares.extend(left[seen..].iter().map(|own| own - zero));
@@ -327,40 +349,32 @@ fn experiment(bench: &Bench, model: &ActuatorModel, found: &Decomposition) -> Op
     })
 }
 
-/// Measured output and both models, on the instrument's own zero.
-fn series(bench: &Bench, runs: &[MeasuredRun], found: &Decomposition, unknown: Option<&UnknownTerm>) -> Vec<RunSeries> {
+/// Measured output and both models, on the instrument's own zero. Where nothing is amended both are the model as given.
+fn series(bench: &Bench, runs: &[MeasuredRun], found: &Decomposition, improved: bool) -> Vec<RunSeries> {
     let plant = &bench.plant;
-    let outputs = plant.outputs().enumerate();
-    outputs
-        .map(|(number, (index, channel))| {
+    let amended = if improved { &found.last.point } else { &found.nominal };
+    plant
+        .outputs()
+        .map(|(index, channel)| {
             let measured = plant.measured[index].clone();
             let shifted = |model: &[f64]| {
                 let zero = measured.iter().zip(model).map(|(y, m)| y - m).sum::<f64>() / measured.len() as f64;
                 model.iter().map(|value| value + zero).collect::<Vec<f64>>()
             };
             let before = &plant.series(channel, &found.nominal.runs[channel.run])[channel.rows.clone()];
-            let after = &plant.series(channel, &found.last.point.runs[channel.run])[channel.rows.clone()];
-            let added = unknown.map(|term| &term.contributions[number][channel.rows.clone()]);
-            let after: Vec<f64> = match added {
-                Some(added) => after.iter().zip(added).map(|(own, more)| own + more).collect(),
-                None => after.to_vec(),
-            };
-            let left = bench.left(&found.last.point, channel);
+            let after = shifted(&plant.series(channel, &amended.runs[channel.run])[channel.rows.clone()]);
+            let left = bench.left(amended, channel);
             let nuisance = measured
                 .iter()
-                .zip(shifted(&after))
+                .zip(&after)
                 .zip(&left)
                 .map(|((y, m), left)| y - m - left);
             RunSeries {
                 source: runs[channel.run].source.clone(),
                 tick_s: runs[channel.run].tick_s,
                 before: shifted(before),
-                nuisance: if added.is_some() {
-                    vec![0.0; measured.len()]
-                } else {
-                    nuisance.collect()
-                },
-                after: shifted(&after),
+                nuisance: nuisance.collect(),
+                after,
                 field_a_per_m: found.nominal.runs[channel.run].field_a_per_m[channel.rows.clone()].to_vec(),
                 measured,
             }

@@ -4,10 +4,9 @@
 //! field's, where that is measured). For several models the smallest distance of any two counts, and the drive with the largest
 //! such distance is advised (T-optimal design over a fixed menu; Atkinson and Fedorov 1975).
 
-use anhyst_model::{ActuatorModel, Drive, DriveSignal};
+use anhyst_model::{Actuator, ActuatorInputs, ActuatorModel, ActuatorOutputs, DriveSignal};
 use serde::{Deserialize, Serialize};
 
-use crate::plant::RunInputs;
 use crate::statistics::rms;
 use anhyst_identify::parallel;
 
@@ -160,18 +159,18 @@ impl Experiment {
 
 fn distance(comparison: &Comparison, drive: &DriveSignal, duration_s: f64, tick_s: f64) -> f64 {
     let rows = (duration_s / tick_s) as usize;
-    let run = RunInputs {
-        drive_a_per_m: (0..rows).map(|row| drive.field_a_per_m(row as f64 * tick_s)).collect(),
-        drive: Drive::Command,
-        tick_s: comparison.tick_s,
-        ..RunInputs::default()
+    let commands: Vec<f64> = (0..rows).map(|row| drive.field_a_per_m(row as f64 * tick_s)).collect();
+    let simulated = |model: &ActuatorModel| {
+        let mut actuator = match comparison.tick_s {
+            Some(tick_s) => Actuator::new(model, tick_s),
+            None => Actuator::quasi_static(model),
+        }
+        .ok()?;
+        let mut outputs = ActuatorOutputs::default();
+        actuator.run(ActuatorInputs::commands(&commands), &mut outputs).ok()?;
+        Some(outputs)
     };
-    let Some(outputs) = comparison
-        .models
-        .iter()
-        .map(|model| run.simulate(model, None).ok())
-        .collect::<Option<Vec<_>>>()
-    else {
+    let Some(outputs) = comparison.models.iter().map(simulated).collect::<Option<Vec<_>>>() else {
         return 0.0;
     };
     let mut smallest = f64::INFINITY;

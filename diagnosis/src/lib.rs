@@ -7,13 +7,16 @@
 mod acquisition;
 mod amended;
 mod bands;
+mod channel;
 mod composition;
 mod decompose;
 mod diagnose;
 mod diagnosis;
 mod error;
+mod evidence;
 mod experiment;
 mod likelihood;
+mod linearised;
 mod lines;
 mod locate;
 mod normal;

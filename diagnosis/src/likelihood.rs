@@ -12,10 +12,11 @@ use anhyst_model::{ActuatorOutputs, EffectKind};
 use nalgebra::DMatrix;
 
 use crate::bands::{ERRORS, bands};
+use crate::channel::Channel;
 use crate::composition::{Composition, Slot, Unknown};
 use crate::normal::Normal;
-use crate::nuisance::Nuisance;
-use crate::plant::{Channel, Plant};
+use crate::nuisance::{Nuisance, linear};
+use crate::plant::Plant;
 
 /// Rounds in which levels and linear nuisance settle on each other.
 const ROUNDS: usize = 2;
@@ -35,9 +36,9 @@ pub(crate) struct Bench {
     pub bands: Vec<Vec<usize>>,
     /// Independent numbers of each.
     pub counts: Vec<f64>,
+    /// Bands from this one on hold a fitted model's own error.
+    errors_from: usize,
     pub threads: usize,
-    /// Simulations so far, for those who wait.
-    pub simulations: std::sync::atomic::AtomicUsize,
 }
 
 /// A composition simulated and held against the measurement.
@@ -74,15 +75,19 @@ impl Bench {
             measured: plant.measured_spectra(),
             counts: bands.iter().enumerate().map(count).collect(),
             bands,
+            errors_from: from,
             plant,
             threads,
-            simulations: Default::default(),
         }
+    }
+
+    /// The level of this band is a fitted model's own error.
+    pub fn is_error(&self, band: usize) -> bool {
+        band >= self.errors_from
     }
 
     /// Spectra of a composition and the runs behind them.
     pub fn simulate(&self, composition: &Composition) -> Option<(Vec<ActuatorOutputs>, Vec<f64>)> {
-        self.simulations.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         let runs = self.plant.simulate(composition)?;
         let spectra = self.plant.spectra(&runs)?;
         Some((runs, spectra))
@@ -92,7 +97,7 @@ impl Bench {
     pub fn point(&self, composition: &Composition) -> Option<Point> {
         let (runs, simulated) = self.simulate(composition)?;
         let raw: Vec<f64> = self.measured.iter().zip(&simulated).map(|(y, m)| y - m).collect();
-        let (kinds, columns) = self.linear(composition, &simulated);
+        let (kinds, columns) = linear(&self.plant, composition, &simulated);
         let (residual, levels, coefficients) = self.profiled(raw, &columns);
         let prior: f64 = composition.unknowns.iter().map(|own| own.surprise().powi(2)).sum();
         let cost = self.cost(&levels) + 0.5 * prior;
@@ -132,6 +137,16 @@ impl Bench {
             .collect()
     }
 
+    /// 1/√level of each number of the stacked spectra.
+    pub fn weights(&self, levels: &[f64]) -> Vec<f64> {
+        let mut weights = vec![0.0; self.plant.length()];
+        for ((band, count), level) in self.bands.iter().zip(&self.counts).zip(levels) {
+            let weight = level.sqrt().recip() * (count / band.len() as f64).sqrt();
+            band.iter().for_each(|place| weights[*place] = weight);
+        }
+        weights
+    }
+
     /// Takes linear columns out of a difference, under the levels of what remains.
     pub fn profiled(&self, mut residual: Vec<f64>, columns: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         for channel in &self.plant.channels {
@@ -144,7 +159,7 @@ impl Bench {
             if columns.is_empty() {
                 break;
             }
-            let system = Normal::of(self, &levels, columns, &raw);
+            let system = Normal::of(&self.weights(&levels), columns, &raw);
             coefficients = system.solve(&vec![0.0; columns.len()]);
             residual.clone_from(&raw);
             for (column, coefficient) in columns.iter().zip(&coefficients) {
@@ -158,14 +173,6 @@ impl Bench {
             levels = self.levels(&residual);
         }
         (residual, levels, coefficients)
-    }
-
-    /// A series of one channel among the stacked spectra, its mean left out.
-    pub fn stacked(&self, channel: &Channel, series: &[f64]) -> Vec<f64> {
-        let mut own = vec![0.0; self.plant.length()];
-        own[channel.places.clone()].copy_from_slice(&channel.spectrum.of(series));
-        own[channel.places.start] = 0.0;
-        own
     }
 
     /// Derivatives by the free coordinates; those of `known` are taken from there.
@@ -216,6 +223,8 @@ impl Bench {
             // Frequencies aside, ratios answer smoothly to a hundredth.
             Slot::Corner(_) => 0.01,
             Slot::Effect(EffectKind::AfterEffect | EffectKind::Friction, place) if place > 0 => 0.05,
+            // It bites sample by sample.
+            Slot::Effect(kind, place) if kind.parameters()[place].is_limit() => 0.01,
             _ => coordinate.step(value),
         };
         difference(step).or_else(|| difference(-step))
@@ -251,8 +260,8 @@ impl Bench {
     /// Normal equations of unknowns and linear nuisance together, and the unknowns' pull by their priors.
     fn normal(&self, here: &Point, columns: &[Vec<f64>]) -> (Normal, Vec<f64>) {
         let all: Vec<&Vec<f64>> = columns.iter().chain(&here.nuisance.columns).collect();
-        let mut normal = Normal::of(self, &here.levels, &all, &here.residual);
-        let pull = normal.believe(here);
+        let mut normal = Normal::of(&self.weights(&here.levels), &all, &here.residual);
+        let pull = normal.believe(&here.composition.unknowns);
         (normal, pull)
     }
 
@@ -291,9 +300,11 @@ impl Bench {
         channel.spectrum.back(&point.residual[channel.places.clone()])
     }
 
-    /// Covariance of the free coordinates, the linear nuisance let free: H⁻¹ of the last step.
-    pub fn covariance(&self, fit: &Fitted) -> DMatrix<f64> {
-        let (normal, _) = self.normal(&fit.point, &fit.columns);
+    /// Covariance of the free coordinates under some levels, the linear nuisance let free: H⁻¹.
+    pub fn covariance(&self, fit: &Fitted, levels: &[f64]) -> DMatrix<f64> {
+        let all: Vec<&Vec<f64>> = fit.columns.iter().chain(&fit.point.nuisance.columns).collect();
+        let mut normal = Normal::of(&self.weights(levels), &all, &fit.point.residual);
+        normal.believe(&fit.point.composition.unknowns);
         let size = fit.columns.len();
         normal.inverse().view((0, 0), (size, size)).into_owned()
     }

@@ -8,9 +8,9 @@ use std::f64::consts::TAU;
 
 use rustfft::num_complex::Complex;
 
+use crate::channel::Channel;
 use crate::composition::Line;
 use crate::likelihood::{Bench, Point};
-use crate::plant::Channel;
 use crate::spectrum::Spectrum;
 use crate::statistics::{quantile, sorted};
 

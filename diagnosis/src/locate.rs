@@ -5,8 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::channel::ChannelKind;
 use crate::likelihood::{Bench, Point};
-use crate::plant::ChannelKind;
 use crate::signals::Signals;
 use crate::spectrum::Spectrum;
 use crate::statistics::{quantile, sorted};

@@ -4,9 +4,9 @@
 
 use anhyst_model::EffectKind;
 
+use crate::channel::ChannelKind;
 use crate::composition::{Composition, Slot};
-use crate::likelihood::{Bench, Point};
-use crate::plant::ChannelKind;
+use crate::plant::Plant;
 
 /// What enters linearly.
 #[derive(Clone, Default)]
@@ -59,89 +59,95 @@ pub(crate) enum NuisanceKind {
     CreepMemory(usize, usize),
 }
 
-impl Bench {
-    /// The linear nuisance of a composition.
-    pub fn linear(&self, composition: &Composition, simulated: &[f64]) -> (Vec<NuisanceKind>, Vec<Vec<f64>>) {
-        let (mut kinds, mut columns) = (Vec::new(), Vec::new());
-        for (index, channel) in self.plant.channels.iter().enumerate() {
-            if channel.kind == ChannelKind::Field {
-                let mut own = vec![0.0; simulated.len()];
-                own[channel.places.clone()].copy_from_slice(&simulated[channel.places.clone()]);
-                own[channel.places.start] = 0.0;
-                kinds.push(NuisanceKind::ProbeGain(index));
-                columns.push(own);
-            }
-            for (kind, shape) in self.shapes(composition, index) {
-                let series: Vec<f64> = (0..channel.rows.len()).map(|row| shape.at(row as f64)).collect();
-                kinds.push(kind);
-                columns.push(self.stacked(channel, &series));
-            }
+/// The linear nuisance of a composition.
+pub(crate) fn linear(
+    plant: &Plant,
+    composition: &Composition,
+    simulated: &[f64],
+) -> (Vec<NuisanceKind>, Vec<Vec<f64>>) {
+    let (mut kinds, mut columns) = (Vec::new(), Vec::new());
+    for (index, channel) in plant.channels.iter().enumerate() {
+        if channel.kind == ChannelKind::Field {
+            let mut own = vec![0.0; simulated.len()];
+            own[channel.places.clone()].copy_from_slice(&simulated[channel.places.clone()]);
+            own[channel.places.start] = 0.0;
+            kinds.push(NuisanceKind::ProbeGain(index));
+            columns.push(own);
         }
-        (kinds, columns)
+        for (kind, shape) in shapes(plant, composition, index) {
+            let series: Vec<f64> = (0..channel.rows.len()).map(|row| shape.at(row as f64)).collect();
+            kinds.push(kind);
+            columns.push(plant.stacked(channel, &series));
+        }
     }
+    (kinds, columns)
+}
 
-    /// The time courses of the linear nuisance of an output.
-    fn shapes(&self, composition: &Composition, index: usize) -> Vec<(NuisanceKind, Shape)> {
-        let channel = &self.plant.channels[index];
-        let run = &self.plant.runs[channel.run];
-        let Some(tick_s) = run.tick_s.filter(|_| channel.kind == ChannelKind::Output) else {
-            return Vec::new();
-        };
-        let rows = channel.rows.len() as f64;
-        let mut shapes = Vec::new();
-        if !composition.no_drift {
-            shapes.push((NuisanceKind::Drift(index), Shape::Ramp(1.0 / rows)));
-        }
-        for (place, line) in composition
-            .lines
-            .iter()
-            .enumerate()
-            .filter(|(_, own)| own.run == channel.run)
-        {
-            let turns = std::f64::consts::TAU * line.frequency_hz * tick_s;
-            shapes.push((NuisanceKind::Line(place, false), Shape::Cosine(turns)));
-            shapes.push((NuisanceKind::Line(place, true), Shape::Sine(turns)));
-        }
-        // What crept before a run began in an unknown state goes on in it.
-        let times: Vec<f64> = composition
-            .unknowns
-            .iter()
-            .filter(|own| matches!(own.slot, Slot::Effect(EffectKind::AfterEffect, place) if place > 0))
-            .map(|own| own.value)
-            .collect();
-        if let [shortest, longest] = times[..]
-            && run.start.is_none()
-        {
-            let creeps = [longest, (shortest * longest).sqrt()];
-            let creeps = creeps.into_iter().filter(|time_s| *time_s < 3.0 * tick_s * rows);
-            shapes.extend(
-                creeps
-                    .enumerate()
-                    .map(|(own, time_s)| (NuisanceKind::CreepMemory(index, own), Shape::Decay(tick_s / time_s))),
-            );
-        }
-        shapes
+/// The time courses of the linear nuisance of an output.
+fn shapes(plant: &Plant, composition: &Composition, index: usize) -> Vec<(NuisanceKind, Shape)> {
+    let channel = &plant.channels[index];
+    let run = &plant.runs[channel.run];
+    let Some(tick_s) = run.tick_s.filter(|_| channel.kind == ChannelKind::Output) else {
+        return Vec::new();
+    };
+    let rows = channel.rows.len() as f64;
+    let mut shapes = Vec::new();
+    if !composition.no_drift {
+        shapes.push((NuisanceKind::Drift(index), Shape::Ramp(1.0 / rows)));
     }
+    for (place, line) in composition
+        .lines
+        .iter()
+        .enumerate()
+        .filter(|(_, own)| own.run == channel.run)
+    {
+        let turns = std::f64::consts::TAU * line.frequency_hz * tick_s;
+        shapes.push((NuisanceKind::Line(place, false), Shape::Cosine(turns)));
+        shapes.push((NuisanceKind::Line(place, true), Shape::Sine(turns)));
+    }
+    // What crept before a run began in an unknown state goes on in it.
+    let times: Vec<f64> = composition
+        .unknowns
+        .iter()
+        .filter(|own| matches!(own.slot, Slot::Effect(EffectKind::AfterEffect, place) if place > 0))
+        .map(|own| own.value)
+        .collect();
+    if let [shortest, longest] = times[..] {
+        let creeps = [longest, (shortest * longest).sqrt()];
+        let creeps = creeps.into_iter().filter(|time_s| *time_s < 3.0 * tick_s * rows);
+        shapes.extend(
+            creeps
+                .enumerate()
+                .map(|(own, time_s)| (NuisanceKind::CreepMemory(index, own), Shape::Decay(tick_s / time_s))),
+        );
+    }
+    shapes
+}
 
-    /// The linear nuisance of an output over all its rows, where a point was held against the first `fitted` of them.
-    pub fn nuisance_series(&self, point: &Point, index: usize, fitted: usize) -> Vec<f64> {
-        let channel = &self.plant.channels[index];
-        let mut sum = vec![0.0; channel.rows.len()];
-        let scale = |shape: Shape| match shape {
-            // Its unit is the length of the fitted rows.
-            Shape::Ramp(_) => Shape::Ramp(1.0 / fitted as f64),
-            other => other,
+/// The linear nuisance of an output over all its rows, where it was held against the first `fitted` of them.
+pub(crate) fn nuisance_series(
+    plant: &Plant,
+    composition: &Composition,
+    nuisance: &Nuisance,
+    index: usize,
+    fitted: usize,
+) -> Vec<f64> {
+    let channel = &plant.channels[index];
+    let mut sum = vec![0.0; channel.rows.len()];
+    let scale = |shape: Shape| match shape {
+        // Its unit is the length of the fitted rows.
+        Shape::Ramp(_) => Shape::Ramp(1.0 / fitted as f64),
+        other => other,
+    };
+    for (kind, shape) in shapes(plant, composition, index) {
+        let own = nuisance.kinds.iter().zip(&nuisance.coefficients);
+        let Some((_, coefficient)) = own.into_iter().find(|(own, _)| **own == kind) else {
+            continue;
         };
-        for (kind, shape) in self.shapes(&point.composition, index) {
-            let own = point.nuisance.kinds.iter().zip(&point.nuisance.coefficients);
-            let Some((_, coefficient)) = own.into_iter().find(|(own, _)| **own == kind) else {
-                continue;
-            };
-            let shape = scale(shape);
-            for (row, value) in sum.iter_mut().enumerate() {
-                *value += coefficient * shape.at(row as f64);
-            }
+        let shape = scale(shape);
+        for (row, value) in sum.iter_mut().enumerate() {
+            *value += coefficient * shape.at(row as f64);
         }
-        sum
     }
+    sum
 }

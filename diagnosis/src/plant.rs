@@ -1,66 +1,19 @@
 //! The actuator chain as a diagnosis sees it: runs in, the spectra of all channels out.
-//!
-//! A run is driven by its command through the amplifier's model; where only a measured field exists, by that field
-//! through a play of 3σ: a noisy field would ratchet a rate-independent model. A run without time is a sweep through states
-//! of rest; unless its first magnetization was measured, the sweep is run twice and the second time counts.
 
 use std::ops::Range;
 
-use anhyst_model::{
-    Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutputs, Drive, MagneticState, ModelError,
-};
+use anhyst_identify::prepared::PreparedRun;
+use anhyst_model::{ActuatorModel, ActuatorOutputs};
 
+use crate::channel::{Channel, ChannelKind};
 use crate::composition::Composition;
 use crate::spectrum::Spectrum;
-
-/// What drives the model in one run.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct RunInputs {
-    /// Command, or measured field made fit for the model, A/m.
-    pub drive_a_per_m: Vec<f64>,
-    pub drive: Drive,
-    /// None for a sweep without time.
-    pub tick_s: Option<f64>,
-    pub temperature_k: Option<Vec<f64>>,
-    pub force_n: Option<Vec<f64>>,
-    /// Where the material was at the first sample, if that was measured; otherwise demagnetised.
-    pub start: Option<MagneticState>,
-    /// The actuator rested without drive before the first sample, which already has one.
-    pub from_rest: bool,
-}
-
-/// One series of one run that is compared with the model.
-#[derive(Clone)]
-pub(crate) struct Channel {
-    pub run: usize,
-    pub kind: ChannelKind,
-    /// Rows of the run that are compared: those after the settling.
-    pub rows: Range<usize>,
-    /// Their place among the stacked spectra; its first number is the mean.
-    pub places: Range<usize>,
-    pub spectrum: Spectrum,
-    /// What the measurement itself says of its noise, in the channel's unit.
-    pub noise_rms: f64,
-    /// Step of its digits; 0: none.
-    pub resolution: f64,
-}
-
-/// What a channel holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ChannelKind {
-    /// Coil field: separates the amplifier from the rest.
-    Field,
-    /// Displacement, strain, or magnetization where nothing else was measured.
-    Output,
-    /// Magnetization beside another output.
-    Magnetization,
-}
 
 /// A nominal model and the runs that it has to explain.
 #[derive(Clone)]
 pub(crate) struct Plant {
     pub model: ActuatorModel,
-    pub runs: Vec<RunInputs>,
+    pub runs: Vec<PreparedRun>,
     pub channels: Vec<Channel>,
     /// By channel, rows as compared, in its unit.
     pub measured: Vec<Vec<f64>>,
@@ -68,44 +21,6 @@ pub(crate) struct Plant {
     pub magnetic: bool,
     /// The model's numbers were fitted to measurements, so they carry its errors.
     pub fitted: bool,
-}
-
-impl RunInputs {
-    fn inputs(&self) -> ActuatorInputs<'_> {
-        ActuatorInputs {
-            drive_a_per_m: &self.drive_a_per_m,
-            drive: self.drive,
-            temperature_k: self.temperature_k.as_deref(),
-            force_n: self.force_n.as_deref(),
-        }
-    }
-
-    /// `start`: where the material was, if that is being found out.
-    pub fn simulate(&self, model: &ActuatorModel, start: Option<MagneticState>) -> Result<ActuatorOutputs, ModelError> {
-        let mut outputs = ActuatorOutputs::default();
-        let mut actuator = match self.tick_s {
-            Some(tick_s) if self.from_rest => {
-                let mut actuator = Actuator::new(model, tick_s)?;
-                actuator.step(ActuatorInput {
-                    drive: self.drive,
-                    temperature_k: self.temperature_k.as_ref().map(|column| column[0]),
-                    ..ActuatorInput::command(0.0)
-                });
-                actuator
-            }
-            Some(tick_s) => Actuator::new(model, tick_s)?,
-            None => Actuator::quasi_static(model)?,
-        };
-        if let Some(start) = start.or(self.start) {
-            actuator = actuator.starting_at(start);
-        } else if self.tick_s.is_none() {
-            actuator.run(self.inputs(), &mut outputs)?;
-            let end = actuator.magnetic_state();
-            actuator = Actuator::quasi_static(model)?.starting_at(end);
-        }
-        actuator.run(self.inputs(), &mut outputs)?;
-        Ok(outputs)
-    }
 }
 
 impl Plant {
@@ -116,7 +31,9 @@ impl Plant {
         let low_passes = [of(ChannelKind::Field), of(ChannelKind::Output)];
         let simulated = self.runs.iter().enumerate().map(|(index, run)| {
             let first = run.drive_a_per_m.first().copied().unwrap_or(0.0);
-            let mut outputs = run.simulate(&model, composition.start(index, first)).ok()?;
+            let mut outputs = ActuatorOutputs::default();
+            run.simulate_from(composition.start(index, first), &model, &mut outputs)
+                .ok()?;
             let output = if self.magnetic {
                 &mut outputs.magnetization_a_per_m
             } else {
@@ -149,6 +66,14 @@ impl Plant {
             stacked.extend(channel.spectrum.of(&series[channel.rows.clone()]));
         }
         stacked.iter().all(|value| value.is_finite()).then_some(stacked)
+    }
+
+    /// A series of one channel among the stacked spectra, its mean left out.
+    pub fn stacked(&self, channel: &Channel, series: &[f64]) -> Vec<f64> {
+        let mut own = vec![0.0; self.length()];
+        own[channel.places.clone()].copy_from_slice(&channel.spectrum.of(series));
+        own[channel.places.start] = 0.0;
+        own
     }
 
     /// The same of what was measured.

@@ -7,7 +7,7 @@ use anhyst_identify::engine::Coordinate;
 use anhyst_identify::parallel;
 
 use crate::likelihood::{Bench, Fitted};
-use crate::normal::Linearised;
+use crate::linearised::{Gain, Linearised};
 use crate::probes::{ProbeGroup, Surroundings};
 use crate::term::Term;
 
@@ -17,7 +17,7 @@ const NEAR: f64 = 1.5;
 /// Of a term's places to begin at, those that are searched further.
 const SEARCHED: usize = 2;
 /// Golden sections between two levels of a limit.
-const SECTIONS: usize = 5;
+const SECTIONS: usize = 9;
 /// Energy with which a level shows.
 const SHOWS: f64 = 80.0;
 /// A gap is large from this multiple of a trial's answer on.
@@ -29,7 +29,7 @@ pub(crate) struct Screened {
     pub term: Term,
     /// Where a fit begins.
     pub values: Vec<f64>,
-    /// Fall of J seen there.
+    /// Fall of J or E seen there.
     pub gain: f64,
     /// Change of the spectra by the trial, over the levels: (quantity's place, size of the trial, norm).
     pub seen: Option<Seen>,
@@ -110,7 +110,7 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
         } else {
             vec![values]
         };
-        starts.extend(both.into_iter().map(|values| (gain, group.clone(), values)));
+        starts.extend(both.into_iter().map(|values| (gain.likelihood, group.clone(), values)));
     }
     starts.sort_by(|one, other| other.0.total_cmp(&one.0));
     let mut best: Option<(f64, Vec<f64>)> = None;
@@ -131,6 +131,7 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
                 continue;
             };
             let (gain, multiples, _) = linear.gain(std::slice::from_ref(&answer), 0.0);
+            let gain = gain.likelihood;
             if best.as_ref().is_none_or(|(most, _)| gain > *most) {
                 best = Some((gain, values.clone()));
             }
@@ -176,7 +177,7 @@ fn limit(
         .filter_map(|group| Some(group.sizes.first()?.1))
         .collect();
     let mut seen: Option<Seen> = None;
-    let mut tried: Vec<(f64, f64)> = Vec::new();
+    let mut tried: Vec<(Gain, f64)> = Vec::new();
     let mut try_level = |level: f64| {
         let Some(answer) = difference(&[level]) else {
             return f64::NEG_INFINITY;
@@ -191,9 +192,9 @@ fn limit(
                 energy,
             });
         }
-        let (gain, _, _) = linear.gain(std::slice::from_ref(&answer), 0.0);
+        let gain = linear.gain_of(&answer);
         tried.push((gain, level));
-        gain
+        gain.size
     };
     let gains: Vec<f64> = levels.iter().map(|level| try_level(*level)).collect();
     let best = (0..levels.len()).max_by(|one, other| gains[*one].total_cmp(&gains[*other]));
@@ -209,11 +210,13 @@ fn limit(
             }
         }
     }
-    let (gain, level) = tried.into_iter().max_by(|one, other| one.0.total_cmp(&other.0))?;
+    let (gain, level) = tried
+        .into_iter()
+        .max_by(|one, other| one.0.size.total_cmp(&other.0.size))?;
     Some(Screened {
         term,
         values: vec![level],
-        gain,
+        gain: gain.either(),
         seen,
     })
 }

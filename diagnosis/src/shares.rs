@@ -7,10 +7,10 @@
 use anhyst_identify::parallel;
 use anhyst_model::ActuatorModel;
 
+use crate::channel::ChannelKind;
 use crate::composition::{Composition, Slot};
 use crate::likelihood::{Bench, Fitted, Point};
 use crate::nuisance::NuisanceKind;
-use crate::plant::ChannelKind;
 use crate::statistics::rms;
 use crate::term::Term;
 
@@ -96,29 +96,6 @@ pub(crate) fn remainder_rms(bench: &Bench, point: &Point) -> f64 {
         .plant
         .outputs()
         .flat_map(|(_, channel)| bench.left(point, channel)))
-}
-
-/// Noise of the first output: what the measurement itself shows, or where a low pass hides it, the level of the quietest bands.
-pub(crate) fn noise_rms(bench: &Bench, point: &Point) -> f64 {
-    let Some((_, channel)) = bench.plant.outputs().next() else {
-        return 0.0;
-    };
-    let Some(low_pass) = point.composition.fitted_low_pass(ChannelKind::Output) else {
-        return channel.noise_rms;
-    };
-    let tick_s = bench.plant.runs[channel.run].tick_s.unwrap_or(1.0);
-    let share = 2.0 * low_pass.corner_hz * tick_s;
-    let length = channel.places.len() as f64;
-    let passed = bench.bands.iter().zip(&point.levels).filter(|(band, _)| {
-        let end = band.last().map_or(0, |last| last + 1);
-        channel.places.contains(&band[0]) && (end - channel.places.start) as f64 <= 0.7 * share * length
-    });
-    let quietest = passed.map(|(_, level)| *level).fold(f64::INFINITY, f64::min);
-    if quietest.is_finite() {
-        (quietest * share).sqrt()
-    } else {
-        channel.noise_rms
-    }
 }
 
 /// What the outputs lose without something, means taken off.

@@ -4,12 +4,13 @@
 //! (signed root), time, the field's rate (signed root), or the output itself; the curve acts as strain through the rod, over the output
 //! behind it. It competes with the library on the same likelihood, at a price per coefficient.
 
+use anhyst_identify::prepared::PreparedRun;
 use anhyst_model::{ActuatorOutputs, RodMotion, RodState, TwoPolePropagator};
 use serde::{Deserialize, Serialize};
 
+use crate::channel::ChannelKind;
 use crate::likelihood::{Bench, Fitted};
-use crate::normal::Linearised;
-use crate::plant::{ChannelKind, RunInputs};
+use crate::linearised::Linearised;
 use crate::statistics::{quantile, rms, sorted};
 
 /// Of J, for each coefficient.
@@ -55,7 +56,7 @@ impl Over {
         }
     }
 
-    fn signal(self, run: &RunInputs, outputs: &ActuatorOutputs, output: &[f64]) -> Option<Vec<f64>> {
+    fn signal(self, run: &PreparedRun, outputs: &ActuatorOutputs, output: &[f64]) -> Option<Vec<f64>> {
         let change = |series: &[f64]| {
             let differences = (0..series.len()).map(|k| series[k] - series[k.saturating_sub(1)]);
             differences.map(|own| own.abs().sqrt().copysign(own)).collect()
@@ -89,9 +90,6 @@ pub struct UnknownTerm {
     pub curves: Vec<FreeCurve>,
     /// Of the gap's energy.
     pub share_of_energy_explained: f64,
-    /// Its contribution to the output, by run.
-    #[serde(skip)]
-    pub contributions: Vec<Vec<f64>>,
 }
 
 /// The curve that gains most.
@@ -99,7 +97,6 @@ pub(crate) struct Unlisted {
     /// Fall of J, its price taken off.
     pub gain: f64,
     pub curve: FreeCurve,
-    pub contributions: Vec<Vec<f64>>,
 }
 
 /// What each curve gains beside a fit, best first.
@@ -167,7 +164,7 @@ fn one(bench: &Bench, base: &Fitted, over: Over) -> Option<Unlisted> {
             for (channel, series) in outputs.iter().zip(runs) {
                 for (own, value) in stacked
                     .iter_mut()
-                    .zip(bench.stacked(channel, &series[channel.rows.clone()]))
+                    .zip(plant.stacked(channel, &series[channel.rows.clone()]))
                 {
                     *own += value;
                 }
@@ -177,27 +174,24 @@ fn one(bench: &Bench, base: &Fitted, over: Over) -> Option<Unlisted> {
         .collect();
     let (_, _, levels) = Linearised::new(bench, base, &base.point.levels).gain(&columns, RIDGE);
     let (gain, multiples, _) = Linearised::new(bench, base, &levels).gain(&columns, RIDGE);
-    let contributions: Vec<Vec<f64>> = (0..outputs.len())
-        .map(|run| {
-            let mut sum = vec![0.0; series[0][run].len()];
-            for (series, multiple) in series.iter().zip(&multiples) {
-                for (own, value) in sum.iter_mut().zip(&series[run]) {
-                    *own += multiple * value;
-                }
+    let contribution = (0..outputs.len()).flat_map(|run| {
+        let mut sum = vec![0.0; series[0][run].len()];
+        for (series, multiple) in series.iter().zip(&multiples) {
+            for (own, value) in sum.iter_mut().zip(&series[run]) {
+                *own += multiple * value;
             }
-            sum
-        })
-        .collect();
+        }
+        sum
+    });
     let values = std::iter::once(0.0).chain(multiples.iter().copied()).collect();
     Some(Unlisted {
-        gain: gain - PRICE * columns.len() as f64,
+        gain: gain.likelihood - PRICE * columns.len() as f64,
         curve: FreeCurve {
             over,
             knots,
             values,
-            rms: rms(contributions.iter().flatten().copied()),
+            rms: rms(contribution),
         },
-        contributions,
     })
 }
 

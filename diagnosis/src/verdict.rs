@@ -1,18 +1,20 @@
 //! From a decomposition to what is said: shares of the gap, values with intervals, a verdict and how sure it is.
 //!
-//! Confidence = e^{−J}/Σ e^{−J'} over all that was fitted, times 1 − √(max(0, r² − n²))/|g|: r what is left, n the noise that the
-//! measurement itself shows. So nothing that leaves a third of a gap is named with more than 0.67.
+//! Confidence = e^{−E}/Σ e^{−E'} over all that was fitted (E: `evidence.rs`), times 1 − √(max(0, r² − n²))/|g|: r what is left, n the noise that the
+//! measurement itself shows. So nothing that leaves a third of a gap is named with more than 0.67. Of `none` it is the first factor; of
+//! `unknown` 1/(1 + e^{G − F}), F what a free curve gains and G the best effect, and ½ where no curve ended the search.
 
 use anhyst_model::{ActuatorModel, EffectKind, NominalParameter, ParameterSpec};
 
+use crate::channel::ChannelKind;
 use crate::composition::{Composition, Slot};
 use crate::decompose::{Decomposition, JOINS, values_of};
 use crate::diagnosis::{Candidate, FittedValue, FoundEffect, ScoreGroup, ScoreTest, Verdict};
+use crate::evidence::{Evidence, noise_rms};
 use crate::likelihood::{Bench, Fitted};
 use crate::nuisance::NuisanceKind;
-use crate::plant::ChannelKind;
 use crate::shares::{
-    Contribution, ContributionKind, DRIFT, Gap, centred, contributions, line_name, noise_rms, remainder_rms, without,
+    Contribution, ContributionKind, DRIFT, Gap, centred, contributions, line_name, remainder_rms, without,
 };
 use crate::statistics::{chi_square_tail, rms};
 use crate::term::Term;
@@ -42,7 +44,8 @@ pub(crate) struct Told {
 pub(crate) fn tell(bench: &Bench, model: &ActuatorModel, found: &Decomposition) -> Option<Told> {
     let gap = Gap::of(bench);
     let last = &found.last;
-    let covariance = bench.covariance(last);
+    let evidence = Evidence::new(bench, &last.point);
+    let covariance = bench.covariance(last, &evidence.levels(&last.point));
     let deviation = |index: usize| {
         let unknown = &last.point.composition.unknowns[index];
         covariance[(index, index)].max(0.0).sqrt() * unknown.coordinate.slope(unknown.value).abs()
@@ -79,7 +82,7 @@ pub(crate) fn tell(bench: &Bench, model: &ActuatorModel, found: &Decomposition) 
     let mut nuisance = nuisance(bench, last, &contributions, &gap, &deviation);
     let drifts =
         |own: &Contribution| own.name == DRIFT && rms(own.series.iter().flatten().copied()) > DRIFTS * remainder_rms;
-    if contributions.iter().any(drifts) && drift_is_sure(bench, last) {
+    if contributions.iter().any(drifts) && drift_is_sure(bench, &evidence, last) {
         let (drift, rest): (Vec<FoundEffect>, Vec<FoundEffect>) =
             nuisance.into_iter().partition(|own| own.name == DRIFT);
         nuisance = rest;
@@ -97,7 +100,7 @@ pub(crate) fn tell(bench: &Bench, model: &ActuatorModel, found: &Decomposition) 
     let explained = gap.explained(bench, &last.point);
     let verdict = verdict(bench, found, &effects, remainder_rms, noise_rms);
     Some(Told {
-        confidence: confidence(found, &effects, verdict, remainder_rms, noise_rms, gap.rms()),
+        confidence: confidence(found, &evidence, &effects, verdict, remainder_rms, noise_rms, gap.rms()),
         verdict,
         effects,
         nuisance,
@@ -109,12 +112,12 @@ pub(crate) fn tell(bench: &Bench, model: &ActuatorModel, found: &Decomposition) 
     })
 }
 
-/// Without a drift of the zero J rises by what lets an effect join.
-fn drift_is_sure(bench: &Bench, last: &Fitted) -> bool {
+/// Without a drift of the zero the evidence falls by what lets an effect join.
+fn drift_is_sure(bench: &Bench, evidence: &Evidence, last: &Fitted) -> bool {
     let mut still = last.point.composition.clone();
     still.no_drift = true;
     let fit = bench.fit(&still, Some(last));
-    fit.is_none_or(|fit| fit.point.cost - last.point.cost > JOINS)
+    fit.is_none_or(|fit| evidence.cost(&fit.point) - evidence.cost(&last.point) > JOINS)
 }
 
 fn values(
@@ -302,6 +305,7 @@ fn shared_by_ties(found: &Decomposition) -> bool {
 
 fn confidence(
     found: &Decomposition,
+    by: &Evidence,
     effects: &[FoundEffect],
     verdict: Verdict,
     left: f64,
@@ -316,7 +320,7 @@ fn confidence(
         let other = fit.point.composition.terms();
         let more = other.len() as f64 - terms.len() as f64;
         let has_all = terms.iter().all(|term| other.contains(term));
-        (effects.is_empty() || !has_all).then_some(fit.point.cost - own.cost + JOINS * more)
+        (effects.is_empty() || !has_all).then_some(by.cost(&fit.point) - by.cost(own) + JOINS * more)
     });
     let evidence = 1.0 / (1.0 + rivals.map(|rise| (-rise).min(300.0).exp()).sum::<f64>());
     match verdict {

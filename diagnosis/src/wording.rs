@@ -37,10 +37,14 @@ pub(crate) fn sentence(own: &Diagnosis) -> String {
         .map(|effect| format!("{} ({:.0} % of the gap)", effect.name, 100.0 * effect.share))
         .collect();
     let names = names.join(" + ");
+    let (before, after) = (amount(own.gap_before), amount(own.gap_after));
+    let held_out = if own.gap_after <= own.gap_before {
+        format!("{after} is left of {before} held out")
+    } else {
+        format!("the held-out gap grows from {before} to {after}")
+    };
     let left = format!(
-        "{} is left of {} held out, {} within the fit, at a noise of {}",
-        amount(own.gap_after),
-        amount(own.gap_before),
+        "{held_out}, {} within the fit, at a noise of {}",
         amount(own.remainder_rms),
         amount(own.noise_rms)
     );

@@ -205,6 +205,19 @@ impl PreparedRun {
     /// # Errors
     /// A model that cannot be run on this data.
     pub fn simulate(&self, model: &ActuatorModel, outputs: &mut ActuatorOutputs) -> Result<(), IdentifyError> {
+        self.simulate_from(None, model, outputs)
+    }
+
+    /// The same with the material as it was before the first sample, where that is being found out.
+    ///
+    /// # Errors
+    /// A model that cannot be run on this data.
+    pub fn simulate_from(
+        &self,
+        state: Option<MagneticState>,
+        model: &ActuatorModel,
+        outputs: &mut ActuatorOutputs,
+    ) -> Result<(), IdentifyError> {
         let mut actuator = match self.tick_s {
             Some(tick_s) => Actuator::new(model, tick_s)?,
             None => Actuator::quasi_static(model)?,
@@ -234,6 +247,9 @@ impl PreparedRun {
                 before.run(inputs, outputs)?;
                 actuator = actuator.starting_at(before.magnetic_state());
             }
+        }
+        if let Some(state) = state {
+            actuator = actuator.starting_at(state);
         }
         Ok(actuator.run(self.inputs(), outputs)?)
     }

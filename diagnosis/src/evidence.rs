@@ -1,0 +1,185 @@
+//! What a fall of J is worth where what is left is more than noise: the misfit of a model that is nearly right is no noise.
+//!
+//! Whittle's likelihood takes all N_b numbers of a band for independent. Those of noise are; a misfit (another form of the same law, an
+//! effect that nobody listed) repeats with the drive, and is as sure as a few numbers. With n_b the noise of a band, L_b its level, and
+//! D = Σ N_b max(0, L_b − n_b)/Σ N_b n_b a channel's misfit over its noise, the evidence against a fit is
+//!
+//!   E = ½ Σ_b N_b ln min(L_b, n_b) + ½ M Σ_c ln(1 + D_c) + ½ Σ ((q − μ)/σ)²
+//!
+//! where the best fit leaves a misfit, and J where it reaches the noise. So of two misfits that with less energy wins: to earn its place an
+//! effect must leave less than e^{−2·JOINS/M} = 37 % of it, and those that leave alike to e^{2·TIES/M} = 1.5 tie. For intervals the misfit is
+//! noise of level D/M in each of its bands, and no number has more than its band's whole energy.
+//! n_b is what the measurement itself shows, white, and as much noise like 1/f as the bands of the best fit leave room for.
+
+use crate::channel::Channel;
+use crate::likelihood::{Bench, Point};
+
+/// A misfit of this share of the noise's energy is one.
+const MISFIT: f64 = 0.5;
+/// M: independent numbers of a channel's misfit.
+const MISFIT_NUMBERS: f64 = 60.0;
+/// Share of a low pass' own band in which it hides no noise.
+const WELL_PASSED: f64 = 0.7;
+
+/// What is noise and what is misfit, told by the best fit.
+pub(crate) struct Evidence<'a> {
+    bench: &'a Bench,
+    bands: Vec<Noise>,
+    /// The best fit leaves a misfit.
+    pub is_misfit: bool,
+}
+
+/// Of one band.
+struct Noise {
+    channel: usize,
+    count: f64,
+    /// Variance by noise; infinite where a level stands for a fitted model's own error (`bands.rs`).
+    variance: f64,
+}
+
+impl Noise {
+    /// Energy of a level beyond the noise's.
+    fn misfit(&self, level: f64) -> f64 {
+        self.count * (level - self.variance).max(0.0)
+    }
+}
+
+impl<'a> Evidence<'a> {
+    /// By the best fit.
+    pub fn new(bench: &'a Bench, best: &Point) -> Self {
+        let channels = &bench.plant.channels;
+        let by_channel: Vec<(f64, f64)> = channels.iter().map(|own| noise(bench, best, own)).collect();
+        let bands = bench.bands.iter().zip(&bench.counts).enumerate();
+        let bands = bands.map(|(index, (band, count))| {
+            let channel = channels
+                .iter()
+                .position(|own| own.places.contains(&band[0]))
+                .unwrap_or(0);
+            let (white, pink) = by_channel[channel];
+            Noise {
+                channel,
+                count: *count,
+                variance: if bench.is_error(index) {
+                    f64::INFINITY
+                } else {
+                    white + pink / middle(band, &channels[channel])
+                },
+            }
+        });
+        let mut own = Evidence {
+            bands: bands.collect(),
+            bench,
+            is_misfit: false,
+        };
+        // A fitted model's own error has a level of its own.
+        own.is_misfit = !bench.plant.fitted && own.misfits(&best.levels).iter().any(|own| *own > MISFIT);
+        own
+    }
+
+    /// E of a point.
+    pub fn cost(&self, point: &Point) -> f64 {
+        self.cost_of(&point.levels) + point.cost - self.bench.cost(&point.levels)
+    }
+
+    /// E of some levels alone.
+    pub fn cost_of(&self, levels: &[f64]) -> f64 {
+        if !self.is_misfit {
+            return self.bench.cost(levels);
+        }
+        let clipped = |(own, level): (&Noise, &f64)| own.count * level.min(own.variance).ln();
+        let noise: f64 = self.bands.iter().zip(levels).map(clipped).sum();
+        0.5 * (noise + MISFIT_NUMBERS * self.misfits(levels).iter().map(|own| own.ln_1p()).sum::<f64>())
+    }
+
+    /// D of each channel.
+    fn misfits(&self, levels: &[f64]) -> Vec<f64> {
+        let mut sums = vec![(0.0, 0.0); self.bench.plant.channels.len()];
+        let finite = self
+            .bands
+            .iter()
+            .zip(levels)
+            .filter(|(own, _)| own.variance.is_finite());
+        for (own, level) in finite {
+            sums[own.channel].0 += own.misfit(*level);
+            sums[own.channel].1 += own.count * own.variance;
+        }
+        sums.iter()
+            .map(|(misfit, noise): &(f64, f64)| misfit / noise.max(f64::MIN_POSITIVE))
+            .collect()
+    }
+
+    /// Levels that stand in the way of a column.
+    pub fn levels(&self, point: &Point) -> Vec<f64> {
+        if !self.is_misfit {
+            return point.levels.clone();
+        }
+        let mut each = vec![0.0; self.bench.plant.channels.len()];
+        for (own, level) in self.bands.iter().zip(&point.levels) {
+            each[own.channel] += own.misfit(*level) / MISFIT_NUMBERS;
+        }
+        let bands = self.bands.iter().zip(&point.levels);
+        bands
+            .map(|(own, level)| match own.misfit(*level) {
+                0.0 => *level,
+                energy => own.variance + energy.min(each[own.channel]),
+            })
+            .collect()
+    }
+}
+
+/// White part of a channel's noise, and of its part like 1/f the variance at place 1.
+fn noise(bench: &Bench, best: &Point, channel: &Channel) -> (f64, f64) {
+    let white = noise_variance(bench, best, channel);
+    let room = well_passed(bench, best, channel).map(|(band, level)| {
+        let most = level * (1.0 + 3.0 * (2.0 / band.len() as f64).sqrt());
+        (most - white).max(0.0) * middle(band, channel)
+    });
+    (white, room.reduce(f64::min).unwrap_or(0.0))
+}
+
+/// Bands of a channel with their levels, as far as no low pass hides their noise.
+fn well_passed<'a>(
+    bench: &'a Bench,
+    point: &'a Point,
+    channel: &'a Channel,
+) -> impl Iterator<Item = (&'a Vec<usize>, f64)> {
+    let share = passed(bench, point, channel).map_or(1.0, |share| WELL_PASSED * share);
+    let most = share * channel.places.len() as f64;
+    let bands = bench.bands.iter().zip(&point.levels);
+    bands.filter_map(move |(band, level)| {
+        let end = band.last().map_or(0, |last| last + 1);
+        let inside = channel.places.contains(&band[0]) && (end - channel.places.start) as f64 <= most;
+        inside.then_some((band, *level))
+    })
+}
+
+/// Of a band's places within its channel.
+fn middle(band: &[usize], channel: &Channel) -> f64 {
+    let (first, last) = (band[0], band[band.len() - 1]);
+    0.5 * (first + last) as f64 - channel.places.start as f64
+}
+
+/// Rms of the first output's noise: what the measurement itself shows, or where a low pass hides it, the level of the quietest bands.
+pub(crate) fn noise_rms(bench: &Bench, point: &Point) -> f64 {
+    let Some((_, channel)) = bench.plant.outputs().next() else {
+        return 0.0;
+    };
+    let share = passed(bench, point, channel).unwrap_or(1.0);
+    (noise_variance(bench, point, channel) * share).sqrt()
+}
+
+/// Variance of a number of a channel's spectrum by white noise alone.
+fn noise_variance(bench: &Bench, point: &Point, channel: &Channel) -> f64 {
+    let own = channel.noise_rms * channel.noise_rms;
+    if passed(bench, point, channel).is_none() {
+        return own;
+    }
+    let levels = well_passed(bench, point, channel).map(|(_, level)| level);
+    levels.reduce(f64::min).unwrap_or(own)
+}
+
+/// Share of the band up to half the sampling rate that a low pass leaves of a channel.
+fn passed(bench: &Bench, point: &Point, channel: &Channel) -> Option<f64> {
+    let low_pass = point.composition.fitted_low_pass(channel.kind)?;
+    Some(2.0 * low_pass.corner_hz * bench.plant.runs[channel.run].tick_s?)
+}
