@@ -7,7 +7,7 @@
 const NEAREST: f64 = 10.5;
 /// Fewest differences that can show a lattice: around its crests a sampled sine has a few that are 1, 3, 5, ... of one.
 const MIN_DIFFERENCES: usize = 16;
-/// Of steps as coarse as the motion fewer do, where each value comes this often: noise never repeats itself.
+/// Of steps as coarse as the motion fewer do, where all are alike and each value comes this often: noise never repeats itself.
 const MIN_COARSE: usize = 3;
 const REPEATED: usize = 20;
 /// A remainder below this share of the step is rounding.
@@ -35,16 +35,14 @@ fn lattice(sorted: &[f64], same: f64) -> Option<f64> {
             last = value;
         }
     }
-    let min = if (differences.len() + 1) * REPEATED < sorted.len() {
-        MIN_COARSE
-    } else {
-        MIN_DIFFERENCES
-    };
+    let all = differences.len();
     let smallest = differences.iter().copied().fold(f64::INFINITY, f64::min);
     let mut near: Vec<f64> = differences
         .into_iter()
         .filter(|difference| *difference < NEAREST * smallest)
         .collect();
+    let is_coarse = near.len() == all && (all + 1) * REPEATED < sorted.len();
+    let min = if is_coarse { MIN_COARSE } else { MIN_DIFFERENCES };
     // Steps as small as what counts as the same are made by this very bound.
     if near.len() < min || smallest < 10.0 * same {
         return None;
