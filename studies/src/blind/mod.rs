@@ -6,22 +6,26 @@
 
 mod bars;
 mod case;
+mod class;
 mod outcome;
 mod page;
 mod places;
 mod results;
 mod run;
+mod share;
 mod tables;
 
 use anhyst_model::ActuatorModel;
 
-pub use bars::{Bar, Share};
+pub use bars::Bar;
 pub use case::{Case, Family, LIMIT_GAPS, Plan};
+pub use class::Class;
 pub use outcome::{Interval, Outcome};
 pub use page::page;
 pub use places::{Axis, Places};
-pub use results::{Bin, Class, ConfusionRow, Results};
+pub use results::{Bin, ConfusionRow, Results};
 pub use run::{Hidden, Said, StudyRun};
+pub use share::Share;
 pub use tables::{markdown, summary};
 
 use crate::error::StudyError;

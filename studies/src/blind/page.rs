@@ -1,7 +1,8 @@
 //! The study as a page with charts that stands alone.
 
-use super::bars::Share;
-use super::results::{Bin, Class, LEVELS, Results};
+use super::class::{Class, LEVELS};
+use super::results::{Bin, Results};
+use super::share::Share;
 use super::tables::{all, made_of};
 use anhyst_report::chart::{Axis, Chart, Curve, Figure, Role};
 use anhyst_report::page::{Bar, Bars, Block, Page, Section};

@@ -1,9 +1,11 @@
 //! The study's figures as tables: for the terminal, the documentation and the page.
 
-use super::bars::{Bar, Share};
+use super::bars::Bar;
+use super::class::{Class, LEVELS};
 use super::outcome::Outcome;
-use super::results::{Class, ConfusionRow, LEVELS, Results};
+use super::results::{ConfusionRow, Results};
 use super::run::StudyRun;
+use super::share::Share;
 use anhyst_report::table::Table;
 
 /// Those that sum up: figures against their bars, and the nuisances.
