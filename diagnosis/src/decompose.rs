@@ -7,13 +7,14 @@
 //! 3. Until nothing joins. Then the one that is missed least is taken out, as long as the evidence (`evidence.rs`) falls by less than `JOINS`.
 
 use anhyst_identify::parallel;
-use anhyst_model::{ActuatorModel, EffectKind, NominalParameter};
+use anhyst_model::{ActuatorModel, EffectKind};
 
 use crate::acquisition::{Likely, LowPass};
 use crate::channel::ChannelKind;
 use crate::composition::{Composition, Slot, Unknown};
 use crate::evidence::{Evidence, noise_rms};
 use crate::likelihood::{Bench, Fitted, Point};
+use crate::linearised::Linearised;
 use crate::lines::lines;
 use crate::probes::Surroundings;
 use crate::screening::{Screened, screen};
@@ -31,6 +32,8 @@ const MOVES: f64 = 0.4;
 const SURELY: f64 = 10.0;
 /// Terms that are fitted after each screening.
 const FITTED: usize = 4;
+/// Constants that are let out of their boxes beside them.
+const CONSTANTS: usize = 2;
 /// As often, while fewer than half of them came to something.
 const ATTEMPTS: usize = 3;
 /// A term that promises less is not fitted.
@@ -118,7 +121,7 @@ impl Search<'_> {
                 let screened = self.screen(&unbent, &off_mains);
                 fits.extend(self.fit_best(&unbent, &screened, stage));
                 fits.retain(|(_, fit)| fit.point.cost < base.point.cost);
-                self.sort(&mut fits);
+                sort(&mut fits);
                 let mut seen: Vec<Term> = Vec::new();
                 fits.retain(|(term, _)| {
                     !seen.contains(term) && {
@@ -288,23 +291,28 @@ impl Search<'_> {
         let (parameters, effects): (Vec<Term>, Vec<Term>) =
             terms.into_iter().partition(|term| matches!(term, Term::Parameter(_)));
         let mut screened = screen(self.bench, base, &surroundings, &effects);
-        // A constant is in the fit already: it is let out of its box and fitted.
-        screened.splice(
-            0..0,
-            parameters.into_iter().filter_map(|term| {
-                let Term::Parameter(parameter) = term else { return None };
-                Some(Screened {
-                    term,
-                    values: vec![value_of(composition, parameter)?],
-                    gain: f64::INFINITY,
-                    seen: None,
-                })
-            }),
-        );
+        // A constant is in the fit already: it is let out of its box and fitted, if that promises most.
+        let linear = Linearised::new(self.bench, base, &base.point.levels);
+        let promised = parameters.into_iter().filter_map(|term| {
+            let Term::Parameter(parameter) = term else { return None };
+            let mut unknowns = composition.unknowns.iter();
+            let index = unknowns.position(|own| own.slot == Slot::Nominal(parameter))?;
+            let (gain, _, _) = linear.gain(&base.columns[index..=index], 0.0);
+            Some(Screened {
+                term,
+                values: vec![composition.unknowns[index].value],
+                gain: gain.likelihood,
+                seen: None,
+            })
+        });
+        let mut promised: Vec<Screened> = promised.collect();
+        promised.sort_by(|one, other| other.gain.total_cmp(&one.gain));
+        promised.truncate(CONSTANTS);
+        screened.splice(0..0, promised);
         screened
     }
 
-    /// The most promising terms fitted beside a fit, that with the most evidence first.
+    /// The most promising terms fitted beside a fit, lowest J first.
     fn fit_best(&mut self, base: &Fitted, screened: &[Screened], stage: usize) -> Vec<(Term, Fitted)> {
         let parameters = screened.iter().filter(|own| matches!(own.term, Term::Parameter(_)));
         let mut effects = screened
@@ -329,19 +337,8 @@ impl Search<'_> {
             }
             chosen = effects.by_ref().take(FITTED).collect();
         }
-        self.sort(&mut fits);
+        sort(&mut fits);
         fits
-    }
-
-    /// The one with the most evidence first.
-    fn sort(&self, fits: &mut [(Term, Fitted)]) {
-        let best = fits
-            .iter()
-            .min_by(|(_, one), (_, other)| one.point.cost.total_cmp(&other.point.cost));
-        if let Some((_, best)) = best {
-            let evidence = Evidence::new(self.bench, &best.point);
-            fits.sort_by(|(_, one), (_, other)| evidence.cost(&one.point).total_cmp(&evidence.cost(&other.point)));
-        }
     }
 
     /// A term moves the residual of some band by more than a share of what is left of it.
@@ -436,6 +433,11 @@ fn unbent(bench: &Bench, base: &Fitted) -> Option<Fitted> {
     Some(Fitted { point, columns })
 }
 
+/// The one with the lowest J first.
+fn sort(fits: &mut [(Term, Fitted)]) {
+    fits.sort_by(|(_, one), (_, other)| one.point.cost.total_cmp(&other.point.cost));
+}
+
 /// The recorder's low passes in what a point leaves of field and output. What a fitted model leaves of the output is its own
 /// error, whose spectrum falls without any filter.
 pub(crate) fn low_passes(bench: &Bench, point: &Point) -> Vec<(ChannelKind, Likely)> {
@@ -463,15 +465,6 @@ fn at_a_bound(composition: &Composition, term: Term) -> bool {
     })
 }
 
-/// Value of a constant in a composition.
-pub(crate) fn value_of(composition: &Composition, parameter: NominalParameter) -> Option<f64> {
-    let own = composition
-        .unknowns
-        .iter()
-        .find(|own| own.slot == Slot::Nominal(parameter))?;
-    Some(own.value)
-}
-
 /// The fitted rows of a term in a composition.
 pub(crate) fn values_of(composition: &Composition, term: Term) -> Vec<f64> {
     let of = |slot: Slot| {
@@ -482,7 +475,7 @@ pub(crate) fn values_of(composition: &Composition, term: Term) -> Vec<f64> {
             .map(|own| own.value)
     };
     match term {
-        Term::Parameter(parameter) => value_of(composition, parameter).into_iter().collect(),
+        Term::Parameter(parameter) => of(Slot::Nominal(parameter)).into_iter().collect(),
         Term::Effect(kind) => Term::fitted(kind)
             .filter_map(|(place, _)| of(Slot::Effect(kind, place)))
             .collect(),

@@ -378,7 +378,7 @@ pub(crate) fn tests(found: &Decomposition) -> (ScoreTest, ScoreTest) {
         degrees,
         tail: chi_square_tail(2.0 * gain.max(0.0), degrees),
     };
-    let before = found.screened.iter().filter(|own| own.gain.is_finite());
+    let before = found.screened.iter().filter(|own| matches!(own.term, Term::Effect(_)));
     let before = before.map(|own| group(own.term.name(), own.gain, own.values.len().max(1)));
     let after = found.unlisted.iter().map(|own| {
         let degrees = own.curve.knots.len() - 1;
