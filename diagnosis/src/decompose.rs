@@ -1,52 +1,30 @@
-//! measured = simulated(constants, effects) + nuisance + what is left: effects join one by one, each fitted with all that is in.
+//! measured = simulated(constants, effects) + nuisance + what is left: effects join one by one (`joining.rs`), each fitted with all that is in.
 //!
 //! 1. The nominal chain with its constants, starts and linear nuisance is fitted; the recorder's low pass and lines are sought in what it leaves.
 //! 2. Every term is screened beside it, the best few are fitted, and the one with the lowest J joins if J falls by more than `JOINS`
 //!    and the residual moves by more than a share of what is left. A free curve that gains far more than any of them ends the search:
 //!    what is missing has no name.
-//! 3. Until nothing joins. Then the one that is missed least is taken out, as long as the evidence (`evidence.rs`) falls by less than `JOINS`.
+//! 3. Until nothing joins. Then the one that is missed least is taken out (`leaving.rs`), as long as the evidence (`evidence.rs`) falls by less
+//!    than `JOINS`.
 
 use anhyst_identify::parallel;
-use anhyst_model::{ActuatorModel, EffectKind};
 
 use crate::acquisition::{Likely, LowPass};
 use crate::channel::ChannelKind;
-use crate::composition::{Composition, Slot, Unknown};
+use crate::composition::{Composition, Slot};
 use crate::evidence::{Evidence, noise_rms};
+use crate::joining::{at_a_bound, sort, unbent};
+use crate::leaving::TIES;
 use crate::likelihood::{Bench, Fitted, Point};
-use crate::linearised::Linearised;
 use crate::lines::lines;
-use crate::probes::Surroundings;
-use crate::screening::{Screened, screen};
-
-use crate::signals::{Signals, signals};
-use crate::statistics::rms;
+use crate::screening::Screened;
+use crate::search::{JOINS, Search};
 use crate::term::Term;
 use crate::unlisted::{Unlisted, unlisted};
 
-/// Fall of J with which a term joins: e³⁰ to one.
-pub(crate) const JOINS: f64 = 30.0;
-/// A term must move the residual of some band by this share of what is left of it.
-const MOVES: f64 = 0.4;
-/// A rough fit tells of so many times that fall that it is there.
-const SURELY: f64 = 10.0;
-/// Terms that are fitted after each screening.
-const FITTED: usize = 4;
-/// Constants that are let out of their boxes beside them.
-const CONSTANTS: usize = 2;
-/// As often, while fewer than half of them came to something.
-const ATTEMPTS: usize = 3;
-/// A term that promises less is not fitted.
-const PROMISES: f64 = 10.0;
 const MAX_TERMS: usize = 5;
-/// Fits whose evidence lies within this explain equally well.
-pub(crate) const TIES: f64 = 12.0;
 /// A free curve must gain this much more than the best of the library, and this factor.
 const NAMELESS: (f64, f64) = (60.0, 1.25);
-/// A constant this many deviations from what is believed of it is bent.
-const BENT: f64 = 2.0;
-/// Share of its box beyond which a constant may be set free.
-const AT_THE_BOX: f64 = 0.6;
 /// First magnetizations that are tried, A/m per saturation.
 const STARTS: [f64; 12] = [
     -0.4, -0.26, -0.18, -0.11, -0.06, -0.02, 0.02, 0.06, 0.11, 0.18, 0.26, 0.4,
@@ -74,16 +52,6 @@ pub(crate) struct Decomposition {
     pub nameless: bool,
     /// The first screening.
     pub screened: Vec<Screened>,
-}
-
-/// What the search is told.
-pub(crate) struct Search<'a> {
-    pub bench: &'a Bench,
-    pub model: &'a ActuatorModel,
-    pub lattice: Option<f64>,
-    /// Of the recorder.
-    pub low_passes: Vec<(ChannelKind, LowPass)>,
-    pub progress: &'a mut dyn FnMut(&str, f64),
 }
 
 impl Decomposition {
@@ -254,188 +222,6 @@ impl Search<'_> {
         }
         Some(off_mains)
     }
-
-    fn screen(&self, base: &Fitted, lines_hz: &[f64]) -> Vec<Screened> {
-        let signals = &signals(&self.bench.plant, &base.point.runs);
-        let composition = &base.point.composition;
-        let inside = composition.terms();
-        let mut terms: Vec<Term> = EffectKind::ALL
-            .into_iter()
-            .filter(|kind| lacking(self.model, signals, *kind).is_none())
-            .map(Term::Effect)
-            .filter(|term| !inside.contains(term))
-            .collect();
-        // Drift of the zero is nuisance, and is judged by its size at the end.
-        terms.retain(|term| *term != Term::Effect(EffectKind::SensorDrift));
-        // A fitted model's constants are free already.
-        let believed = composition.unknowns.iter().filter(|_| !self.bench.plant.fitted);
-        for unknown in believed {
-            if let (Slot::Nominal(parameter), Some((mean, _))) = (unknown.slot, unknown.coordinate.prior) {
-                let side = if unknown.value > mean {
-                    unknown.coordinate.upper
-                } else {
-                    unknown.coordinate.lower
-                };
-                let share = (unknown.value - mean) / (side - mean);
-                if share > AT_THE_BOX && !inside.contains(&Term::Parameter(parameter)) {
-                    terms.push(Term::Parameter(parameter));
-                }
-            }
-        }
-        let surroundings = Surroundings {
-            model: self.model,
-            signals,
-            lines_hz,
-            lattice: self.lattice,
-        };
-        let (parameters, effects): (Vec<Term>, Vec<Term>) =
-            terms.into_iter().partition(|term| matches!(term, Term::Parameter(_)));
-        let mut screened = screen(self.bench, base, &surroundings, &effects);
-        // A constant is in the fit already: it is let out of its box and fitted, if that promises most.
-        let linear = Linearised::new(self.bench, base, &base.point.levels);
-        let promised = parameters.into_iter().filter_map(|term| {
-            let Term::Parameter(parameter) = term else { return None };
-            let mut unknowns = composition.unknowns.iter();
-            let index = unknowns.position(|own| own.slot == Slot::Nominal(parameter))?;
-            let (gain, _, _) = linear.gain(&base.columns[index..=index], 0.0);
-            Some(Screened {
-                term,
-                values: vec![composition.unknowns[index].value],
-                gain: gain.likelihood,
-                seen: None,
-            })
-        });
-        let mut promised: Vec<Screened> = promised.collect();
-        promised.sort_by(|one, other| other.gain.total_cmp(&one.gain));
-        promised.truncate(CONSTANTS);
-        screened.splice(0..0, promised);
-        screened
-    }
-
-    /// The most promising terms fitted beside a fit, lowest J first.
-    fn fit_best(&mut self, base: &Fitted, screened: &[Screened], stage: usize) -> Vec<(Term, Fitted)> {
-        let parameters = screened.iter().filter(|own| matches!(own.term, Term::Parameter(_)));
-        let mut effects = screened
-            .iter()
-            .filter(|own| matches!(own.term, Term::Effect(_)) && own.gain > PROMISES);
-        let mut chosen: Vec<&Screened> = parameters.chain(effects.by_ref().take(FITTED)).collect();
-        let names: Vec<&str> = chosen.iter().map(|own| own.term.name()).collect();
-        (self.progress)(&format!("fitting {}", names.join(", ")), 0.2 + 0.13 * stage as f64);
-        let mut fits: Vec<(Term, Fitted)> = Vec::new();
-        for _ in 0..ATTEMPTS {
-            let own = parallel::map(self.bench.threads, &chosen, |own| {
-                let composition = base.point.composition.with(own.term, self.model, &own.values)?;
-                Some((own.term, self.bench.fit(&composition, Some(base))?))
-            });
-            // A size at the end of its range is no size, and a fit that gets stuck above where it came from tells nothing.
-            let counts = |(term, fit): &(Term, Fitted)| {
-                fit.point.cost < base.point.cost && !at_a_bound(&fit.point.composition, *term)
-            };
-            fits.extend(own.into_iter().flatten().filter(counts));
-            if 2 * fits.len() >= FITTED {
-                break;
-            }
-            chosen = effects.by_ref().take(FITTED).collect();
-        }
-        sort(&mut fits);
-        fits
-    }
-
-    /// A term moves the residual of some band by more than a share of what is left of it.
-    fn moves(&self, before: &Fitted, after: &Fitted) -> bool {
-        self.bench.bands.iter().any(|band| {
-            let (old, new) = (&before.point.residual, &after.point.residual);
-            let moved = rms(band.iter().map(|place| old[*place] - new[*place]));
-            moved > MOVES * rms(band.iter().map(|place| new[*place]))
-        })
-    }
-
-    /// Takes terms out, the one that is missed least first, until the evidence would fall by what lets one join, and as plainly.
-    fn without_those_that_earn_nothing(&self, mut last: Fitted) -> Option<Fitted> {
-        let bench = self.bench;
-        loop {
-            let terms = last.point.composition.terms();
-            if terms.is_empty() {
-                return Some(last);
-            }
-            let evidence = Evidence::new(bench, &last.point);
-            let (own, model) = (evidence.cost(&last.point), self.model);
-            let fits = parallel::map(bench.threads, &terms, |term| {
-                let rough = bench.fit(&last.point.composition.without(*term, model), Some(&last))?;
-                if evidence.cost(&rough.point) - own > SURELY * JOINS {
-                    return Some(rough);
-                }
-                // It must not earn what the others had not been fitted to yet.
-                let fit = bench.fit(&rough.point.composition, None)?;
-                let unbent = unbent(bench, &fit).and_then(|unbent| bench.fit(&unbent.point.composition, None));
-                let fits = std::iter::once(fit).chain(unbent);
-                fits.min_by(|one, other| one.point.cost.total_cmp(&other.point.cost))
-            });
-            let falls = fits.into_iter().flatten().map(|fit| (evidence.cost(&fit.point), fit));
-            match falls.min_by(|one, other| one.0.total_cmp(&other.0)) {
-                Some((cost, fit)) if cost - own < JOINS || !self.moves(&fit, &last) => last = fit,
-                _ => return Some(last),
-            }
-        }
-    }
-
-    /// The last fit with one term in the place of another, where it explains as well.
-    fn ties(&mut self, last: &Fitted, found: &[(Term, Fitted)]) -> Vec<Fitted> {
-        (self.progress)("what would explain it as well", 0.9);
-        let terms = last.point.composition.terms();
-        let evidence = Evidence::new(self.bench, &last.point);
-        let most = evidence.cost(&last.point) + TIES;
-        let mut ties: Vec<Fitted> = Vec::new();
-        for (term, fit) in found {
-            let Some(other) = fit
-                .point
-                .composition
-                .terms()
-                .into_iter()
-                .find(|own| !terms.contains(own))
-            else {
-                continue;
-            };
-            if !terms.contains(term) {
-                continue;
-            }
-            let values = values_of(&fit.point.composition, other);
-            let swapped = last
-                .point
-                .composition
-                .without(*term, self.model)
-                .with(other, self.model, &values);
-            let fit = swapped.and_then(|swapped| self.bench.fit(&swapped, Some(last)));
-            if let Some(fit) = fit.filter(|fit| evidence.cost(&fit.point) < most) {
-                ties.push(fit);
-            }
-        }
-        ties
-    }
-}
-
-/// The same fit with all constants as given, where what is missing has bent one of them towards the end of its box: there an
-/// effect finds the room that they have taken.
-fn unbent(bench: &Bench, base: &Fitted) -> Option<Fitted> {
-    let mut composition = base.point.composition.clone();
-    let is_bent = |own: &Unknown| own.surprise().abs() > BENT;
-    let own = |own: &&mut Unknown| matches!(own.slot, Slot::Nominal(_));
-    if bench.plant.fitted || !composition.unknowns.iter().any(is_bent) {
-        return None;
-    }
-    for unknown in composition.unknowns.iter_mut().filter(own) {
-        if let Some((mean, _)) = unknown.coordinate.prior {
-            unknown.value = mean;
-        }
-    }
-    let point = bench.point(&composition)?;
-    let columns = bench.columns(&point, None)?;
-    Some(Fitted { point, columns })
-}
-
-/// The one with the lowest J first.
-fn sort(fits: &mut [(Term, Fitted)]) {
-    fits.sort_by(|(_, one), (_, other)| one.point.cost.total_cmp(&other.point.cost));
 }
 
 /// The recorder's low passes in what a point leaves of field and output. What a fitted model leaves of the output is its own
@@ -450,49 +236,4 @@ pub(crate) fn low_passes(bench: &Bench, point: &Point) -> Vec<(ChannelKind, Like
     };
     let kinds = [ChannelKind::Field, ChannelKind::Output].into_iter();
     kinds.filter_map(of).collect()
-}
-
-/// An effect's fitted size stands at the far end of its range.
-fn at_a_bound(composition: &Composition, term: Term) -> bool {
-    let Term::Effect(kind) = term else { return false };
-    composition.unknowns.iter().any(|own| {
-        let spec = |place: usize| kind.parameters()[place];
-        let is_size = |place: usize| spec(place).identity().is_some() && !spec(place).is_limit();
-        let coordinate = &own.coordinate;
-        let far = |bound: f64, identity: f64| bound != identity && (own.value - bound).abs() < 1e-3 * (coordinate.upper - coordinate.lower);
-        matches!(own.slot, Slot::Effect(of, place) if of == kind && is_size(place) && coordinate.lower < coordinate.upper
-            && spec(place).identity().is_some_and(|zero| far(coordinate.lower, zero) || far(coordinate.upper, zero)))
-    })
-}
-
-/// The fitted rows of a term in a composition.
-pub(crate) fn values_of(composition: &Composition, term: Term) -> Vec<f64> {
-    let of = |slot: Slot| {
-        composition
-            .unknowns
-            .iter()
-            .find(|own| own.slot == slot)
-            .map(|own| own.value)
-    };
-    match term {
-        Term::Parameter(parameter) => of(Slot::Nominal(parameter)).into_iter().collect(),
-        Term::Effect(kind) => Term::fitted(kind)
-            .filter_map(|(place, _)| of(Slot::Effect(kind, place)))
-            .collect(),
-    }
-}
-
-/// What an effect needs and neither model nor data have, in a sentence.
-pub(crate) fn lacking(model: &ActuatorModel, signals: &[Signals], kind: EffectKind) -> Option<&'static str> {
-    let timed = signals.iter().all(|run| run.tick_s.is_some());
-    let warm = signals.iter().all(|run| run.temperature.is_some());
-    if kind.needs_time() && !timed {
-        Some("it needs time, which the data lack")
-    } else if kind.needs_rod() && model.rod.is_none() {
-        Some("it acts on a moving rod, which the model lacks")
-    } else if kind.needs_coil(warm) && !model.coil {
-        Some("its cause is a coil, which the model lacks")
-    } else {
-        None
-    }
 }

@@ -8,7 +8,7 @@ use anhyst_model::ActuatorModel;
 use crate::acquisition::{Likely, LowPass};
 use crate::channel::ChannelKind;
 use crate::composition::Composition;
-use crate::decompose::{self, Decomposition, Search};
+use crate::decompose::{self, Decomposition};
 use crate::diagnosis::{Candidate, DataSource, Diagnosed, Diagnosis, RunSeries, Verdict};
 use crate::error::DiagnosisError;
 use crate::experiment::{Comparison, Experiment, advise};
@@ -16,6 +16,7 @@ use crate::likelihood::Bench;
 use crate::locate::{channel_gaps, locate, sentences};
 use crate::nuisance::nuisance_series;
 use crate::plant::Plant;
+use crate::search::{JOINS, Search};
 use crate::setup::{DiagnoseOptions, setup};
 use crate::shares::remainder_rms;
 use crate::sight::sight;
@@ -243,7 +244,7 @@ fn diagnosis(
     let unknown_term = found
         .unlisted
         .first()
-        .filter(|own| own.gain > decompose::JOINS)
+        .filter(|own| own.gain > JOINS)
         .map(|own| UnknownTerm {
             curves: vec![own.curve.clone()],
             share_of_energy_explained: {

@@ -33,7 +33,7 @@ pub(crate) struct Evidence<'a> {
 struct Noise {
     channel: usize,
     count: f64,
-    /// Variance by noise; infinite where a level stands for a fitted model's own error (`bands.rs`).
+    /// Variance by noise.
     variance: f64,
 }
 
@@ -49,8 +49,7 @@ impl<'a> Evidence<'a> {
     pub fn new(bench: &'a Bench, best: &Point) -> Self {
         let channels = &bench.plant.channels;
         let by_channel: Vec<(f64, f64)> = channels.iter().map(|own| noise(bench, best, own)).collect();
-        let bands = bench.bands.iter().zip(&bench.counts).enumerate();
-        let bands = bands.map(|(index, (band, count))| {
+        let bands = bench.bands.iter().zip(&bench.counts).map(|(band, count)| {
             let channel = channels
                 .iter()
                 .position(|own| own.places.contains(&band[0]))
@@ -59,11 +58,7 @@ impl<'a> Evidence<'a> {
             Noise {
                 channel,
                 count: *count,
-                variance: if bench.is_error(index) {
-                    f64::INFINITY
-                } else {
-                    white + pink / middle(band, &channels[channel])
-                },
+                variance: white + pink / middle(band, &channels[channel]),
             }
         });
         let mut own = Evidence {
@@ -71,7 +66,7 @@ impl<'a> Evidence<'a> {
             bench,
             is_misfit: false,
         };
-        // A fitted model's own error has a level of its own.
+        // A fitted model's own error has a level of its own (`bands.rs`).
         own.is_misfit = !bench.plant.fitted && own.misfits(&best.levels).iter().any(|own| *own > MISFIT);
         own
     }
@@ -94,12 +89,7 @@ impl<'a> Evidence<'a> {
     /// D of each channel.
     fn misfits(&self, levels: &[f64]) -> Vec<f64> {
         let mut sums = vec![(0.0, 0.0); self.bench.plant.channels.len()];
-        let finite = self
-            .bands
-            .iter()
-            .zip(levels)
-            .filter(|(own, _)| own.variance.is_finite());
-        for (own, level) in finite {
+        for (own, level) in self.bands.iter().zip(levels) {
             sums[own.channel].0 += own.misfit(*level);
             sums[own.channel].1 += own.count * own.variance;
         }

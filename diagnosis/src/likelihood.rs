@@ -36,8 +36,6 @@ pub(crate) struct Bench {
     pub bands: Vec<Vec<usize>>,
     /// Independent numbers of each.
     pub counts: Vec<f64>,
-    /// Bands from this one on hold a fitted model's own error.
-    errors_from: usize,
     pub threads: usize,
 }
 
@@ -75,15 +73,9 @@ impl Bench {
             measured: plant.measured_spectra(),
             counts: bands.iter().enumerate().map(count).collect(),
             bands,
-            errors_from: from,
             plant,
             threads,
         }
-    }
-
-    /// The level of this band is a fitted model's own error.
-    pub fn is_error(&self, band: usize) -> bool {
-        band >= self.errors_from
     }
 
     /// Spectra of a composition and the runs behind them.

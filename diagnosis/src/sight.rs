@@ -7,7 +7,8 @@
 use anhyst_model::{ActuatorModel, EffectKind};
 use serde::{Deserialize, Serialize};
 
-use crate::decompose::{Decomposition, lacking};
+use crate::decompose::Decomposition;
+use crate::joining::lacking;
 use crate::screening::{Screened, Seen};
 use crate::signals::Signals;
 use crate::term::Term;

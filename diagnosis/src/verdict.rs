@@ -8,11 +8,12 @@ use anhyst_model::{ActuatorModel, EffectKind, NominalParameter, ParameterSpec};
 
 use crate::channel::ChannelKind;
 use crate::composition::{Composition, Slot};
-use crate::decompose::{Decomposition, JOINS, values_of};
+use crate::decompose::Decomposition;
 use crate::diagnosis::{Candidate, FittedValue, FoundEffect, ScoreGroup, ScoreTest, Verdict};
 use crate::evidence::{Evidence, noise_rms};
 use crate::likelihood::{Bench, Fitted};
 use crate::nuisance::NuisanceKind;
+use crate::search::{JOINS, values_of};
 use crate::shares::{
     Contribution, ContributionKind, DRIFT, Gap, centred, contributions, line_name, remainder_rms, without,
 };
@@ -79,7 +80,14 @@ pub(crate) fn tell(bench: &Bench, model: &ActuatorModel, found: &Decomposition) 
         .collect();
     let remainder_rms = remainder_rms(bench, &last.point);
     let noise_rms = noise_rms(bench, &last.point);
-    let mut nuisance = nuisance(bench, last, &contributions, &gap, &deviation);
+    let known = Known {
+        last,
+        contributions: &contributions,
+        gap: &gap,
+        deviation: &deviation,
+    };
+    let mut nuisance = nuisance(bench, &known);
+    let parameters = parameters(model, &known);
     let drifts =
         |own: &Contribution| own.name == DRIFT && rms(own.series.iter().flatten().copied()) > DRIFTS * remainder_rms;
     if contributions.iter().any(drifts) && drift_is_sure(bench, &evidence, last) {
@@ -96,7 +104,6 @@ pub(crate) fn tell(bench: &Bench, model: &ActuatorModel, found: &Decomposition) 
         }
     }
     effects.sort_by(|one, other| other.share.total_cmp(&one.share));
-    let parameters = parameters(model, last, &contributions, &gap, &deviation);
     let explained = gap.explained(bench, &last.point);
     let verdict = verdict(bench, found, &effects, remainder_rms, noise_rms);
     Some(Told {
@@ -110,6 +117,15 @@ pub(crate) fn tell(bench: &Bench, model: &ActuatorModel, found: &Decomposition) 
         noise_rms,
         contributions,
     })
+}
+
+/// What shares and values are read off.
+struct Known<'a> {
+    last: &'a Fitted,
+    contributions: &'a [Contribution],
+    gap: &'a Gap,
+    /// Of an unknown, by its place.
+    deviation: &'a dyn Fn(usize) -> f64,
 }
 
 /// Without a drift of the zero the evidence falls by what lets an effect join.
@@ -148,13 +164,13 @@ fn values(
         .collect()
 }
 
-fn nuisance(
-    bench: &Bench,
-    last: &Fitted,
-    contributions: &[Contribution],
-    gap: &Gap,
-    deviation: &dyn Fn(usize) -> f64,
-) -> Vec<FoundEffect> {
+fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
+    let Known {
+        last,
+        contributions,
+        gap,
+        deviation,
+    } = *known;
     let composition = &last.point.composition;
     let value = |name: &str, unit: &str, value: f64, standard_deviation: Option<f64>| FittedValue {
         name: name.to_owned(),
@@ -232,13 +248,13 @@ fn nuisance(
     all
 }
 
-fn parameters(
-    model: &ActuatorModel,
-    last: &Fitted,
-    contributions: &[Contribution],
-    gap: &Gap,
-    deviation: &dyn Fn(usize) -> f64,
-) -> Vec<FoundEffect> {
+fn parameters(model: &ActuatorModel, known: &Known) -> Vec<FoundEffect> {
+    let Known {
+        last,
+        contributions,
+        gap,
+        deviation,
+    } = *known;
     let composition = &last.point.composition;
     NominalParameter::ALL
         .into_iter()

@@ -1,0 +1,167 @@
+//! What may join: every term screened beside a fit, and the most promising fitted with all that is in.
+
+use anhyst_identify::parallel;
+use anhyst_model::{ActuatorModel, EffectKind};
+
+use crate::composition::{Composition, Slot, Unknown};
+use crate::likelihood::{Bench, Fitted};
+use crate::linearised::Linearised;
+use crate::probes::Surroundings;
+use crate::screening::{Screened, screen};
+use crate::search::Search;
+use crate::signals::{Signals, signals};
+use crate::term::Term;
+
+/// Terms that are fitted after each screening.
+const FITTED: usize = 4;
+/// Constants that are let out of their boxes beside them.
+const CONSTANTS: usize = 2;
+/// As often, while fewer than half of them came to something.
+const ATTEMPTS: usize = 3;
+/// A term that promises less is not fitted.
+const PROMISES: f64 = 10.0;
+/// A constant this many deviations from what is believed of it is bent.
+const BENT: f64 = 2.0;
+/// Share of its box beyond which a constant may be set free.
+const AT_THE_BOX: f64 = 0.6;
+
+impl Search<'_> {
+    /// Terms beside a fit: the constants that promise most to be let out of their boxes, and all effects, most promising first.
+    pub fn screen(&self, base: &Fitted, lines_hz: &[f64]) -> Vec<Screened> {
+        let signals = &signals(&self.bench.plant, &base.point.runs);
+        let composition = &base.point.composition;
+        let inside = composition.terms();
+        let mut terms: Vec<Term> = EffectKind::ALL
+            .into_iter()
+            .filter(|kind| lacking(self.model, signals, *kind).is_none())
+            .map(Term::Effect)
+            .filter(|term| !inside.contains(term))
+            .collect();
+        // Drift of the zero is nuisance, and is judged by its size at the end.
+        terms.retain(|term| *term != Term::Effect(EffectKind::SensorDrift));
+        // A fitted model's constants are free already.
+        let believed = composition.unknowns.iter().filter(|_| !self.bench.plant.fitted);
+        for unknown in believed {
+            if let (Slot::Nominal(parameter), Some((mean, _))) = (unknown.slot, unknown.coordinate.prior) {
+                let side = if unknown.value > mean {
+                    unknown.coordinate.upper
+                } else {
+                    unknown.coordinate.lower
+                };
+                let share = (unknown.value - mean) / (side - mean);
+                if share > AT_THE_BOX && !inside.contains(&Term::Parameter(parameter)) {
+                    terms.push(Term::Parameter(parameter));
+                }
+            }
+        }
+        let surroundings = Surroundings {
+            model: self.model,
+            signals,
+            lines_hz,
+            lattice: self.lattice,
+        };
+        let (parameters, effects): (Vec<Term>, Vec<Term>) =
+            terms.into_iter().partition(|term| matches!(term, Term::Parameter(_)));
+        let mut screened = screen(self.bench, base, &surroundings, &effects);
+        // A constant is in the fit already: it is let out of its box and fitted, if that promises most.
+        let linear = Linearised::new(self.bench, base, &base.point.levels);
+        let promised = parameters.into_iter().filter_map(|term| {
+            let Term::Parameter(parameter) = term else { return None };
+            let mut unknowns = composition.unknowns.iter();
+            let index = unknowns.position(|own| own.slot == Slot::Nominal(parameter))?;
+            let (gain, _, _) = linear.gain(&base.columns[index..=index], 0.0);
+            Some(Screened {
+                term,
+                values: vec![composition.unknowns[index].value],
+                gain: gain.likelihood,
+                seen: None,
+            })
+        });
+        let mut promised: Vec<Screened> = promised.collect();
+        promised.sort_by(|one, other| other.gain.total_cmp(&one.gain));
+        promised.truncate(CONSTANTS);
+        screened.splice(0..0, promised);
+        screened
+    }
+
+    /// The most promising terms fitted beside a fit, lowest J first.
+    pub fn fit_best(&mut self, base: &Fitted, screened: &[Screened], stage: usize) -> Vec<(Term, Fitted)> {
+        let parameters = screened.iter().filter(|own| matches!(own.term, Term::Parameter(_)));
+        let mut effects = screened
+            .iter()
+            .filter(|own| matches!(own.term, Term::Effect(_)) && own.gain > PROMISES);
+        let mut chosen: Vec<&Screened> = parameters.chain(effects.by_ref().take(FITTED)).collect();
+        let names: Vec<&str> = chosen.iter().map(|own| own.term.name()).collect();
+        (self.progress)(&format!("fitting {}", names.join(", ")), 0.2 + 0.13 * stage as f64);
+        let mut fits: Vec<(Term, Fitted)> = Vec::new();
+        for _ in 0..ATTEMPTS {
+            let own = parallel::map(self.bench.threads, &chosen, |own| {
+                let composition = base.point.composition.with(own.term, self.model, &own.values)?;
+                Some((own.term, self.bench.fit(&composition, Some(base))?))
+            });
+            // A size at the end of its range is no size, and a fit that gets stuck above where it came from tells nothing.
+            let counts = |(term, fit): &(Term, Fitted)| {
+                fit.point.cost < base.point.cost && !at_a_bound(&fit.point.composition, *term)
+            };
+            fits.extend(own.into_iter().flatten().filter(counts));
+            if 2 * fits.len() >= FITTED {
+                break;
+            }
+            chosen = effects.by_ref().take(FITTED).collect();
+        }
+        sort(&mut fits);
+        fits
+    }
+}
+
+/// The same fit with all constants as given, where what is missing has bent one of them towards the end of its box: there an
+/// effect finds the room that they have taken.
+pub(crate) fn unbent(bench: &Bench, base: &Fitted) -> Option<Fitted> {
+    let mut composition = base.point.composition.clone();
+    let is_bent = |own: &Unknown| own.surprise().abs() > BENT;
+    let own = |own: &&mut Unknown| matches!(own.slot, Slot::Nominal(_));
+    if bench.plant.fitted || !composition.unknowns.iter().any(is_bent) {
+        return None;
+    }
+    for unknown in composition.unknowns.iter_mut().filter(own) {
+        if let Some((mean, _)) = unknown.coordinate.prior {
+            unknown.value = mean;
+        }
+    }
+    let point = bench.point(&composition)?;
+    let columns = bench.columns(&point, None)?;
+    Some(Fitted { point, columns })
+}
+
+/// The one with the lowest J first.
+pub(crate) fn sort(fits: &mut [(Term, Fitted)]) {
+    fits.sort_by(|(_, one), (_, other)| one.point.cost.total_cmp(&other.point.cost));
+}
+
+/// An effect's fitted size stands at the far end of its range.
+pub(crate) fn at_a_bound(composition: &Composition, term: Term) -> bool {
+    let Term::Effect(kind) = term else { return false };
+    composition.unknowns.iter().any(|own| {
+        let spec = |place: usize| kind.parameters()[place];
+        let is_size = |place: usize| spec(place).identity().is_some() && !spec(place).is_limit();
+        let coordinate = &own.coordinate;
+        let far = |bound: f64, identity: f64| bound != identity && (own.value - bound).abs() < 1e-3 * (coordinate.upper - coordinate.lower);
+        matches!(own.slot, Slot::Effect(of, place) if of == kind && is_size(place) && coordinate.lower < coordinate.upper
+            && spec(place).identity().is_some_and(|zero| far(coordinate.lower, zero) || far(coordinate.upper, zero)))
+    })
+}
+
+/// What an effect needs and neither model nor data have, in a sentence.
+pub(crate) fn lacking(model: &ActuatorModel, signals: &[Signals], kind: EffectKind) -> Option<&'static str> {
+    let timed = signals.iter().all(|run| run.tick_s.is_some());
+    let warm = signals.iter().all(|run| run.temperature.is_some());
+    if kind.needs_time() && !timed {
+        Some("it needs time, which the data lack")
+    } else if kind.needs_rod() && model.rod.is_none() {
+        Some("it acts on a moving rod, which the model lacks")
+    } else if kind.needs_coil(warm) && !model.coil {
+        Some("its cause is a coil, which the model lacks")
+    } else {
+        None
+    }
+}

@@ -1,0 +1,79 @@
+//! What leaves again, and what would explain as well.
+
+use anhyst_identify::parallel;
+
+use crate::evidence::Evidence;
+use crate::joining::unbent;
+use crate::likelihood::Fitted;
+use crate::search::{JOINS, Search, values_of};
+use crate::term::Term;
+
+/// A rough fit tells of so many times that fall that it is there.
+const SURELY: f64 = 10.0;
+/// Fits whose evidence lies within this explain equally well.
+pub(crate) const TIES: f64 = 12.0;
+
+impl Search<'_> {
+    /// Takes terms out, the one that is missed least first, until the evidence would fall by what lets one join, and as plainly.
+    pub fn without_those_that_earn_nothing(&self, mut last: Fitted) -> Option<Fitted> {
+        let bench = self.bench;
+        loop {
+            let terms = last.point.composition.terms();
+            if terms.is_empty() {
+                return Some(last);
+            }
+            let evidence = Evidence::new(bench, &last.point);
+            let (own, model) = (evidence.cost(&last.point), self.model);
+            let fits = parallel::map(bench.threads, &terms, |term| {
+                let rough = bench.fit(&last.point.composition.without(*term, model), Some(&last))?;
+                if evidence.cost(&rough.point) - own > SURELY * JOINS {
+                    return Some(rough);
+                }
+                // It must not earn what the others had not been fitted to yet.
+                let fit = bench.fit(&rough.point.composition, None)?;
+                let unbent = unbent(bench, &fit).and_then(|unbent| bench.fit(&unbent.point.composition, None));
+                let fits = std::iter::once(fit).chain(unbent);
+                fits.min_by(|one, other| one.point.cost.total_cmp(&other.point.cost))
+            });
+            let falls = fits.into_iter().flatten().map(|fit| (evidence.cost(&fit.point), fit));
+            match falls.min_by(|one, other| one.0.total_cmp(&other.0)) {
+                Some((cost, fit)) if cost - own < JOINS || !self.moves(&fit, &last) => last = fit,
+                _ => return Some(last),
+            }
+        }
+    }
+
+    /// The last fit with one term in the place of another, where it explains as well.
+    pub fn ties(&mut self, last: &Fitted, found: &[(Term, Fitted)]) -> Vec<Fitted> {
+        (self.progress)("what would explain it as well", 0.9);
+        let terms = last.point.composition.terms();
+        let evidence = Evidence::new(self.bench, &last.point);
+        let most = evidence.cost(&last.point) + TIES;
+        let mut ties: Vec<Fitted> = Vec::new();
+        for (term, fit) in found {
+            let Some(other) = fit
+                .point
+                .composition
+                .terms()
+                .into_iter()
+                .find(|own| !terms.contains(own))
+            else {
+                continue;
+            };
+            if !terms.contains(term) {
+                continue;
+            }
+            let values = values_of(&fit.point.composition, other);
+            let swapped = last
+                .point
+                .composition
+                .without(*term, self.model)
+                .with(other, self.model, &values);
+            let fit = swapped.and_then(|swapped| self.bench.fit(&swapped, Some(last)));
+            if let Some(fit) = fit.filter(|fit| evidence.cost(&fit.point) < most) {
+                ties.push(fit);
+            }
+        }
+        ties
+    }
+}

@@ -1,0 +1,53 @@
+//! What a search works on, and what its stages have in common.
+
+use anhyst_model::ActuatorModel;
+
+use crate::acquisition::LowPass;
+use crate::channel::ChannelKind;
+use crate::composition::{Composition, Slot};
+use crate::likelihood::{Bench, Fitted};
+use crate::statistics::rms;
+use crate::term::Term;
+
+/// Fall of J with which a term joins: e³⁰ to one.
+pub(crate) const JOINS: f64 = 30.0;
+/// A term must move the residual of some band by this share of what is left of it.
+const MOVES: f64 = 0.4;
+
+/// What the search is told.
+pub(crate) struct Search<'a> {
+    pub bench: &'a Bench,
+    pub model: &'a ActuatorModel,
+    pub lattice: Option<f64>,
+    /// Of the recorder.
+    pub low_passes: Vec<(ChannelKind, LowPass)>,
+    pub progress: &'a mut dyn FnMut(&str, f64),
+}
+
+impl Search<'_> {
+    /// A term moves the residual of some band by more than a share of what is left of it.
+    pub fn moves(&self, before: &Fitted, after: &Fitted) -> bool {
+        self.bench.bands.iter().any(|band| {
+            let (old, new) = (&before.point.residual, &after.point.residual);
+            let moved = rms(band.iter().map(|place| old[*place] - new[*place]));
+            moved > MOVES * rms(band.iter().map(|place| new[*place]))
+        })
+    }
+}
+
+/// The fitted rows of a term in a composition.
+pub(crate) fn values_of(composition: &Composition, term: Term) -> Vec<f64> {
+    let of = |slot: Slot| {
+        composition
+            .unknowns
+            .iter()
+            .find(|own| own.slot == slot)
+            .map(|own| own.value)
+    };
+    match term {
+        Term::Parameter(parameter) => of(Slot::Nominal(parameter)).into_iter().collect(),
+        Term::Effect(kind) => Term::fitted(kind)
+            .filter_map(|(place, _)| of(Slot::Effect(kind, place)))
+            .collect(),
+    }
+}
