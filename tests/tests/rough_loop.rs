@@ -125,8 +125,8 @@ fn a_rough_plant_of_somebody_elses_making_as_well() {
 }
 
 /// The rows of the table in docs/control.md, one fault at a time.
+/// Each ratio at most 1.5 times what is reached.
 #[test]
-#[ignore = "some minutes: the table of docs/control.md"]
 fn each_fault_alone() {
     let good = "plant.sensors=(displacement_noise_m: 10e-9, field_noise_a_per_m: 1.0)";
     let nothing = [
@@ -145,31 +145,48 @@ fn each_fault_alone() {
     };
     let effects = |own: &str| format!("plant.effects=[{own}]");
     let rows = [
-        ("k 5 % off", pinning(3800.0)),
-        ("k 10 % off", pinning(3600.0)),
-        ("eddy currents 0.1 ms", effects("EddyCurrent(time_constant_s: 1e-4)")),
+        ("k 5 % off", 0.070, pinning(3800.0)),
+        ("k 10 % off", 0.039, pinning(3600.0)),
+        (
+            "eddy currents 0.1 ms",
+            0.007,
+            effects("EddyCurrent(time_constant_s: 1e-4)"),
+        ),
         (
             "friction 1 um",
+            0.310,
             effects("Friction(friction_m: 1e-6, speed_m_per_s: 1e-3)"),
         ),
-        ("play 0.5 um", effects("Backlash(gap_m: 0.5e-6, start: 0.0)")),
+        ("play 0.5 um", 0.013, effects("Backlash(gap_m: 0.5e-6, start: 0.0)")),
         (
             "creep 3 %",
+            0.061,
             effects("AfterEffect(fraction: 0.03, shortest_s: 0.03, longest_s: 3.0)"),
         ),
     ];
-    for (name, setting) in rows {
+    for (name, reached, setting) in rows {
         println!("== {name}");
         let settings: Vec<&str> = nothing.iter().copied().chain([setting.as_str()]).collect();
-        twice(&settings, None, &|| None);
+        let (first, _, second) = twice(&settings, None, &|| None);
+        assert!(
+            second.rms_m <= 1.5 * reached * first.rms_m,
+            "{name}: {first:?}, then {second:?}"
+        );
     }
 }
 
-/// What else a run of the loop can be: cut out of the middle of the motion, and with an `a` that drifts.
+/// An `a` that drifts while the run is made.
 #[test]
-#[ignore = "some minutes: the table of docs/control.md"]
-fn a_run_out_of_the_middle_and_one_that_drifts() {
-    twice(&[], Some("12345..32344"), &|| None);
+fn a_run_that_drifts() {
     let drift = "plant.shape=Ramp(from_a_per_m: 6980.0, rate_a_per_m_s: 100.0, to_a_per_m: 7200.0)";
-    twice(&[drift], None, &|| None);
+    let (first, _, second) = twice(&[drift], None, &|| None);
+    assert!(second.rms_m <= FALLS_TO * first.rms_m, "{first:?}, then {second:?}");
+}
+
+/// Cut out of the middle of the motion.
+#[test]
+#[ignore = "a miss: a second mode is named for the eddy currents, and 612 nm become 1250"]
+fn a_run_out_of_the_middle() {
+    let (first, _, second) = twice(&[], Some("12345..32344"), &|| None);
+    assert!(second.rms_m <= FALLS_TO * first.rms_m, "{first:?}, then {second:?}");
 }
