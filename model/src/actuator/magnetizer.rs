@@ -175,7 +175,7 @@ impl Magnetizer {
     }
 }
 
-/// Man − M, A/m.
+/// (Man − M)/(1 − cα ∂Man/∂He), A/m: what M would gain if its walls went all the way.
 fn lag(hysteresis: &Hysteresis, state: MagneticState) -> f64 {
-    hysteresis.anhysteretic_at(state) - state.magnetization_a_per_m
+    (hysteresis.anhysteretic_at(state) - state.magnetization_a_per_m) / hysteresis.stiffness_of_bending(state)
 }

@@ -4,8 +4,9 @@
 //! although the field runs away from Man (no unit): 0 is the domain wall model, where such walls are frozen after a
 //! reversal. Both halves of a minor loop then pull towards Man, so it drifts cycle by cycle and closes; on the major loop
 //! reversals happen at saturation, where Man = M, and nothing changes. Rate-independent.
-//! Stepped by splitting: walls bend over a part of the tick, then relax by 1 − e^(−ρ|ΔH|/k) of the mean lag Man − M, exact where
-//! the lag is linear in the field; second order in the tick. Source: Della Torre's accommodation, in the paper's terms.
+//! M follows through the effective field, by dM = (1 − c) dMirr/(1 − cα ∂Man/∂He) and (1 − c)(Man − Mirr) = Man − M.
+//! Stepped by splitting: walls bend over a part of the tick, then relax by 1 − e^(−ρ|ΔH|/k) of the mean of (Man − M)/(1 − cα ∂Man/∂He);
+//! second order in the tick. Source: Della Torre's accommodation, in the paper's terms.
 
 use serde::{Deserialize, Serialize};
 
@@ -44,7 +45,7 @@ impl Accommodation {
         if many < MAX_PARTS { many.max(1.0) } else { MAX_PARTS }
     }
 
-    /// What to add to M (A/m) after the field has changed by `change_a_per_m`, from Man − M before and after it.
+    /// What to add to M (A/m) after the field has changed by `change_a_per_m`, from (Man − M)/(1 − cα ∂Man/∂He) before and after it.
     #[inline]
     pub fn relaxation(&self, change_a_per_m: f64, lag_from: f64, lag_to: f64, pinning_a_per_m: f64) -> f64 {
         // Only lags against the direction of the field count.

@@ -113,6 +113,15 @@ impl Hysteresis {
         self.saturation_magnetization_a_per_m * self.anhysteretic.value(self.argument(state))
     }
 
+    /// 1 − cα ∂Man/∂He at a state, α the tangent.
+    pub(crate) fn stiffness_of_bending(&self, state: MagneticState) -> f64 {
+        let magnetization = state.magnetization_a_per_m;
+        let tangent = self.coupling + 3.0 * self.cubic_coupling_m2_per_a2 * magnetization * magnetization;
+        let steepness = self.saturation_magnetization_a_per_m / self.shape_a_per_m
+            * self.anhysteretic.derivative(self.argument(state));
+        1.0 - self.reversibility * tangent * steepness
+    }
+
     /// Mirr = (M − c·Man)/(1 − c), A/m.
     pub fn irreversible(&self, state: MagneticState) -> f64 {
         (state.magnetization_a_per_m - self.reversibility * self.anhysteretic_at(state)) / (1.0 - self.reversibility)
