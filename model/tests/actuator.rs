@@ -37,7 +37,7 @@ fn busy() -> ActuatorModel {
         effect(EffectKind::ThermalDrift, &[5.0, 20.0, 1.0]),
         effect(EffectKind::AfterEffect, &[0.03, 0.03, 3.0]),
         effect(EffectKind::ThermalExpansion, &[1.0, 20.0, 12e-6]),
-        effect(EffectKind::Friction, &[1.5e-6, 1e-3]),
+        effect(EffectKind::Friction, &[1.5e-6, 1e-3, 1e-9]),
         effect(EffectKind::SecondMode, &[0.03, 410.0, 0.03]),
         effect(EffectKind::SensorDelay, &[3.3e-4, 0.0]),
     ];
@@ -101,7 +101,7 @@ fn samples_are_enough() {
         (&[effect(EffectKind::EddyCurrent, &[1.8e-4])], 0.1e-9),
         (&[effect(EffectKind::LoopDelay, &[1.37e-4])], 0.5e-9),
         (&[effect(EffectKind::AmplifierBandwidth, &[8e-5])], 0.2e-9),
-        (&[effect(EffectKind::AmplifierSaturation, &[8e3])], 0.5e-9),
+        (&[effect(EffectKind::AmplifierSaturation, &[8e3, 1e3])], 0.5e-9),
         (
             &[
                 effect(EffectKind::LoopDelay, &[1.37e-4]),
@@ -117,9 +117,9 @@ fn samples_are_enough() {
         (&[effect(EffectKind::QuadraticMagnetostriction, &[1.0])], 0.5e-9),
         (&[effect(EffectKind::DeltaE, &[0.5])], 0.3e-9),
         (&[effect(EffectKind::Stiffening, &[1e8])], 1e-9),
-        (&[effect(EffectKind::Friction, &[1.5e-6, 1e-3])], 1.5e-9),
+        (&[effect(EffectKind::Friction, &[1.5e-6, 1e-3, 1e-9])], 1.5e-9),
         // Dry as this, the tip stops within a substep.
-        (&[effect(EffectKind::Friction, &[1e-5, 1e-4])], 15e-9),
+        (&[effect(EffectKind::Friction, &[1e-5, 1e-4, 1e-9])], 15e-9),
     ];
     for (effects, most_m) in cases {
         let rms = moved_by_finer_samples(effects, &commands);
@@ -134,7 +134,7 @@ fn samples_are_enough() {
 fn samples_are_enough_for_jumps() {
     let commands = drive::jumping(6000);
     for (effects, most_m) in [
-        (effect(EffectKind::Friction, &[1e-5, 1e-4]), 15e-9),
+        (effect(EffectKind::Friction, &[1e-5, 1e-4, 1e-9]), 15e-9),
         (effect(EffectKind::Accommodation, &[0.1]), 1e-9),
     ] {
         let rms = moved_by_finer_samples(&[effects], &commands);

@@ -315,7 +315,7 @@ fn friction_takes_coulombs_energy_out_of_a_cycle() {
             .map(|k| 0.5 * gain * (m[k] + m[k - 1]) * (u[k] - u[k - 1]))
             .sum::<f64>()
     };
-    let model = with(EffectKind::Friction, &[friction_m, 1e-5]);
+    let model = with(EffectKind::Friction, &[friction_m, 1e-5, 1e-9]);
     let u = run(&model, &commands).displacement_m;
     let amplitude = u[3500..].iter().fold(0.0_f64, |most, value| most.max(*value));
     let extra = work(&model) - work(&ActuatorModel::terfenol_d());

@@ -75,7 +75,7 @@ fn a_late_sensor_does_not_move_the_tip() {
 // that it could not follow. 2 J/K lose next to nothing in 0.2 s; the factor for the first millisecond's way there is left out.
 #[test]
 fn a_saturated_amplifier_heats_by_what_it_gives() {
-    let limit = Effect::new(EffectKind::AmplifierSaturation, &[1e3]).unwrap();
+    let limit = Effect::new(EffectKind::AmplifierSaturation, &[1e3, 1e3]).unwrap();
     let heated = PlantSettings {
         heating: Some(Heating {
             coil: Some(CoilLoss {

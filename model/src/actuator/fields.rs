@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::effects::field_lag::FieldLag;
 use crate::effects::intersample_field::{FieldEffect, IntersampleField};
+use crate::effects::limit::Limit;
 use crate::effects::{
     amplifier_bandwidth, amplifier_saturation, amplifier_slew, bias_shift, coil_heating, eddy_current, loop_delay,
 };
@@ -99,7 +100,7 @@ impl Fields {
             }
         }
         if let Some(limit) = nominal.field_limit_a_per_m {
-            let clip = amplifier_saturation::AmplifierSaturation::of(limit);
+            let clip = amplifier_saturation::AmplifierSaturation::new(Limit::clip(limit));
             fields.push(FieldStage::AmplifierSaturation(clip));
         }
         fields.extend(Self::of(effects, Stage::Amplifier, tick_s)?.0);

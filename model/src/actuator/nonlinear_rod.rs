@@ -1,8 +1,8 @@
-//! ü + k̂ u̇ + ĉ u = A + B + N,  N = −(s(M) − 1)(ĉ u − A) − ĉ β u³ − ĉ d tanh(u̇/v₀): the rod with forces of its own.
+//! ü + k̂ u̇ + ĉ u = A + B + N,  N = −(s(M) − 1)(ĉ u − A) − ĉ β u³ − ĉ d n: the rod with forces of its own.
 //!
-//! u displacement (m), A = w λ/λ′ and B = f F accelerations (m/s²) of strain and force, N what delta_e, stiffening and friction add.
+//! u displacement (m), A = w λ/λ′ and B = f F accelerations (m/s²) of strain and force, n what friction bears, N what delta_e, stiffening and friction add.
 //! The linear part is propagated exactly; N is taken as a straight line within a substep, its end value solved for by
-//! Newton inside a bracket. Where friction is stiff, z = −h ∂N/∂u̇ large over the substep h, the line is bent so that its mean
+//! Newton inside a bracket. Where friction is stiff, z = −h ∂N/∂u̇ − h² ∂N/∂u large over the substep h, the line is bent so that its mean
 //! leans to the end, by 1/2 + z²/2/(z₀² + z²) instead of 1/2: what sticks must not ring. So the rule is implicit, of second order,
 //! L-stable in the friction, and with N ≡ 0 the linear rod. A substep turns the resonance by at most half a radian. Source: exponential integrators with an implicit corrector.
 
@@ -96,8 +96,14 @@ impl NonlinearRod {
         let propagator = TwoPolePropagator::new(two_pole, tick_s / substeps)?;
         let response = propagator.advance(RodState::default(), 0.0, 1.0);
         let resting = Self::resting(model, two_pole);
-        // Newton's error is the square of the move over the width of the bend: 1 μm of a spring, v₀ of friction.
-        let by_displacement = 1e-9 / response.displacement_m;
+        // Newton's error is the square of the move over the width of the bend: 1 μm of a spring, v₀ and z₀ of friction.
+        let presliding_m = resting.friction.map_or(0.0, |friction| friction.presliding_m());
+        let bend_m = if presliding_m > 0.0 {
+            presliding_m.min(1e-7)
+        } else {
+            1e-7
+        };
+        let by_displacement = 1e-2 * bend_m / response.displacement_m;
         let by_velocity = resting.friction.map_or(f64::INFINITY, |friction| {
             1e-2 * friction.speed_m_per_s() / response.velocity_m_per_s
         });
@@ -138,8 +144,10 @@ impl NonlinearRod {
             by_displacement -= stiffness * slope;
         }
         if let Some(friction) = &self.friction {
-            let (acceleration, slope) = friction.acceleration(state.velocity_m_per_s);
+            let way_m = state.displacement_m - self.state.displacement_m;
+            let (acceleration, by_way, slope) = friction.acceleration(way_m, state.velocity_m_per_s);
             own += acceleration;
+            by_displacement += by_way;
             by_velocity += slope;
         }
         (own, by_displacement, by_velocity)
@@ -147,6 +155,9 @@ impl NonlinearRod {
 
     /// Comes to rest under what acts now; displacement in m.
     pub fn steady_state(&mut self, load: &Load, index: usize) -> f64 {
+        if let Some(friction) = &mut self.friction {
+            friction.release();
+        }
         let moment = self.moment(load, index);
         let stiffness = self.two_pole.stiffness_per_s2;
         let given = moment.by_strain + moment.by_force;
@@ -223,7 +234,7 @@ impl NonlinearRod {
                 low = guess;
             }
             let steepness = 1.0 - by_displacement * response.displacement_m - by_velocity * response.velocity_m_per_s;
-            self.stiffness = -by_velocity * self.substep_s;
+            self.stiffness = -(by_velocity + by_displacement * self.substep_s) * self.substep_s;
             let mut next = guess - excess / steepness;
             let moved = (next - guess).abs();
             // An end of the bracket has been tried: between two flanks of a tanh, Newton would go to and fro for ever.
@@ -235,7 +246,11 @@ impl NonlinearRod {
                 break;
             }
         }
-        self.state = with(guess - before);
+        let state = with(guess - before);
+        if let Some(friction) = &mut self.friction {
+            friction.slide(state.displacement_m - self.state.displacement_m, state.velocity_m_per_s);
+        }
+        self.state = state;
         (self.own, self.trend) = (guess, guess - before);
     }
 }
@@ -251,7 +266,7 @@ mod tests {
     #[test]
     fn every_tick_ends_with_the_friction_of_its_velocity() {
         let (friction_m, speed_m_per_s) = (1e-5, 1e-4);
-        let effect = Effect::new(EffectKind::Friction, &[friction_m, speed_m_per_s]).unwrap();
+        let effect = Effect::new(EffectKind::Friction, &[friction_m, speed_m_per_s, 1e-9]).unwrap();
         let model = ActuatorModel::terfenol_d().with_effect(effect);
         let RodStage::Nonlinear(mut rod) = RodStage::new(&model, model.actuator_rod(), 1e-4).unwrap() else {
             panic!("friction is a force of the rod's own");

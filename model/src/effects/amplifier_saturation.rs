@@ -1,4 +1,4 @@
-//! H = clip(u, ±L): the amplifier gives no more current than it has.
+//! H = limit(u, ±L): the amplifier gives no more current than it has, with an edge unless told otherwise (`limit.rs`).
 //!
 //! u command, H coil field, L limit (A/m). Assumption: symmetric, without recovery time.
 //! Source: supply current of power amplifiers, 10-30 A.
@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::description::{Description, Stage};
 use super::intersample_field::{FieldEffect, IntersampleField, Piece};
+use super::limit::{Limit, SHARPNESS};
 use crate::ModelError;
 use crate::parameter::{ParameterSpec, Signal};
 
@@ -18,52 +19,55 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "no gap below a threshold of the command, flat tops in the measured field, odd harmonics",
     source: "supply current of power amplifiers, 10-30 A",
     confused_with: &["sensor_saturation", "parameter_Ms"],
-    parameters: &[ParameterSpec::limit(
-        "field_limit_a_per_m",
-        "A/m",
-        [1.0, 1e6],
-        1e4,
-        Signal::Drive,
-    )],
+    parameters: &[
+        ParameterSpec::limit("field_limit_a_per_m", "A/m", [1.0, 1e6], 1e4, Signal::Drive),
+        SHARPNESS,
+    ],
     ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct AmplifierSaturation {
-    limit_a_per_m: f64,
+    limit: Limit,
     command_a_per_m: f64,
 }
 
 impl AmplifierSaturation {
-    pub fn of(limit_a_per_m: f64) -> Self {
+    pub fn new(limit: Limit) -> Self {
         AmplifierSaturation {
-            limit_a_per_m,
+            limit,
             command_a_per_m: 0.0,
         }
-    }
-
-    fn clip(&self, command_a_per_m: f64) -> f64 {
-        command_a_per_m.clamp(-self.limit_a_per_m, self.limit_a_per_m)
     }
 }
 
 impl FieldEffect for AmplifierSaturation {
     fn new(values: &[f64], _tick_s: f64) -> Result<Self, ModelError> {
-        Ok(AmplifierSaturation::of(values[0]))
+        Ok(AmplifierSaturation::new(Limit::new(values[0], values[1])))
     }
 
     fn steady_state(&mut self, input: f64) -> f64 {
         self.command_a_per_m = input;
-        self.clip(input)
+        self.limit.of(input)
     }
 
     #[inline]
     fn follow(&mut self, piece: Piece, output: &mut IntersampleField) {
         let (from, to) = (self.command_a_per_m, piece.to);
         self.command_a_per_m = to;
-        let (start, end) = (self.clip(from), self.clip(to));
+        let (start, end) = (self.limit.of(from), self.limit.of(to));
         if start == from && end == to {
             output.push(piece);
+            return;
+        }
+        if self.limit.is_round() {
+            let middle = self.limit.of(0.5 * (from + to));
+            output.push(Piece {
+                to: end,
+                // Simpson's rule.
+                mean: (start + 4.0 * middle + end) / 6.0,
+                ..piece
+            });
             return;
         }
         let mut rest = piece.span;
@@ -91,7 +95,7 @@ mod tests {
     /// Guards the clip on both sides and that it leaves the rest alone.
     #[test]
     fn only_what_is_beyond_is_clipped() {
-        let mut saturation = AmplifierSaturation::of(100.0);
+        let mut saturation = AmplifierSaturation::new(Limit::clip(100.0));
         saturation.steady_state(0.0);
         let mut from = 0.0;
         let mut follow = |to: f64| {

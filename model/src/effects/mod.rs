@@ -14,6 +14,7 @@ pub(crate) mod delay_line;
 pub(crate) mod field_lag;
 pub(crate) mod intersample_field;
 pub(crate) mod lag;
+pub(crate) mod limit;
 pub(crate) mod signal;
 pub(crate) mod warming;
 

@@ -1,4 +1,4 @@
-//! y = clip(u, ±L): the sensor's range ends.
+//! y = limit(u, ±L): the sensor's range ends, with an edge unless told otherwise (`limit.rs`).
 //!
 //! u displacement, y what the sensor says, L limit (m). Assumption: symmetric about zero.
 //! Source: ranges of capacitive probes, 10-500 μm.
@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::description::{Description, Stage};
+use super::limit::{Limit, SHARPNESS};
 use super::signal::Signal;
 use crate::ModelError;
 use crate::parameter::{ParameterSpec, Signal as Measured};
@@ -18,24 +19,23 @@ pub(super) const DESCRIPTION: Description = Description {
     signature: "flat tops in the displacement at one level, with a clean field",
     source: "ranges of capacitive probes, 10-500 μm",
     confused_with: &["amplifier_saturation", "parameter_Ms"],
-    parameters: &[ParameterSpec::limit(
-        "limit_m",
-        "m",
-        [1e-8, 1.0],
-        1e-4,
-        Measured::Output,
-    )],
+    parameters: &[
+        ParameterSpec::limit("limit_m", "m", [1e-8, 1.0], 1e-4, Measured::Output),
+        SHARPNESS,
+    ],
     ..Description::USUAL
 };
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SensorSaturation {
-    limit_m: f64,
+    limit: Limit,
 }
 
 impl Signal for SensorSaturation {
     fn new(values: &[f64], _tick_s: f64) -> Result<Self, ModelError> {
-        Ok(SensorSaturation { limit_m: values[0] })
+        Ok(SensorSaturation {
+            limit: Limit::new(values[0], values[1]),
+        })
     }
 
     fn steady_state(&mut self, input: f64) -> f64 {
@@ -44,18 +44,6 @@ impl Signal for SensorSaturation {
 
     #[inline]
     fn step(&mut self, input: f64) -> f64 {
-        input.clamp(-self.limit_m, self.limit_m)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Guards the clip on both sides and that it leaves the rest alone.
-    #[test]
-    fn only_what_is_beyond_is_clipped() {
-        let mut saturation = SensorSaturation { limit_m: 1e-5 };
-        assert_eq!([-2e-5, 3e-6, 2e-5].map(|u| saturation.step(u)), [-1e-5, 3e-6, 1e-5]);
+        self.limit.of(input)
     }
 }
