@@ -291,4 +291,43 @@ mod tests {
             assert!(off < 1e-3, "tick {tick}: off by {off:e} of the friction");
         }
     }
+
+    /// Guards what sticks: however short the way over which friction turns round, ticks half as long give the same motion.
+    #[test]
+    fn what_sticks_neither_rings_nor_runs_away() {
+        let course = |presliding_m: f64, ticks: usize| {
+            let effect = Effect::new(EffectKind::Friction, &[1e-6, 1e-3, presliding_m]).unwrap();
+            let model = ActuatorModel::terfenol_d().with_effect(effect);
+            let tick_s = 1e-4 / ticks as f64;
+            let Ok(RodStage::Nonlinear(mut rod)) = RodStage::new(&model, model.actuator_rod(), tick_s) else {
+                panic!("friction is a force of the rod's own");
+            };
+            let strain: Vec<f64> = (0..4000 * ticks)
+                .map(|index| {
+                    let time_s = index as f64 * tick_s;
+                    3e-4 * libm::sin(200.0 * time_s) + 1e-4 * libm::sin(1300.0 * time_s)
+                })
+                .collect();
+            let load = Load {
+                first: true,
+                strain: &strain,
+                mean_excess: &vec![0.0; strain.len()],
+                magnetization: &vec![0.0; strain.len()],
+                force: None,
+            };
+            rod.steady_state(&load, 0);
+            let course = (1..strain.len()).map(|index| (index, rod.step(&load, index)));
+            course
+                .filter(|(index, _)| index % ticks == 0)
+                .map(|(_, tip_m)| tip_m)
+                .collect::<Vec<f64>>()
+        };
+        for presliding_m in [1e-9, 1.1e-9, 3e-9, 1e-8, 5e-8, 5e-7] {
+            let (coarse, fine) = (course(presliding_m, 1), course(presliding_m, 8));
+            let squares = coarse.iter().zip(&fine).map(|(one, other)| (one - other).powi(2));
+            let off_m = (squares.sum::<f64>() / coarse.len() as f64).sqrt();
+            // Without any such way the straight lines of the load between ticks put it off by 11 nm of 20 μm.
+            assert!(off_m < 15e-9, "{presliding_m:e} m: off by {off_m:e} m");
+        }
+    }
 }

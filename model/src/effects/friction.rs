@@ -25,7 +25,7 @@ pub(super) const DESCRIPTION: Description = Description {
             .believed(0.8),
         ParameterSpec::fixed("presliding_m", "m", [FINEST_M, 1e-4], FINEST_M)
             .by_ratio()
-            .believed(2.0),
+            .believed(4.0),
     ],
     ..Description::USUAL
 };
@@ -101,7 +101,8 @@ impl Friction {
         }
         let kept = libm::exp(-way_m.abs() * self.per_way);
         let rest = (self.borne - wanted) * kept;
-        let by_way = -rest * self.per_way * 1.0_f64.copysign(way_m);
+        // Where it is let go the slope is negative; Newton's search does without.
+        let by_way = (-rest * self.per_way * 1.0_f64.copysign(way_m)).max(0.0);
         (wanted + rest, by_way, slope * self.per_speed * (1.0 - kept))
     }
 }
