@@ -1,18 +1,20 @@
 //! The recorder's own low pass: found in the spectrum of what is left, applied to what is simulated.
 //!
-//! Butterworth of order n at f_c, of circuits |F(f)|² = 1/(1 + (f/f_c)^{2n}) or of the recorder's program (bilinear, prewarped)
-//! 1/(1 + (tan(πfT)/tan(πf_cT))^{2n}); both as n/2 biquads (and one first-order section) in transposed form II, a circuit's without
-//! prewarping, which keeps its delay. Noise that passes it has its shape above the actuator's band: there S(f) = A|F|² + q²/12
+//! Butterworth of order n at f_c: F = 1/Π_k (j x − e^{jπ(2k + n + 1)/2n}), |F|² = 1/(1 + x^{2n}), of circuits x = f/f_c, of the recorder's
+//! program (bilinear, prewarped) x = tan(πfT)/tan(πf_cT); applied to the whole run's spectrum, so exact for both. Noise that passes it has its
+//! shape above the actuator's band: there S(f) = A|F|² + q²/12
 //! (q resolution; a circuit's folded at half the sampling rate) is held against A f^−p + B by the likelihood of Whittle.
 //! A filter that no noise passes is not seen here; it acts as a delay.
 
 use std::f64::consts::PI;
 
+use realfft::num_complex::Complex;
+
 use crate::spectrum::Spectrum;
 use crate::statistics::{quantile, sorted};
 
-/// The actuator's own motion ends below this share of the sampling rate.
-const FROM: f64 = 0.08;
+/// The actuator's own motion ends below this share of the sampling rate; where it is explained, most of it does not stand out from the other on.
+pub(crate) const FROM: [f64; 2] = [0.08, 0.02];
 /// Length of the windows in which the noise is looked at.
 const WINDOW: usize = 512;
 /// Of the windows, the quiet ones: what is not understood is loud in some of them only.
@@ -36,6 +38,8 @@ pub(crate) struct LowPass {
     pub corner_hz: f64,
     /// Before the sampling.
     pub is_circuit: bool,
+    /// No noise shows it; a motion that comes late does.
+    pub is_supposed: bool,
 }
 
 /// Low passes that are likely, with −ln L over the likeliest's, likeliest first.
@@ -69,37 +73,55 @@ impl LowPass {
         8.0 / (2.0 * PI * self.corner_hz * slowest)
     }
 
-    /// What it makes of a series that rested at its first value.
-    pub fn apply(&self, series: &mut [f64], tick_s: f64) {
-        let angle = PI * self.corner_hz * tick_s;
-        let k = if self.is_circuit { angle } else { angle.tan() };
-        let first = series.first().copied().unwrap_or(0.0);
-        for section in 0..self.order.div_ceil(2) {
-            let (b0, b1, b2, a1, a2);
-            if 2 * section + 1 == self.order {
-                let norm = 1.0 / (1.0 + k);
-                (b0, b1, b2, a1, a2) = (k * norm, k * norm, 0.0, (k - 1.0) * norm, 0.0);
+    /// F by the share of the sampling rate.
+    fn response(&self, tick_s: f64) -> impl Fn(f64) -> Complex<f64> {
+        let order = self.order;
+        let corner = self.corner_hz * tick_s;
+        let pole = move |k: u32| Complex::from_polar(1.0, PI * f64::from(2 * k + order + 1) / f64::from(2 * order));
+        let poles: Vec<Complex<f64>> = (0..order).map(pole).collect();
+        let (is_circuit, at_corner) = (self.is_circuit, (PI * corner).tan());
+        move |share| {
+            let ratio = if is_circuit {
+                share / corner
             } else {
-                let angle = PI * f64::from(2 * section + 1) / f64::from(2 * self.order);
-                let damping = 2.0 * angle.sin();
-                let norm = 1.0 / (1.0 + damping * k + k * k);
-                let gain = k * k * norm;
-                (b0, b1, b2) = (gain, 2.0 * gain, gain);
-                (a1, a2) = (2.0 * (k * k - 1.0) * norm, (1.0 - damping * k + k * k) * norm);
+                (PI * share).tan() / at_corner
+            };
+            poles
+                .iter()
+                .map(|pole| Complex::new(0.0, ratio) - pole)
+                .product::<Complex<f64>>()
+                .inv()
+        }
+    }
+
+    /// What it makes of a series, but for the time that it remembers at its begin.
+    pub fn apply(&self, series: &mut [f64], tick_s: f64, spectrum: &Spectrum) {
+        let rows = series.len() as f64;
+        let (first, last) = (series[0], series[series.len() - 1]);
+        // The spectrum goes round: without the line from end to end, which is only delayed, nothing jumps there.
+        let line = |row: f64| first + (last - first) * row / (rows - 1.0);
+        let round = series.iter().enumerate().map(|(row, own)| own - line(row as f64));
+        let mut packed = spectrum.of(&round.collect::<Vec<f64>>());
+        let response = self.response(tick_s);
+        for (index, own) in packed[1..].chunks_mut(2).enumerate() {
+            let response = response((index + 1) as f64 / rows);
+            match own {
+                [re, im] => {
+                    let passed = Complex::new(*re, *im) * response;
+                    (*re, *im) = (passed.re, passed.im);
+                }
+                own => own[0] *= response.re,
             }
-            let (mut one, mut two) = ((1.0 - b0) * first, (b2 - a2) * first);
-            for value in series.iter_mut() {
-                let input = *value;
-                *value = b0 * input + one;
-                one = b1 * input - a1 * *value + two;
-                two = b2 * input - a2 * *value;
-            }
+        }
+        let delay = self.delay_s(tick_s) / tick_s;
+        for (row, (own, passed)) in series.iter_mut().zip(spectrum.back(&packed)).enumerate() {
+            *own = passed + line(row as f64 - delay);
         }
     }
 
     /// Low passes that the noise in what is left of an output allows, with −ln L over the best's, best first; none where it has not
-    /// passed any. `resolution` is the step of its digits.
-    pub fn seen(residual: &[f64], tick_s: f64, resolution: f64) -> Likely {
+    /// passed any, from a share of the sampling rate on. `resolution` is the step of its digits.
+    pub fn seen(residual: &[f64], tick_s: f64, resolution: f64, from: f64) -> Likely {
         let Some(levels) = quiet_spectrum(residual) else {
             return Vec::new();
         };
@@ -108,27 +130,27 @@ impl LowPass {
             .iter()
             .enumerate()
             .map(|(line, level)| ((line + 1) as f64 / WINDOW as f64, *level))
-            .filter(|(share, _)| *share > FROM && *share < 0.49)
+            .filter(|(share, _)| *share > from && *share < 0.49)
             .map(|(share, level)| (share * rate, level))
             .collect();
         let windows = (residual.len() / WINDOW) as f64;
         let floor = resolution * resolution / 12.0;
         // −ln L with the level A profiled out by rounds of A ← mean of (P/shape) weighted; floor fixed.
         let cost = |shape: &dyn Fn(f64) -> f64, floor: f64| {
+            let lines: Vec<(f64, f64)> = lines.iter().map(|(f, p)| (shape(*f), *p)).collect();
             let mut level = lines.iter().map(|(_, p)| p).sum::<f64>() / lines.len() as f64;
-            let at = |level: f64, f: f64| level * shape(f) + floor;
             for _ in 0..40 {
                 let (mut above, mut below) = (0.0, 0.0);
-                for (f, p) in &lines {
-                    let s = at(level, *f);
-                    let weight = shape(*f) / (s * s);
+                for (shape, p) in &lines {
+                    let s = level * shape + floor;
+                    let weight = shape / (s * s);
                     above += weight * (p - floor);
-                    below += weight * shape(*f);
+                    below += weight * shape;
                 }
                 level = (above / below).max(1e-6 * level);
             }
-            let sum = lines.iter().map(|(f, p)| {
-                let s = at(level, *f);
+            let sum = lines.iter().map(|(shape, p)| {
+                let s = level * shape + floor;
                 s.ln() + p / s
             });
             // Windows that overlap by half count once.
@@ -153,6 +175,7 @@ impl LowPass {
                 order,
                 corner_hz: 0.0,
                 is_circuit,
+                is_supposed: false,
             };
             let ratio = MAX_CORNER / MIN_CORNER;
             let mut coarse = (0..=32).map(|step| rate * MIN_CORNER * ratio.powf(f64::from(step) / 32.1));
@@ -228,45 +251,56 @@ mod tests {
     fn a_low_pass_is_seen_in_the_noise() {
         let tick_s = 1e-4;
         let white = noise(40_000);
-        assert_eq!(LowPass::seen(&white, tick_s, 0.0), []);
+        assert_eq!(LowPass::seen(&white, tick_s, 0.0, FROM[0]), []);
         let truth = LowPass {
             order: 4,
             corner_hz: 1800.0,
             is_circuit: false,
+            is_supposed: false,
         };
         let mut filtered = white;
-        truth.apply(&mut filtered, tick_s);
-        let (_, found) = LowPass::seen(&filtered, tick_s, 0.0)[0];
+        truth.apply(&mut filtered, tick_s, &Spectrum::new(40_000));
+        let (_, found) = LowPass::seen(&filtered, tick_s, 0.0, FROM[0])[0];
         assert!(
             found.order.abs_diff(4) <= 1 && (found.corner_hz / 1800.0 - 1.0).abs() < 0.06,
             "{found:?}"
         );
     }
 
-    /// Guards the filter itself: |F|² at, below and above the corner, and a constant passes unchanged from the first sample.
+    /// Guards the filter itself: below the corner its delay, at, below and above it |F|², and a line is only delayed.
     #[test]
     fn a_sine_passes_as_the_equation_says() {
-        let (tick_s, own) = (
-            1e-4,
-            LowPass {
+        let (tick_s, rows) = (1e-4, 20_000);
+        let spectrum = Spectrum::new(rows);
+        for is_circuit in [false, true] {
+            let own = LowPass {
                 order: 3,
                 corner_hz: 800.0,
-                is_circuit: false,
-            },
-        );
-        for frequency in [200.0, 800.0, 1600.0] {
-            let mut sine: Vec<f64> = (0..20_000)
-                .map(|k| (2.0 * PI * frequency * tick_s * f64::from(k)).sin())
-                .collect();
-            own.apply(&mut sine, tick_s);
-            let power = 2.0 * sine[10_000..].iter().map(|y| y * y).sum::<f64>() / 10_000.0;
-            assert!(
-                (power / own.power(frequency, tick_s) - 1.0).abs() < 1e-3,
-                "{frequency}: {power}"
-            );
+                is_circuit,
+                is_supposed: false,
+            };
+            for frequency in [20.0, 200.0, 800.0, 1600.0] {
+                let sine = |delay_s: f64| {
+                    let at = move |row: usize| 2.0 * PI * frequency * (row as f64 * tick_s - delay_s);
+                    (0..rows).map(move |row| at(row).sin())
+                };
+                let mut passed: Vec<f64> = sine(0.0).collect();
+                own.apply(&mut passed, tick_s, &spectrum);
+                let power = 2.0 * passed[10_000..].iter().map(|y| y * y).sum::<f64>() / 10_000.0;
+                let expected = own.response(tick_s)(frequency * tick_s).norm_sqr();
+                assert!((power / expected - 1.0).abs() < 1e-3, "{frequency}: {power}");
+                if frequency < 100.0 {
+                    let delayed = sine(own.delay_s(tick_s)).zip(&passed).skip(100);
+                    assert!(delayed.take(19_000).all(|(one, other)| (one - other).abs() < 1e-4));
+                }
+                if is_circuit {
+                    assert!((expected - 1.0 / (1.0 + (frequency / 800.0).powi(6))).abs() < 1e-12);
+                }
+            }
+            let mut line: Vec<f64> = (0..rows).map(|row| 2.5 + row as f64).collect();
+            own.apply(&mut line, tick_s, &spectrum);
+            let delayed = |row: usize| 2.5 + row as f64 - own.delay_s(tick_s) / tick_s;
+            assert!((0..rows).all(|row| (line[row] - delayed(row)).abs() < 1e-6));
         }
-        let mut constant = vec![2.5; 100];
-        own.apply(&mut constant, tick_s);
-        assert!(constant.iter().all(|own| (own - 2.5).abs() < 1e-9));
     }
 }

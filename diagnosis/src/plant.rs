@@ -14,6 +14,8 @@ use crate::spectrum::Spectrum;
 pub(crate) struct Plant {
     pub model: ActuatorModel,
     pub runs: Vec<PreparedRun>,
+    /// Of each run, all its rows.
+    pub whole: Vec<Spectrum>,
     pub channels: Vec<Channel>,
     /// By channel, rows as compared, in its unit.
     pub measured: Vec<Vec<f64>>,
@@ -41,7 +43,7 @@ impl Plant {
             };
             for (series, low_pass) in [&mut outputs.field_a_per_m, output].into_iter().zip(low_passes) {
                 if let Some((low_pass, tick_s)) = low_pass.zip(run.tick_s) {
-                    low_pass.apply(series, tick_s);
+                    low_pass.apply(series, tick_s, &self.whole[index]);
                 }
             }
             Some(outputs)

@@ -124,6 +124,10 @@ pub(crate) fn setup(
     }
     let plant = Plant {
         model: with_slow_creep(model, &inputs),
+        whole: inputs
+            .iter()
+            .map(|run| Spectrum::new(run.drive_a_per_m.len()))
+            .collect(),
         runs: inputs,
         channels,
         measured,

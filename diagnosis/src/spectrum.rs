@@ -7,8 +7,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftPlanner};
+use realfft::num_complex::Complex;
+use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 
 /// Lines of the first band; fewer tell no level.
 const FIRST_BAND: usize = 8;
@@ -20,14 +20,17 @@ const NARROW: f64 = 4.0 / 3.0;
 #[derive(Clone)]
 pub(crate) struct Spectrum {
     length: usize,
-    plan: Arc<dyn Fft<f64>>,
+    forward: Arc<dyn RealToComplex<f64>>,
+    backward: Arc<dyn ComplexToReal<f64>>,
 }
 
 impl Spectrum {
     pub fn new(length: usize) -> Self {
+        let mut planner = RealFftPlanner::new();
         Spectrum {
             length,
-            plan: FftPlanner::new().plan_fft_forward(length),
+            forward: planner.plan_fft_forward(length),
+            backward: planner.plan_fft_inverse(length),
         }
     }
 
@@ -47,37 +50,37 @@ impl Spectrum {
 
     /// The spectrum of a series of this length.
     pub fn of(&self, series: &[f64]) -> Vec<f64> {
-        let mut buffer: Vec<Complex<f64>> = series.iter().map(|value| Complex::new(*value, 0.0)).collect();
-        self.plan.process(&mut buffer);
+        let mut lines = self.forward.make_output_vec();
+        // The lengths are the plan's own, so it cannot fail.
+        let _ = self.forward.process(&mut series.to_vec(), &mut lines);
         let size = (self.length as f64).sqrt().recip();
         let twice = std::f64::consts::SQRT_2 * size;
         let mut packed = Vec::with_capacity(self.length);
-        packed.push(buffer[0].re * size);
-        for line in &buffer[1..self.length.div_ceil(2)] {
+        packed.push(lines[0].re * size);
+        for line in &lines[1..self.length.div_ceil(2)] {
             packed.extend([line.re * twice, line.im * twice]);
         }
         if self.length.is_multiple_of(2) {
-            packed.push(buffer[self.length / 2].re * size);
+            packed.push(lines[self.length / 2].re * size);
         }
         packed
     }
 
     /// The series that has this spectrum.
     pub fn back(&self, packed: &[f64]) -> Vec<f64> {
-        let mut buffer = vec![Complex::default(); self.length];
-        let half = std::f64::consts::FRAC_1_SQRT_2;
-        buffer[0].re = packed[0];
+        let size = (self.length as f64).sqrt().recip();
+        let half = std::f64::consts::FRAC_1_SQRT_2 * size;
+        let mut lines = self.backward.make_input_vec();
+        lines[0].re = packed[0] * size;
         for line in 1..self.length.div_ceil(2) {
-            let own = Complex::new(packed[2 * line - 1], packed[2 * line]) * half;
-            // The forward plan turns the other way.
-            (buffer[line], buffer[self.length - line]) = (own.conj(), own);
+            lines[line] = Complex::new(packed[2 * line - 1], packed[2 * line]) * half;
         }
         if self.length.is_multiple_of(2) {
-            buffer[self.length / 2].re = packed[self.length - 1];
+            lines[self.length / 2].re = packed[self.length - 1] * size;
         }
-        self.plan.process(&mut buffer);
-        let size = (self.length as f64).sqrt().recip();
-        buffer.iter().map(|value| value.re * size).collect()
+        let mut series = self.backward.make_output_vec();
+        let _ = self.backward.process(&mut lines, &mut series);
+        series
     }
 
     /// Places of the bands in a spectrum.
