@@ -20,8 +20,8 @@ const FREE_DEVIATION: f64 = 0.5;
 /// Standard deviation of what is believed of the first magnetization, and its bounds, as shares of saturation.
 const START_DEVIATION: f64 = 0.26;
 const START_BOUND: f64 = 0.9;
-/// Of the corner of a low pass, by ratio.
-const CORNER_DEVIATION: f64 = 0.05;
+/// Of the corner of a low pass, by ratio: of one that noise shows, and of one that is supposed.
+const CORNER_DEVIATION: [f64; 2] = [0.05, 0.3];
 
 /// What a number belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,10 +70,10 @@ impl Unknown {
     }
 }
 
-/// A sine on the output that the drive does not make, by its frequency.
+/// A sine on a channel that the drive does not make, by its frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Line {
-    pub run: usize,
+    pub channel: usize,
     pub frequency_hz: f64,
 }
 
@@ -165,6 +165,26 @@ impl Composition {
         Some(own)
     }
 
+    /// The same where numbers inside an effect that stand at an end of their range begin a deviation away: nothing answers to them at the end.
+    pub fn inside(mut self, term: Term) -> Self {
+        for unknown in &mut self.unknowns {
+            let Coordinate { lower, upper, .. } = unknown.coordinate;
+            let is_its = matches!(unknown.slot, Slot::Effect(kind, _) if Term::Effect(kind) == term);
+            if let Some((_, deviation)) = unknown
+                .coordinate
+                .prior
+                .filter(|_| is_its && unknown.coordinate.logarithmic)
+            {
+                if unknown.value == lower {
+                    unknown.value *= deviation.exp();
+                } else if unknown.value == upper {
+                    unknown.value *= (-deviation).exp();
+                }
+            }
+        }
+        self
+    }
+
     /// The same without an effect, or with a constant back in the box of its prior.
     pub fn without(&self, term: Term, model: &ActuatorModel) -> Self {
         let mut own = self.clone();
@@ -187,19 +207,28 @@ impl Composition {
     pub fn with_low_pass(mut self, kind: ChannelKind, low_pass: LowPass) -> Self {
         self.unknowns.retain(|own| own.slot != Slot::Corner(kind));
         self.low_passes.retain(|(own, _)| *own != kind);
+        let deviation = CORNER_DEVIATION[usize::from(low_pass.is_supposed)];
         self.unknowns.push(Unknown {
             slot: Slot::Corner(kind),
             value: low_pass.corner_hz,
             coordinate: Coordinate {
-                lower: low_pass.corner_hz * (-BOX_DEVIATIONS * CORNER_DEVIATION).exp(),
-                upper: low_pass.corner_hz * (BOX_DEVIATIONS * CORNER_DEVIATION).exp(),
+                lower: low_pass.corner_hz * (-BOX_DEVIATIONS * deviation).exp(),
+                upper: low_pass.corner_hz * (BOX_DEVIATIONS * deviation).exp(),
                 scale: 1.0,
                 logarithmic: true,
-                prior: Some((low_pass.corner_hz, CORNER_DEVIATION)),
+                prior: Some((low_pass.corner_hz, deviation)),
             },
         });
         self.low_passes.push((kind, low_pass));
         self
+    }
+
+    /// The same without the recorder's low passes.
+    pub fn without_low_passes(&self) -> Self {
+        let mut own = self.clone();
+        own.unknowns.retain(|own| !matches!(own.slot, Slot::Corner(_)));
+        own.low_passes.clear();
+        own
     }
 
     /// What is in beside the calibrated chain, in the order in which it came.

@@ -22,13 +22,16 @@ use crate::search::{JOINS, Search};
 use crate::term::Term;
 use crate::unlisted::{Unlisted, unlisted};
 
-const MAX_TERMS: usize = 5;
+pub(crate) const MAX_TERMS: usize = 5;
+const MAX_EXCHANGES: usize = 2;
 /// A free curve must gain this much more than the best of the library, and this factor.
 const NAMELESS: (f64, f64) = (60.0, 1.25);
 /// First magnetizations that are tried, A/m per saturation.
 const STARTS: [f64; 12] = [
     -0.4, -0.26, -0.18, -0.11, -0.06, -0.02, 0.02, 0.06, 0.11, 0.18, 0.26, 0.4,
 ];
+/// Corners of a low pass that is supposed, as shares of the sampling rate.
+const SUPPOSED: [f64; 3] = [0.1, 0.18, 0.32];
 const MAX_LINES: usize = 8;
 /// A line that is not the mains' is a disturbance of the plant from this multiple of the noise on, and nuisance below: the
 /// output alone does not tell which.
@@ -54,11 +57,26 @@ pub(crate) struct Decomposition {
     pub screened: Vec<Screened>,
 }
 
-impl Decomposition {
-    /// By how much it explains the measurement worse than another: J, and what each term more has to earn.
-    pub fn cost(&self) -> f64 {
-        self.last.point.cost + JOINS * self.last.point.composition.terms().len() as f64
-    }
+/// A free curve gains so much more than the library that what is missing has no name.
+fn beats(free: f64, gain: f64) -> bool {
+    free > gain + NAMELESS.0 && free > NAMELESS.1 * gain
+}
+
+/// By how much a fit explains the measurement worse than another: J, and what each term more has to earn.
+pub(crate) fn cost(fit: &Fitted) -> f64 {
+    fit.point.cost + JOINS * fit.point.composition.terms().len() as f64
+}
+
+/// What was come across on the way.
+#[derive(Default)]
+struct Gathered {
+    tried: Vec<Fitted>,
+    /// Fits that explain as well as the one whose term joined.
+    ties: Vec<(Term, Fitted)>,
+    unlisted: Vec<Unlisted>,
+    nameless: bool,
+    /// The first screening.
+    screened: Option<Vec<Screened>>,
 }
 
 impl Search<'_> {
@@ -66,19 +84,55 @@ impl Search<'_> {
         let bench = self.bench;
         (self.progress)("the model as given", 0.0);
         let nominal = bench.point(&Composition::default())?;
-        let (mut base, mut off_mains) = self.base()?;
-        let first = base.clone();
-        let (mut tried, mut ties): (Vec<Fitted>, Vec<(Term, Fitted)>) = (Vec::new(), Vec::new());
-        let mut screened_first = Vec::new();
-        let mut free = Vec::new();
-        let mut nameless = false;
-        for stage in 0..=MAX_TERMS {
+        let (base, off_mains) = self.base()?;
+        let mut gathered = Gathered::default();
+        let last = self.joined(base.clone(), off_mains, &mut gathered)?;
+        let ties = self.ties(&last, &gathered.ties);
+        Some(Decomposition {
+            nominal,
+            base,
+            last,
+            ties,
+            tried: gathered.tried,
+            unlisted: gathered.unlisted,
+            nameless: gathered.nameless,
+            screened: gathered.screened.unwrap_or_default(),
+        })
+    }
+
+    /// The same where what was tried has taken the place of what joined, as long as that explains more.
+    pub fn with_exchanges(&mut self, mut found: Decomposition) -> Decomposition {
+        for _ in 0..MAX_EXCHANGES {
+            let Some(mut other) = self.exchanged(&found.last, &found.tried) else {
+                break;
+            };
+            let mut gathered = Gathered::default();
+            let off_mains = self.lines(&mut other);
+            let other = off_mains.and_then(|off_mains| self.joined(other, off_mains, &mut gathered));
+            found.tried.append(&mut gathered.tried);
+            let Some(other) = other.filter(|other| cost(other) < cost(&found.last)) else {
+                break;
+            };
+            found.ties = self.ties(&other, &gathered.ties);
+            (found.last, found.unlisted, found.nameless) = (other, gathered.unlisted, gathered.nameless);
+        }
+        found
+    }
+
+    /// Terms join until none is worth it, and those that earn nothing leave.
+    fn joined(&mut self, mut base: Fitted, mut off_mains: Vec<f64>, gathered: &mut Gathered) -> Option<Fitted> {
+        let bench = self.bench;
+        let mut course: Vec<Point> = Vec::new();
+        // Where a free curve beat what could join, and what it gained.
+        let mut nameless: Option<(Fitted, f64)> = None;
+        for stage in base.point.composition.terms().len()..=MAX_TERMS {
+            if stage == self.max_terms {
+                break;
+            }
             (self.progress)("screening", 0.15 + 0.13 * stage as f64);
             let screened = self.screen(&base, &off_mains);
-            if stage == 0 {
-                screened_first.clone_from(&screened);
-            }
             let mut fits = self.fit_best(&base, &screened, stage);
+            gathered.screened.get_or_insert(screened);
             let at_noise = fits
                 .first()
                 .is_some_and(|(_, fit)| !Evidence::new(bench, &fit.point).is_misfit);
@@ -98,51 +152,50 @@ impl Search<'_> {
                     }
                 });
             }
-            free = unlisted(bench, &base);
-            let best = fits.first();
-            let gain = best.map_or(0.0, |(_, fit)| base.point.cost - fit.point.cost);
+            gathered.unlisted = unlisted(bench, &base);
+            gathered.tried.extend(fits.iter().map(|(_, fit)| fit.clone()));
+            let gain = fits.first().map_or(0.0, |(_, fit)| base.point.cost - fit.point.cost);
             // Beside a fitted model's own error a curve proves nothing.
-            let beaten = free
+            let free = gathered
+                .unlisted
                 .first()
-                .is_some_and(|own| !bench.plant.fitted && own.gain > gain + NAMELESS.0 && own.gain > NAMELESS.1 * gain);
-            if beaten {
-                nameless = true;
-                tried.extend(fits.into_iter().map(|(_, fit)| fit));
-                break;
+                .filter(|own| !bench.plant.fitted && beats(own.gain, gain));
+            if let Some(free) = free {
+                // Where it does not explain all, several terms together may explain more.
+                let is_all = !free.is_misfit;
+                nameless.get_or_insert((base.clone(), free.gain));
+                if is_all {
+                    break;
+                }
             }
-            let Some((term, best)) = best.cloned() else { break };
-            if gain < JOINS || !self.moves(&base, &best) || stage == MAX_TERMS {
-                tried.extend(fits.into_iter().map(|(_, fit)| fit));
+            let Some((term, best)) = fits.first() else { break };
+            if gain < JOINS || !self.moves(&base, best) || stage == MAX_TERMS {
                 break;
             }
             let evidence = Evidence::new(bench, &best.point);
             let least = evidence.cost(&best.point);
-            for (other, fit) in &fits {
-                if *other != term && evidence.cost(&fit.point) - least < TIES {
-                    ties.push((term, fit.clone()));
-                }
-            }
-            tried.extend(fits.into_iter().map(|(_, fit)| fit));
+            let as_well = fits[1..]
+                .iter()
+                .filter(|(_, fit)| evidence.cost(&fit.point) - least < TIES);
+            gathered.ties.extend(as_well.map(|(_, fit)| (*term, fit.clone())));
             let polished = bench.fit(&best.point.composition, None)?;
-            if at_a_bound(&polished.point.composition, term) {
+            if at_a_bound(&polished.point.composition, *term) {
                 break;
             }
-            base = polished;
+            course.push(std::mem::replace(&mut base, polished).point);
             off_mains = self.lines(&mut base)?;
+            // Two that together leave the misfit as it was will leave again.
+            let evidence = Evidence::new(bench, &base.point);
+            let before = course.len().checked_sub(2).map(|own| evidence.cost(&course[own]));
+            if before.is_some_and(|before| before - evidence.cost(&base.point) < JOINS) {
+                break;
+            }
         }
         (self.progress)("taking each out again", 0.85);
         let last = self.without_those_that_earn_nothing(base)?;
-        let ties = self.ties(&last, &ties);
-        Some(Decomposition {
-            nominal,
-            base: first,
-            last,
-            ties,
-            tried,
-            unlisted: free,
-            nameless,
-            screened: screened_first,
-        })
+        let beaten = nameless.filter(|(from, free)| beats(*free, cost(from) - cost(&last)));
+        gathered.nameless = beaten.is_some();
+        Some(beaten.map_or(last, |(from, _)| from))
     }
 
     /// Constants, starts, the recorder's low pass and lines.
@@ -166,6 +219,50 @@ impl Search<'_> {
         let mut base = bench.fit(&composition, None)?;
         let off_mains = self.lines(&mut base)?;
         Some((base, off_mains))
+    }
+
+    /// A low pass of the output that no noise shows because the gap hides it: that with which the constants explain most, beside it `known`; none
+    /// where it makes no difference to what was `found`.
+    pub fn supposed_low_pass(&mut self, known: &[(ChannelKind, LowPass)], found: &Decomposition) -> Option<LowPass> {
+        let (_, channel) = self.bench.plant.outputs().next()?;
+        let tick_s = self.bench.plant.runs[channel.run].tick_s?;
+        let ladder = SUPPOSED.map(|share| LowPass {
+            order: 4,
+            corner_hz: share / tick_s,
+            is_circuit: true,
+            is_supposed: true,
+        });
+        // What is before one converter is likely before all.
+        let others = known.iter().map(|(_, own)| LowPass {
+            is_supposed: true,
+            ..*own
+        });
+        let mut best: Option<Fitted> = None;
+        for low_pass in ladder.into_iter().chain(others) {
+            self.low_passes = [known, &[(ChannelKind::Output, low_pass)]].concat();
+            let Some((base, _)) = self.base() else { continue };
+            if best.as_ref().is_none_or(|best| base.point.cost < best.point.cost) {
+                best = Some(base);
+            }
+        }
+        let best = best?;
+        let low_pass = best.point.composition.fitted_low_pass(ChannelKind::Output)?;
+        let differs = |with: &Point, without: &Point| {
+            let evidence = Evidence::new(self.bench, with);
+            evidence.cost(without) - evidence.cost(with) > JOINS
+        };
+        let beside = || {
+            let with = found
+                .last
+                .point
+                .composition
+                .clone()
+                .with_low_pass(ChannelKind::Output, low_pass);
+            self.bench.fit(&with, Some(&found.last))
+        };
+        let matters = differs(&best.point, &found.base.point)
+            || beside().is_some_and(|own| differs(&own.point, &found.last.point));
+        matters.then_some(low_pass)
     }
 
     /// A composition from the best of some first magnetizations, run by run.
@@ -211,7 +308,8 @@ impl Search<'_> {
                 continue;
             }
             let noise_rms = noise_rms(self.bench, &base.point);
-            if line.of_mains() || point.nuisance.line_rms(composition.lines.len()) < LOUD * noise_rms {
+            let of_output = self.bench.plant.channels[line.channel].kind == ChannelKind::Output;
+            if !of_output || line.of_mains() || point.nuisance.line_rms(composition.lines.len()) < LOUD * noise_rms {
                 composition = with;
             } else {
                 off_mains.push(line.frequency_hz);
@@ -224,14 +322,14 @@ impl Search<'_> {
     }
 }
 
-/// The recorder's low passes in what a point leaves of field and output. What a fitted model leaves of the output is its own
-/// error, whose spectrum falls without any filter.
-pub(crate) fn low_passes(bench: &Bench, point: &Point) -> Vec<(ChannelKind, Likely)> {
+/// The recorder's low passes in what a point leaves of field and output, from a share of the sampling rate on. What a fitted model leaves of the
+/// output is its own error, whose spectrum falls without any filter.
+pub(crate) fn low_passes(bench: &Bench, point: &Point, from: f64) -> Vec<(ChannelKind, Likely)> {
     let of = |kind: ChannelKind| {
         let is_noise = kind == ChannelKind::Field || !bench.plant.fitted;
         let channel = bench.plant.channels.iter().find(|own| own.kind == kind && is_noise)?;
         let tick_s = bench.plant.runs[channel.run].tick_s?;
-        let seen = LowPass::seen(&bench.left(point, channel), tick_s, channel.resolution);
+        let seen = LowPass::seen(&bench.left(point, channel), tick_s, channel.resolution, from);
         (!seen.is_empty()).then_some((kind, seen))
     };
     let kinds = [ChannelKind::Field, ChannelKind::Output].into_iter();

@@ -67,8 +67,13 @@ impl<'a> Evidence<'a> {
             is_misfit: false,
         };
         // A fitted model's own error has a level of its own (`bands.rs`).
-        own.is_misfit = !bench.plant.fitted && own.misfits(&best.levels).iter().any(|own| *own > MISFIT);
+        own.is_misfit = own.is_misfit_at(&best.levels);
         own
+    }
+
+    /// Some levels leave more than noise.
+    pub fn is_misfit_at(&self, levels: &[f64]) -> bool {
+        !self.bench.plant.fitted && self.misfits(levels).iter().any(|own| *own > MISFIT)
     }
 
     /// E of a point.

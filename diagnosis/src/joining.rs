@@ -5,7 +5,7 @@ use anhyst_model::{ActuatorModel, EffectKind};
 
 use crate::composition::{Composition, Slot, Unknown};
 use crate::likelihood::{Bench, Fitted};
-use crate::linearised::Linearised;
+use crate::linearised::{Linearised, PROMISES};
 use crate::probes::Surroundings;
 use crate::screening::{Screened, screen};
 use crate::search::Search;
@@ -18,8 +18,6 @@ const FITTED: usize = 4;
 const CONSTANTS: usize = 2;
 /// As often, while fewer than half of them came to something.
 const ATTEMPTS: usize = 3;
-/// A term that promises less is not fitted.
-const PROMISES: f64 = 10.0;
 /// A constant this many deviations from what is believed of it is bent.
 const BENT: f64 = 2.0;
 /// Share of its box beyond which a constant may be set free.
@@ -96,7 +94,11 @@ impl Search<'_> {
         let mut fits: Vec<(Term, Fitted)> = Vec::new();
         for _ in 0..ATTEMPTS {
             let own = parallel::map(self.bench.threads, &chosen, |own| {
-                let composition = base.point.composition.with(own.term, self.model, &own.values)?;
+                let composition = base
+                    .point
+                    .composition
+                    .with(own.term, self.model, &own.values)?
+                    .inside(own.term);
                 Some((own.term, self.bench.fit(&composition, Some(base))?))
             });
             // A size at the end of its range is no size, and a fit that gets stuck above where it came from tells nothing.
@@ -145,7 +147,7 @@ pub(crate) fn at_a_bound(composition: &Composition, term: Term) -> bool {
         let spec = |place: usize| kind.parameters()[place];
         let is_size = |place: usize| spec(place).identity().is_some() && !spec(place).is_limit();
         let coordinate = &own.coordinate;
-        let far = |bound: f64, identity: f64| bound != identity && (own.value - bound).abs() < 1e-3 * (coordinate.upper - coordinate.lower);
+        let far = |bound: f64, identity: f64| bound != identity && (own.value - bound).abs() < 1e-3 * (bound - identity).abs();
         matches!(own.slot, Slot::Effect(of, place) if of == kind && is_size(place) && coordinate.lower < coordinate.upper
             && spec(place).identity().is_some_and(|zero| far(coordinate.lower, zero) || far(coordinate.upper, zero)))
     })

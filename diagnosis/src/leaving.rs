@@ -10,6 +10,10 @@ use crate::term::Term;
 
 /// A rough fit tells of so many times that fall that it is there.
 const SURELY: f64 = 10.0;
+/// Of what was fitted roughly, the best are fitted anew.
+pub(crate) const REFITTED: usize = 2;
+/// Terms that are tried in the place of each that joined.
+const EXCHANGED: usize = 5;
 /// Fits whose evidence lies within this explain equally well.
 pub(crate) const TIES: f64 = 12.0;
 
@@ -24,12 +28,19 @@ impl Search<'_> {
             }
             let evidence = Evidence::new(bench, &last.point);
             let (own, model) = (evidence.cost(&last.point), self.model);
-            let fits = parallel::map(bench.threads, &terms, |term| {
-                let rough = bench.fit(&last.point.composition.without(*term, model), Some(&last))?;
-                if evidence.cost(&rough.point) - own > SURELY * JOINS {
-                    return Some(rough);
-                }
-                // It must not earn what the others had not been fitted to yet.
+            let rough = parallel::map(bench.threads, &terms, |term| {
+                bench.fit(&last.point.composition.without(*term, model), Some(&last))
+            });
+            let mut rough: Vec<(f64, Fitted)> = rough
+                .into_iter()
+                .flatten()
+                .map(|fit| (evidence.cost(&fit.point) - own, fit))
+                .collect();
+            rough.sort_by(|one, other| one.0.total_cmp(&other.0));
+            rough.retain(|(rise, _)| *rise < SURELY * JOINS);
+            rough.truncate(REFITTED);
+            // It must not earn what the others had not been fitted to yet.
+            let fits = parallel::map(bench.threads, &rough, |(_, rough)| {
                 let fit = bench.fit(&rough.point.composition, None)?;
                 let unbent = unbent(bench, &fit).and_then(|unbent| bench.fit(&unbent.point.composition, None));
                 let fits = std::iter::once(fit).chain(unbent);
@@ -41,6 +52,42 @@ impl Search<'_> {
                 _ => return Some(last),
             }
         }
+    }
+
+    /// Where a misfit is left, the best fit with a term that was tried in the place of one that joined: what came first may have come
+    /// for what others explain better together.
+    pub fn exchanged(&mut self, last: &Fitted, tried: &[Fitted]) -> Option<Fitted> {
+        let (bench, model) = (self.bench, self.model);
+        let composition = &last.point.composition;
+        let terms = composition.terms();
+        if terms.is_empty() || !Evidence::new(bench, &last.point).is_misfit {
+            return None;
+        }
+        (self.progress)("one in the place of another", 0.88);
+        let mut tried: Vec<&Fitted> = tried.iter().collect();
+        tried.sort_by(|one, other| one.point.cost.total_cmp(&other.point.cost));
+        let mut others: Vec<(Term, Vec<f64>)> = Vec::new();
+        for fit in tried {
+            for term in fit.point.composition.terms() {
+                if !terms.contains(&term) && others.iter().all(|(own, _)| *own != term) {
+                    others.push((term, values_of(&fit.point.composition, term)));
+                }
+            }
+        }
+        others.truncate(EXCHANGED);
+        let pairs = terms
+            .iter()
+            .flat_map(|own| others.iter().map(move |other| (*own, other)));
+        let fits = parallel::map(bench.threads, &pairs.collect::<Vec<_>>(), |(own, (other, values))| {
+            let swapped = composition.without(*own, model).with(*other, model, values)?;
+            bench.fit(&swapped, Some(last))
+        });
+        let best = fits
+            .into_iter()
+            .flatten()
+            .min_by(|one, other| one.point.cost.total_cmp(&other.point.cost))?;
+        let best = bench.fit(&best.point.composition, None)?;
+        (best.point.cost + TIES < last.point.cost).then_some(best)
     }
 
     /// The last fit with one term in the place of another, where it explains as well.

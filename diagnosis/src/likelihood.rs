@@ -214,7 +214,13 @@ impl Bench {
         let step = match slot {
             // Frequencies aside, ratios answer smoothly to a hundredth.
             Slot::Corner(_) => 0.01,
-            Slot::Effect(EffectKind::AfterEffect | EffectKind::Friction, place) if place > 0 => 0.05,
+            Slot::Effect(
+                EffectKind::AfterEffect
+                | EffectKind::Friction
+                | EffectKind::AmplifierSaturation
+                | EffectKind::SensorSaturation,
+                place,
+            ) if place > 0 => 0.05,
             // It bites sample by sample.
             Slot::Effect(kind, place) if kind.parameters()[place].is_limit() => 0.01,
             _ => coordinate.step(value),

@@ -7,6 +7,8 @@ use crate::evidence::Evidence;
 use crate::likelihood::{Bench, Fitted};
 use crate::normal::{Normal, weighted};
 
+/// A term that promises a smaller fall of J is not fitted.
+pub(crate) const PROMISES: f64 = 10.0;
 /// Share of what is left that a term may be looked for in: the levels hold noise and misfit together.
 const MISFIT: f64 = 0.3;
 
@@ -40,6 +42,11 @@ impl<'a> Linearised<'a> {
             pull,
             evidence: Evidence::new(bench, here),
         }
+    }
+
+    /// What promises so little is not looked for any further: noise is left, and nothing large can hide in it.
+    pub fn is_hopeless(&self, gain: f64) -> bool {
+        gain < PROMISES && !self.evidence.is_misfit && !self.bench.plant.fitted
     }
 
     /// The same of what is left, as far as it may be a misfit.
@@ -150,6 +157,13 @@ pub(crate) struct Gain {
 }
 
 impl Gain {
+    /// Of what cannot be.
+    pub const NONE: Gain = Gain {
+        likelihood: f64::NEG_INFINITY,
+        evidence: f64::NEG_INFINITY,
+        size: f64::NEG_INFINITY,
+    };
+
     /// What is worth a fit: most by one measure or the other.
     pub fn either(self) -> f64 {
         self.likelihood.max(self.evidence)

@@ -6,7 +6,7 @@
 
 use std::f64::consts::TAU;
 
-use rustfft::num_complex::Complex;
+use realfft::num_complex::Complex;
 
 use crate::channel::Channel;
 use crate::composition::Line;
@@ -38,10 +38,10 @@ impl Line {
     }
 }
 
-/// Steady lines of the outputs that are not in the composition yet, strongest first.
+/// Steady lines of fields and outputs that are not in the composition yet, strongest first.
 pub(crate) fn lines(bench: &Bench, point: &Point) -> Vec<Line> {
     let mut found: Vec<(f64, Line)> = Vec::new();
-    for (_, channel) in bench.plant.outputs() {
+    for (index, channel) in bench.plant.channels.iter().enumerate() {
         let Some(tick_s) = bench.plant.runs[channel.run].tick_s else {
             continue;
         };
@@ -64,12 +64,13 @@ pub(crate) fn lines(bench: &Bench, point: &Point) -> Vec<Line> {
         for peak in peaks.into_iter().take(MAX_LOOKS) {
             let frequency_hz = refined(&series, channel, peak + 1, tick_s);
             let line = Line {
-                run: channel.run,
+                channel: index,
                 frequency_hz,
             };
             let resolution_hz = 1.0 / (tick_s * series.len() as f64);
-            let known =
-                |other: &Line| other.run == line.run && (other.frequency_hz - frequency_hz).abs() < 2.0 * resolution_hz;
+            let known = |other: &Line| {
+                other.channel == index && (other.frequency_hz - frequency_hz).abs() < 2.0 * resolution_hz
+            };
             let again = found.iter().any(|(_, own)| known(own)) || point.composition.lines.iter().any(known);
             let of_the_drive = tones.iter().any(|tone| {
                 let order = (frequency_hz / tone).round();

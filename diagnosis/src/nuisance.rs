@@ -83,27 +83,30 @@ pub(crate) fn linear(
     (kinds, columns)
 }
 
-/// The time courses of the linear nuisance of an output.
+/// The time courses of the linear nuisance of a channel.
 fn shapes(plant: &Plant, composition: &Composition, index: usize) -> Vec<(NuisanceKind, Shape)> {
     let channel = &plant.channels[index];
     let run = &plant.runs[channel.run];
-    let Some(tick_s) = run.tick_s.filter(|_| channel.kind == ChannelKind::Output) else {
+    let Some(tick_s) = run.tick_s else {
         return Vec::new();
     };
     let rows = channel.rows.len() as f64;
     let mut shapes = Vec::new();
-    if !composition.no_drift {
-        shapes.push((NuisanceKind::Drift(index), Shape::Ramp(1.0 / rows)));
-    }
     for (place, line) in composition
         .lines
         .iter()
         .enumerate()
-        .filter(|(_, own)| own.run == channel.run)
+        .filter(|(_, own)| own.channel == index)
     {
         let turns = std::f64::consts::TAU * line.frequency_hz * tick_s;
         shapes.push((NuisanceKind::Line(place, false), Shape::Cosine(turns)));
         shapes.push((NuisanceKind::Line(place, true), Shape::Sine(turns)));
+    }
+    if channel.kind != ChannelKind::Output {
+        return shapes;
+    }
+    if !composition.no_drift {
+        shapes.push((NuisanceKind::Drift(index), Shape::Ramp(1.0 / rows)));
     }
     // What crept before a run began in an unknown state goes on in it.
     let times: Vec<f64> = composition

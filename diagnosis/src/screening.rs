@@ -18,6 +18,7 @@ const NEAR: f64 = 1.5;
 const SEARCHED: usize = 2;
 /// Golden sections between two levels of a limit.
 const SECTIONS: usize = 9;
+const GOLDEN: f64 = 0.618_033_988_749_895;
 /// Energy with which a level shows.
 const SHOWS: f64 = 80.0;
 /// A gap is large from this multiple of a trial's answer on.
@@ -63,6 +64,8 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
     let coordinates: Vec<Coordinate> = specs.iter().map(Coordinate::of).collect();
     let difference = |values: &[f64]| {
         let tried = base.point.composition.with(term, surroundings.model, values)?;
+        // An edge answers to what is just beside it only.
+        let tried = if term.is_limit() { tried.inside(term) } else { tried };
         let (_, mut spectra) = bench.simulate(&tried)?;
         for (own, without) in spectra.iter_mut().zip(&base.point.simulated) {
             *own -= without;
@@ -114,7 +117,8 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
     }
     starts.sort_by(|one, other| other.0.total_cmp(&one.0));
     let mut best: Option<(f64, Vec<f64>)> = None;
-    for (_, group, values) in starts.into_iter().take(SEARCHED) {
+    let promising = |(gain, _, _): &(f64, ProbeGroup, Vec<f64>)| !linear.is_hopeless(*gain);
+    for (_, group, values) in starts.into_iter().filter(promising).take(SEARCHED) {
         let mut values = values;
         for _ in 0..ROUNDS {
             if values == group.absent {
@@ -134,6 +138,9 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
             let gain = gain.likelihood;
             if best.as_ref().is_none_or(|(most, _)| gain > *most) {
                 best = Some((gain, values.clone()));
+            }
+            if linear.is_hopeless(gain) {
+                break;
             }
             let multiple = multiples[0];
             if (1.0 / NEAR..NEAR).contains(&multiple) {
@@ -180,7 +187,7 @@ fn limit(
     let mut tried: Vec<(Gain, f64)> = Vec::new();
     let mut try_level = |level: f64| {
         let Some(answer) = difference(&[level]) else {
-            return f64::NEG_INFINITY;
+            return Gain::NONE;
         };
         let energy = linear.energy(&answer);
         // Levels fall: the first that shows is the highest.
@@ -194,19 +201,26 @@ fn limit(
         }
         let gain = linear.gain_of(&answer);
         tried.push((gain, level));
-        gain.size
+        gain
     };
-    let gains: Vec<f64> = levels.iter().map(|level| try_level(*level)).collect();
-    let best = (0..levels.len()).max_by(|one, other| gains[*one].total_cmp(&gains[*other]));
-    if let Some(best) = best.filter(|best| gains[*best] > 0.0 && !term.is_lattice()) {
+    let gains: Vec<Gain> = levels.iter().map(|level| try_level(*level)).collect();
+    let best = (0..levels.len()).max_by(|one, other| gains[*one].size.total_cmp(&gains[*other].size));
+    let hopeful = gains.iter().any(|gain| !linear.is_hopeless(gain.either()));
+    if let Some(best) = best.filter(|best| hopeful && gains[*best].size > 0.0 && !term.is_lattice()) {
         let mut high = if best == 0 { 1.3 * levels[0] } else { levels[best - 1] };
         let mut low = levels.get(best + 1).copied().unwrap_or(0.5 * levels[best]);
-        for _ in 0..SECTIONS {
-            let (one, other) = (low * (high / low).powf(0.382), low * (high / low).powf(0.618));
-            if try_level(one) > try_level(other) {
-                high = other;
+        let mut tried_at = |share: f64, low: f64, high: f64| {
+            let level = low * (high / low).powf(share);
+            (level, try_level(level).size)
+        };
+        let mut inside = [tried_at(1.0 - GOLDEN, low, high), tried_at(GOLDEN, low, high)];
+        for _ in 1..SECTIONS {
+            if inside[0].1 > inside[1].1 {
+                high = inside[1].0;
+                inside = [tried_at(1.0 - GOLDEN, low, high), inside[0]];
             } else {
-                low = one;
+                low = inside[0].0;
+                inside = [inside[1], tried_at(GOLDEN, low, high)];
             }
         }
     }

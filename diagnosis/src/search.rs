@@ -21,10 +21,24 @@ pub(crate) struct Search<'a> {
     pub lattice: Option<f64>,
     /// Of the recorder.
     pub low_passes: Vec<(ChannelKind, LowPass)>,
+    /// As many terms join at most, and then nothing more is looked for.
+    pub max_terms: usize,
     pub progress: &'a mut dyn FnMut(&str, f64),
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    /// Without any low pass of the recorder, and thorough.
+    pub fn new(bench: &'a Bench, lattice: Option<f64>, progress: &'a mut dyn FnMut(&str, f64)) -> Self {
+        Search {
+            bench,
+            model: &bench.plant.model,
+            lattice,
+            low_passes: Vec::new(),
+            max_terms: usize::MAX,
+            progress,
+        }
+    }
+
     /// A term moves the residual of some band by more than a share of what is left of it.
     pub fn moves(&self, before: &Fitted, after: &Fitted) -> bool {
         self.bench.bands.iter().any(|band| {

@@ -167,7 +167,13 @@ fn linear_contributions(bench: &Bench, last: &Fitted) -> Vec<Contribution> {
     for ((kind, column), coefficient) in nuisance.kinds.iter().zip(&nuisance.columns).zip(&nuisance.coefficients) {
         let name = match kind {
             NuisanceKind::Drift(_) => DRIFT.to_owned(),
-            NuisanceKind::Line(place, _) => line_name(last.point.composition.lines[*place].frequency_hz),
+            NuisanceKind::Line(place, _) => {
+                let line = last.point.composition.lines[*place];
+                if bench.plant.channels[line.channel].kind != ChannelKind::Output {
+                    continue;
+                }
+                line_name(line.frequency_hz)
+            }
             NuisanceKind::CreepMemory(..) => "creep_from_before".to_owned(),
             // It is not in the output.
             NuisanceKind::ProbeGain(_) => continue,

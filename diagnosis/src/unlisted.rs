@@ -9,6 +9,7 @@ use anhyst_model::{ActuatorOutputs, RodMotion, RodState, TwoPolePropagator};
 use serde::{Deserialize, Serialize};
 
 use crate::channel::ChannelKind;
+use crate::evidence::Evidence;
 use crate::likelihood::{Bench, Fitted};
 use crate::linearised::Linearised;
 use crate::statistics::{quantile, rms, sorted};
@@ -96,6 +97,8 @@ pub struct UnknownTerm {
 pub(crate) struct Unlisted {
     /// Fall of J, its price taken off.
     pub gain: f64,
+    /// More than noise is left beside it.
+    pub is_misfit: bool,
     pub curve: FreeCurve,
 }
 
@@ -150,7 +153,7 @@ fn one(bench: &Bench, base: &Fitted, over: Over) -> Option<Unlisted> {
                 if let Some((low_pass, tick_s)) =
                     base.point.composition.fitted_low_pass(ChannelKind::Output).zip(tick_s)
                 {
-                    low_pass.apply(&mut through, tick_s);
+                    low_pass.apply(&mut through, tick_s, &plant.whole[channel.run]);
                 }
                 through
             });
@@ -173,7 +176,7 @@ fn one(bench: &Bench, base: &Fitted, over: Over) -> Option<Unlisted> {
         })
         .collect();
     let (_, _, levels) = Linearised::new(bench, base, &base.point.levels).gain(&columns, RIDGE);
-    let (gain, multiples, _) = Linearised::new(bench, base, &levels).gain(&columns, RIDGE);
+    let (gain, multiples, levels) = Linearised::new(bench, base, &levels).gain(&columns, RIDGE);
     let contribution = (0..outputs.len()).flat_map(|run| {
         let mut sum = vec![0.0; series[0][run].len()];
         for (series, multiple) in series.iter().zip(&multiples) {
@@ -186,6 +189,7 @@ fn one(bench: &Bench, base: &Fitted, over: Over) -> Option<Unlisted> {
     let values = std::iter::once(0.0).chain(multiples.iter().copied()).collect();
     Some(Unlisted {
         gain: gain.likelihood - PRICE * columns.len() as f64,
+        is_misfit: Evidence::new(bench, &base.point).is_misfit_at(&levels),
         curve: FreeCurve {
             over,
             knots,

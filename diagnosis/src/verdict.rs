@@ -231,15 +231,16 @@ fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
                 vec![value("relative_gain", "", *coefficient, None)],
             )),
             NuisanceKind::Line(place, false) => {
-                let frequency_hz = composition.lines[*place].frequency_hz;
+                let line = composition.lines[*place];
                 let amplitude = std::f64::consts::SQRT_2 * nuisance.line_rms(*place);
-                all.push(found(
-                    line_name(frequency_hz),
-                    vec![
-                        value("frequency_hz", "Hz", frequency_hz, None),
-                        value("amplitude_m", unit, amplitude, None),
-                    ],
-                ));
+                let frequency = value("frequency_hz", "Hz", line.frequency_hz, None);
+                let name = line_name(line.frequency_hz);
+                all.push(if bench.plant.channels[line.channel].kind == ChannelKind::Field {
+                    let amplitude = value("amplitude_a_per_m", "A/m", amplitude, None);
+                    found(format!("field_{name}"), vec![frequency, amplitude])
+                } else {
+                    found(name, vec![frequency, value("amplitude_m", unit, amplitude, None)])
+                });
             }
             NuisanceKind::CreepMemory(..) | NuisanceKind::Line(_, true) => {}
         }
