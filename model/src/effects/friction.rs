@@ -40,7 +40,8 @@ pub(crate) struct Friction {
     /// ĉ d, m/s².
     level: f64,
     per_speed: f64,
-    per_way: f64,
+    /// z₀, or 0.
+    presliding_m: f64,
     /// n.
     borne: f64,
 }
@@ -50,11 +51,7 @@ impl Friction {
         Friction {
             level: stiffness_per_s2 * values[0],
             per_speed: 1.0 / values[1],
-            per_way: if values[2] > FINEST_M {
-                1.0 / values[2]
-            } else {
-                f64::INFINITY
-            },
+            presliding_m: if values[2] > FINEST_M { values[2] } else { 0.0 },
             borne: 0.0,
         }
     }
@@ -66,7 +63,7 @@ impl Friction {
 
     /// z₀, or 0.
     pub fn presliding_m(&self) -> f64 {
-        1.0 / self.per_way
+        self.presliding_m
     }
 
     /// Nothing is borne.
@@ -96,13 +93,14 @@ impl Friction {
             // Ising's curve is tanh, without an exponential.
             Anhysteretic::Ising.value_and_derivative(ratio)
         };
-        if self.per_way.is_infinite() {
+        if self.presliding_m == 0.0 {
             return (wanted, 0.0, slope * self.per_speed);
         }
-        let kept = libm::exp(-way_m.abs() * self.per_way);
+        let per_way = 1.0 / self.presliding_m;
+        let kept = libm::exp(-way_m.abs() * per_way);
         let rest = (self.borne - wanted) * kept;
         // Where it is let go the slope is negative; Newton's search does without.
-        let by_way = (-rest * self.per_way * 1.0_f64.copysign(way_m)).max(0.0);
+        let by_way = (-rest * per_way * 1.0_f64.copysign(way_m)).max(0.0);
         (wanted + rest, by_way, slope * self.per_speed * (1.0 - kept))
     }
 }
