@@ -72,8 +72,8 @@ impl Spectrum {
         let half = std::f64::consts::FRAC_1_SQRT_2 * size;
         let mut lines = self.backward.make_input_vec();
         lines[0].re = packed[0] * size;
-        for line in 1..self.length.div_ceil(2) {
-            lines[line] = Complex::new(packed[2 * line - 1], packed[2 * line]) * half;
+        for (line, pair) in lines[1..self.length.div_ceil(2)].iter_mut().zip(packed[1..].chunks(2)) {
+            *line = Complex::new(pair[0], pair[1]) * half;
         }
         if self.length.is_multiple_of(2) {
             lines[self.length / 2].re = packed[self.length - 1] * size;
