@@ -1,28 +1,28 @@
 //! measured = simulated(constants, effects) + nuisance + what is left: effects join one by one (`joining.rs`), each fitted with all that is in.
 //!
-//! 1. The nominal chain with its constants, starts and linear nuisance is fitted; the recorder's low pass and lines are sought in what it leaves.
+//! 1. The nominal chain with its constants, starts and linear nuisance is fitted under the low passes of `recorder.rs`; lines are sought in what
+//!    it leaves.
 //! 2. Every term is screened beside it, the best few are fitted, and the one with the lowest J joins if J falls by more than `JOINS`
-//!    and the residual moves by more than a share of what is left. A free curve that gains far more than any of them ends the search:
-//!    what is missing has no name.
-//! 3. Until nothing joins. Then the one that is missed least is taken out (`leaving.rs`), as long as the evidence (`evidence.rs`) falls by less
-//!    than `JOINS`.
+//!    and the residual moves by more than a share of what is left. Until nothing joins.
+//! 3. The one that is missed least is taken out (`leaving.rs`), as long as the evidence (`evidence.rs`) falls by less than `JOINS`.
+//! 4. A free curve that gained far more than all that joined after it has no name, and they go. One that leaves no misfit ends the search at once.
+//! 5. Terms that were tried take the place of one that joined, where that explains more: what joins first may be what several others imitate.
 
 use anhyst_identify::parallel;
 
-use crate::acquisition::{Likely, LowPass};
 use crate::channel::ChannelKind;
 use crate::composition::{Composition, Slot};
 use crate::evidence::{Evidence, noise_rms};
 use crate::joining::{at_a_bound, sort, unbent};
 use crate::leaving::TIES;
-use crate::likelihood::{Bench, Fitted, Point};
+use crate::likelihood::{Fitted, Point};
 use crate::lines::lines;
 use crate::screening::Screened;
 use crate::search::{JOINS, Search};
 use crate::term::Term;
 use crate::unlisted::{Unlisted, unlisted};
 
-pub(crate) const MAX_TERMS: usize = 5;
+const MAX_TERMS: usize = 5;
 const MAX_EXCHANGES: usize = 2;
 /// A free curve must gain this much more than the best of the library, and this factor.
 const NAMELESS: (f64, f64) = (60.0, 1.25);
@@ -30,8 +30,6 @@ const NAMELESS: (f64, f64) = (60.0, 1.25);
 const STARTS: [f64; 12] = [
     -0.4, -0.26, -0.18, -0.11, -0.06, -0.02, 0.02, 0.06, 0.11, 0.18, 0.26, 0.4,
 ];
-/// Corners of a low pass that is supposed, as shares of the sampling rate.
-const SUPPOSED: [f64; 3] = [0.1, 0.18, 0.32];
 const MAX_LINES: usize = 8;
 /// A line that is not the mains' is a disturbance of the plant from this multiple of the noise on, and nuisance below: the
 /// output alone does not tell which.
@@ -195,11 +193,11 @@ impl Search<'_> {
         let last = self.without_those_that_earn_nothing(base)?;
         let beaten = nameless.filter(|(from, free)| beats(*free, cost(from) - cost(&last)));
         gathered.nameless = beaten.is_some();
-        Some(beaten.map_or(last, |(from, _)| from))
+        beaten.map_or(Some(last), |(from, _)| self.without_those_that_earn_nothing(from))
     }
 
     /// Constants, starts, the recorder's low pass and lines.
-    fn base(&mut self) -> Option<(Fitted, Vec<f64>)> {
+    pub fn base(&mut self) -> Option<(Fitted, Vec<f64>)> {
         let bench = self.bench;
         let starts: Vec<usize> = bench
             .plant
@@ -219,50 +217,6 @@ impl Search<'_> {
         let mut base = bench.fit(&composition, None)?;
         let off_mains = self.lines(&mut base)?;
         Some((base, off_mains))
-    }
-
-    /// A low pass of the output that no noise shows because the gap hides it: that with which the constants explain most, beside it `known`; none
-    /// where it makes no difference to what was `found`.
-    pub fn supposed_low_pass(&mut self, known: &[(ChannelKind, LowPass)], found: &Decomposition) -> Option<LowPass> {
-        let (_, channel) = self.bench.plant.outputs().next()?;
-        let tick_s = self.bench.plant.runs[channel.run].tick_s?;
-        let ladder = SUPPOSED.map(|share| LowPass {
-            order: 4,
-            corner_hz: share / tick_s,
-            is_circuit: true,
-            is_supposed: true,
-        });
-        // What is before one converter is likely before all.
-        let others = known.iter().map(|(_, own)| LowPass {
-            is_supposed: true,
-            ..*own
-        });
-        let mut best: Option<Fitted> = None;
-        for low_pass in ladder.into_iter().chain(others) {
-            self.low_passes = [known, &[(ChannelKind::Output, low_pass)]].concat();
-            let Some((base, _)) = self.base() else { continue };
-            if best.as_ref().is_none_or(|best| base.point.cost < best.point.cost) {
-                best = Some(base);
-            }
-        }
-        let best = best?;
-        let low_pass = best.point.composition.fitted_low_pass(ChannelKind::Output)?;
-        let differs = |with: &Point, without: &Point| {
-            let evidence = Evidence::new(self.bench, with);
-            evidence.cost(without) - evidence.cost(with) > JOINS
-        };
-        let beside = || {
-            let with = found
-                .last
-                .point
-                .composition
-                .clone()
-                .with_low_pass(ChannelKind::Output, low_pass);
-            self.bench.fit(&with, Some(&found.last))
-        };
-        let matters = differs(&best.point, &found.base.point)
-            || beside().is_some_and(|own| differs(&own.point, &found.last.point));
-        matters.then_some(low_pass)
     }
 
     /// A composition from the best of some first magnetizations, run by run.
@@ -320,18 +274,4 @@ impl Search<'_> {
         }
         Some(off_mains)
     }
-}
-
-/// The recorder's low passes in what a point leaves of field and output, from a share of the sampling rate on. What a fitted model leaves of the
-/// output is its own error, whose spectrum falls without any filter.
-pub(crate) fn low_passes(bench: &Bench, point: &Point, from: f64) -> Vec<(ChannelKind, Likely)> {
-    let of = |kind: ChannelKind| {
-        let is_noise = kind == ChannelKind::Field || !bench.plant.fitted;
-        let channel = bench.plant.channels.iter().find(|own| own.kind == kind && is_noise)?;
-        let tick_s = bench.plant.runs[channel.run].tick_s?;
-        let seen = LowPass::seen(&bench.left(point, channel), tick_s, channel.resolution, from);
-        (!seen.is_empty()).then_some((kind, seen))
-    };
-    let kinds = [ChannelKind::Field, ChannelKind::Output].into_iter();
-    kinds.filter_map(of).collect()
 }

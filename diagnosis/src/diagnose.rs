@@ -5,20 +5,18 @@ use anhyst_measured::check::Finding;
 use anhyst_measured::{MeasuredRun, Quantity};
 use anhyst_model::ActuatorModel;
 
-use crate::acquisition::{FROM, Likely, LowPass};
 use crate::channel::ChannelKind;
 use crate::composition::Composition;
-use crate::decompose::{self, Decomposition};
+use crate::decompose::Decomposition;
 use crate::diagnosis::{Candidate, DataSource, Diagnosed, Diagnosis, RunSeries, Verdict};
 use crate::error::DiagnosisError;
-use crate::evidence::Evidence;
 use crate::experiment::{Comparison, Experiment, advise};
-use crate::leaving::REFITTED;
-use crate::likelihood::{Bench, Fitted};
+use crate::likelihood::Bench;
 use crate::locate::{channel_gaps, locate, sentences};
 use crate::nuisance::nuisance_series;
 use crate::plant::Plant;
-use crate::search::{JOINS, Search};
+use crate::recorder;
+use crate::search::JOINS;
 use crate::setup::{DiagnoseOptions, setup};
 use crate::shares::remainder_rms;
 use crate::sight::sight;
@@ -30,8 +28,6 @@ use crate::wording::{amplifier_sentences, sentence};
 
 /// Share of the rows on which a held-out gap is not measured.
 const TRAINING: f64 = 0.75;
-/// Forms of a low pass that are searched with beyond the likeliest.
-const MAX_FORMS: usize = 3;
 /// Sentences on where the gap is.
 const MAX_SENTENCES: usize = 6;
 /// Explanations that are named beside the first.
@@ -62,33 +58,7 @@ pub fn diagnose(
         sentence: format!("the model \"{}\" cannot be simulated on these runs", model.name),
     };
     let mut bench = Bench::new(setup.plant, threads);
-    progress("the recorder", 0.0);
-    let nominal = bench.point(&Composition::default()).ok_or_else(no_simulation)?;
-    let mut seen = decompose::low_passes(&bench, &nominal, FROM[0]);
-    let mut found = decomposed(&mut bench, &seen, setup.lattice, progress).ok_or_else(no_simulation)?;
-    if !of_output(&seen) && !bench.plant.fitted {
-        // A large gap hides what noise there is: it is seen once the gap is explained, or some of it.
-        let mut again = seen_beneath(&bench, &found);
-        let is_misfit = Evidence::new(&bench, &found.last.point).is_misfit;
-        if !of_output(&again)
-            && is_misfit
-            && let Some((aside, other)) = with_supposed(&bench, &seen, &found, setup.lattice, progress)
-        {
-            // And some of it may be the low pass itself.
-            again = seen_beneath(&aside, &other);
-            let without = aside.point(&found.last.point.composition);
-            let gain = without.map_or(0.0, |without| without.cost - other.last.point.cost);
-            if !of_output(&again) && gain > JOINS {
-                (bench, found) = (aside, other);
-            }
-        }
-        if of_output(&again) {
-            seen.retain(|(kind, _)| again.iter().all(|(other, _)| other != kind));
-            seen.extend(again);
-            found = decomposed(&mut bench, &seen, setup.lattice, progress).ok_or_else(no_simulation)?;
-        }
-    }
-    found = Search::new(&bench, setup.lattice, progress).with_exchanges(found);
+    let found = recorder::decomposed(&mut bench, setup.lattice, progress).ok_or_else(no_simulation)?;
     let model_on_runs = bench.plant.model.clone();
     progress("weighing the evidence", 0.93);
     let told = tell(&bench, &model_on_runs, &found).ok_or_else(no_simulation)?;
@@ -139,130 +109,6 @@ pub fn diagnose(
         runs: series,
         contributions: told.contributions,
     })
-}
-
-fn of_output(seen: &[(ChannelKind, Likely)]) -> bool {
-    seen.iter().any(|(kind, _)| *kind == ChannelKind::Output)
-}
-
-/// Low passes that the noise shows once something is explained.
-fn seen_beneath(bench: &Bench, found: &Decomposition) -> Vec<(ChannelKind, Likely)> {
-    let points = [&found.last.point, &found.base.point];
-    let looks = points.into_iter().flat_map(|point| FROM.map(|from| (point, from)));
-    let mut seen = looks.map(|(point, from)| decompose::low_passes(bench, point, from));
-    seen.find(|own| of_output(own)).unwrap_or_default()
-}
-
-/// The decomposition with a low pass of the output that no noise shows, and what it was held against.
-fn with_supposed(
-    bench: &Bench,
-    seen: &[(ChannelKind, Likely)],
-    found: &Decomposition,
-    lattice: Option<f64>,
-    progress: &mut dyn FnMut(&str, f64),
-) -> Option<(Bench, Decomposition)> {
-    let mut aside = Bench::new(bench.plant.clone(), bench.threads);
-    let known: Vec<(ChannelKind, LowPass)> = seen.iter().map(|(kind, own)| (*kind, own[0].1)).collect();
-    let mut search = Search::new(bench, lattice, progress);
-    let low_pass = search.supposed_low_pass(&known, found)?;
-    let mut likely: Vec<(ChannelKind, Likely)> =
-        known.into_iter().map(|(kind, own)| (kind, vec![(0.0, own)])).collect();
-    likely.push((ChannelKind::Output, vec![(0.0, low_pass)]));
-    let found = decomposed(&mut aside, &likely, lattice, progress)?;
-    Some((aside, found))
-}
-
-/// The best decomposition under the low passes that are likely. The noise tells one roughly; the motion that passes it tells which it is.
-fn decomposed(
-    bench: &mut Bench,
-    seen: &[(ChannelKind, Likely)],
-    lattice: Option<f64>,
-    progress: &mut dyn FnMut(&str, f64),
-) -> Option<Decomposition> {
-    let memories = seen.iter().map(|(_, seen)| seen[0].1.memory_s());
-    if let Some(memory_s) = memories.reduce(f64::max) {
-        // What it was fed before the first row is not known.
-        *bench = Bench::new(bench.plant.skipping(memory_s), bench.threads);
-    }
-    let mut search = Search::new(bench, lattice, progress);
-    let all = alternatives(search.bench, seen);
-    let is_misfit = |found: &Decomposition| Evidence::new(bench, &found.last.point).is_misfit;
-    let worth = |fit: &Fitted, unlikely: f64| decompose::cost(fit) + unlikely;
-    search.low_passes.clone_from(&all[0].1);
-    let (mut found, mut unlikely) = (search.run()?, 0.0);
-    if is_misfit(&found) {
-        // What was found under a wrong form stands in the way of the right one: a look at each with what explains most beside it.
-        search.max_terms = 1;
-        let looks = all[1..].iter().take(MAX_FORMS).filter_map(|(unlikely, own)| {
-            search.low_passes.clone_from(own);
-            Some((worth(&search.run()?.last, *unlikely), *unlikely, own.clone()))
-        });
-        let best = looks.min_by(|one, other| one.0.total_cmp(&other.0));
-        search.max_terms = usize::MAX;
-        if let Some((_, rival, low_passes)) = best {
-            search.low_passes = low_passes;
-            let own = worth(&found.last, unlikely);
-            if let Some(other) = search.run().filter(|other| worth(&other.last, rival) < own) {
-                (found, unlikely) = (other, rival);
-            }
-        }
-    }
-    for _ in 0..MAX_FORMS {
-        // Another form that explains better with what was found is searched with from the start.
-        if is_misfit(&found) {
-            break;
-        }
-        let others = all.iter().filter(|(_, own)| *own != search.low_passes);
-        let rough = others.filter_map(|(unlikely, own)| {
-            let composition = found.last.point.composition.without_low_passes();
-            let composition = own
-                .iter()
-                .fold(composition, |all, (kind, low_pass)| all.with_low_pass(*kind, *low_pass));
-            let fit = search.bench.fit(&composition, Some(&found.last))?;
-            Some((fit.point.cost + unlikely, *unlikely, own, fit))
-        });
-        let mut rough: Vec<_> = rough.collect();
-        rough.sort_by(|one, other| one.0.total_cmp(&other.0));
-        rough.truncate(REFITTED);
-        let rivals = rough.iter().filter_map(|(_, unlikely, own, rough)| {
-            let fit = search.bench.fit(&rough.point.composition, None)?;
-            let fit = search.without_those_that_earn_nothing(fit)?;
-            Some((worth(&fit, *unlikely), *unlikely, (*own).clone()))
-        });
-        let rival = rivals.min_by(|one, other| one.0.total_cmp(&other.0));
-        let own = worth(&found.last, unlikely);
-        let Some((_, rival, low_passes)) = rival.filter(|(cost, _, _)| *cost < own) else {
-            break;
-        };
-        search.low_passes = low_passes;
-        let Some(other) = search.run().filter(|other| worth(&other.last, rival) < own) else {
-            break;
-        };
-        (found, unlikely) = (other, rival);
-    }
-    Some(found)
-}
-
-/// The likeliest low pass of each channel, then each other one of each with the likeliest of the others, and how unlikely that is; and one that is
-/// seen on one channel on the other, too: what is before one converter is likely before all.
-fn alternatives(bench: &Bench, low_passes: &[(ChannelKind, Likely)]) -> Vec<(f64, Vec<(ChannelKind, LowPass)>)> {
-    let likeliest: Vec<(ChannelKind, LowPass)> = low_passes.iter().map(|(kind, seen)| (*kind, seen[0].1)).collect();
-    let mut all = vec![(0.0, likeliest.clone())];
-    for (index, (kind, seen)) in low_passes.iter().enumerate() {
-        for (unlikely, low_pass) in &seen[1..] {
-            let mut other = likeliest.clone();
-            other[index] = (*kind, *low_pass);
-            all.push((*unlikely, other));
-        }
-    }
-    if let [(seen, forms)] = low_passes {
-        let mut unseen = bench.plant.channels.iter().map(|own| own.kind);
-        if let Some(kind) = unseen.find(|own| own != seen && *own != ChannelKind::Magnetization) {
-            let both = |(unlikely, own): &(f64, LowPass)| (*unlikely, vec![(*seen, *own), (kind, *own)]);
-            all.extend(forms.iter().map(both));
-        }
-    }
-    all
 }
 
 /// What is said of a run whose columns are not what they are read as.

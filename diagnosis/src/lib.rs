@@ -25,6 +25,7 @@ mod normal;
 mod nuisance;
 mod plant;
 mod probes;
+mod recorder;
 mod report;
 mod screening;
 mod search;

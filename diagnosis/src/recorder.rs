@@ -1,0 +1,268 @@
+//! The search under the recorder's low passes, which show in the noise or, where a gap hides that, in the motion that passes them.
+//!
+//! 1. A low pass shows in the noise of what the model as given leaves, or beneath what was found.
+//! 2. Where it does not, one is supposed, as long as it makes a difference to what was found.
+//! 3. The noise tells its form roughly, the motion better: a misfit is searched again under each likely form, first with what explains most
+//!    alone, then with what was found.
+//! 4. Under the form that explains most, what was tried may take the place of what joined (`decompose.rs`).
+
+use crate::acquisition::{FROM, Likely, LowPass};
+use crate::channel::ChannelKind;
+use crate::composition::Composition;
+use crate::decompose::{Decomposition, cost};
+use crate::evidence::Evidence;
+use crate::leaving::REFITTED;
+use crate::likelihood::{Bench, Fitted, Point};
+use crate::search::{JOINS, Search};
+
+/// Forms that are searched with beyond the likeliest.
+const MAX_FORMS: usize = 3;
+/// Corners of a low pass that is supposed, as shares of the sampling rate.
+const SUPPOSED: [f64; 3] = [0.1, 0.18, 0.32];
+
+/// What the noise shows of each channel.
+type Seen = Vec<(ChannelKind, Likely)>;
+/// One low pass for each channel.
+type Forms = Vec<(ChannelKind, LowPass)>;
+
+/// The decomposition under the low passes that explain most; `bench` is left as it was found on.
+pub(crate) fn decomposed(
+    bench: &mut Bench,
+    lattice: Option<f64>,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Option<Decomposition> {
+    progress("the recorder", 0.0);
+    let nominal = bench.point(&Composition::default())?;
+    let mut seen = seen(bench, &nominal, FROM[0]);
+    let mut found = under(bench, &seen, lattice, progress)?;
+    if !of_output(&seen) && !bench.plant.fitted {
+        // A large gap hides what noise there is: it is seen once the gap is explained, or some of it.
+        let mut again = seen_beneath(bench, &found);
+        if !of_output(&again)
+            && is_misfit(bench, &found)
+            && let Some((aside, other)) = with_supposed(bench, &seen, &found, lattice, progress)
+        {
+            // And some of it may be the low pass itself.
+            again = seen_beneath(&aside, &other);
+            let without = aside.point(&found.last.point.composition);
+            let gain = without.map_or(0.0, |without| without.cost - other.last.point.cost);
+            if !of_output(&again) && gain > JOINS {
+                (*bench, found) = (aside, other);
+            }
+        }
+        if of_output(&again) {
+            seen.retain(|(kind, _)| again.iter().all(|(other, _)| other != kind));
+            seen.extend(again);
+            found = under(bench, &seen, lattice, progress)?;
+        }
+    }
+    Some(Search::new(bench, lattice, progress).with_exchanges(found))
+}
+
+fn is_misfit(bench: &Bench, found: &Decomposition) -> bool {
+    Evidence::new(bench, &found.last.point).is_misfit
+}
+
+fn of_output(seen: &[(ChannelKind, Likely)]) -> bool {
+    seen.iter().any(|(kind, _)| *kind == ChannelKind::Output)
+}
+
+fn likeliest(seen: &[(ChannelKind, Likely)]) -> Forms {
+    seen.iter().map(|(kind, own)| (*kind, own[0].1)).collect()
+}
+
+/// Low passes in what a point leaves of field and output, from a share of the sampling rate on. What a fitted model leaves of the output is its own
+/// error, whose spectrum falls without any filter.
+fn seen(bench: &Bench, point: &Point, from: f64) -> Seen {
+    let of = |kind: ChannelKind| {
+        let is_noise = kind == ChannelKind::Field || !bench.plant.fitted;
+        let channel = bench.plant.channels.iter().find(|own| own.kind == kind && is_noise)?;
+        let tick_s = bench.plant.runs[channel.run].tick_s?;
+        let seen = LowPass::seen(&bench.left(point, channel), tick_s, channel.resolution, from);
+        (!seen.is_empty()).then_some((kind, seen))
+    };
+    let kinds = [ChannelKind::Field, ChannelKind::Output].into_iter();
+    kinds.filter_map(of).collect()
+}
+
+/// Low passes that the noise shows once something is explained.
+fn seen_beneath(bench: &Bench, found: &Decomposition) -> Seen {
+    let points = [&found.last.point, &found.base.point];
+    let looks = points.into_iter().flat_map(|point| FROM.map(|from| (point, from)));
+    let mut all = looks.map(|(point, from)| seen(bench, point, from));
+    all.find(|own| of_output(own)).unwrap_or_default()
+}
+
+/// The decomposition with a low pass of the output that no noise shows, and what it was held against.
+fn with_supposed(
+    bench: &Bench,
+    seen: &[(ChannelKind, Likely)],
+    found: &Decomposition,
+    lattice: Option<f64>,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Option<(Bench, Decomposition)> {
+    let mut aside = Bench::new(bench.plant.clone(), bench.threads);
+    let known = likeliest(seen);
+    let low_pass = supposed(&mut Search::new(bench, lattice, progress), &known, found)?;
+    let mut likely: Seen = known.into_iter().map(|(kind, own)| (kind, vec![(0.0, own)])).collect();
+    likely.push((ChannelKind::Output, vec![(0.0, low_pass)]));
+    let found = under(&mut aside, &likely, lattice, progress)?;
+    Some((aside, found))
+}
+
+/// A low pass of the output that no noise shows because the gap hides it: that with which the constants explain most, beside those that are `known`;
+/// none where it makes no difference to what was `found`.
+fn supposed(search: &mut Search<'_>, known: &[(ChannelKind, LowPass)], found: &Decomposition) -> Option<LowPass> {
+    let bench = search.bench;
+    let (_, channel) = bench.plant.outputs().next()?;
+    let tick_s = bench.plant.runs[channel.run].tick_s?;
+    let ladder = SUPPOSED.map(|share| LowPass {
+        order: 4,
+        corner_hz: share / tick_s,
+        is_circuit: true,
+        is_supposed: true,
+    });
+    // What is before one converter is likely before all.
+    let others = known.iter().map(|(_, own)| LowPass {
+        is_supposed: true,
+        ..*own
+    });
+    let mut best: Option<Fitted> = None;
+    for low_pass in ladder.into_iter().chain(others) {
+        search.low_passes = [known, &[(ChannelKind::Output, low_pass)]].concat();
+        let Some((base, _)) = search.base() else { continue };
+        if best.as_ref().is_none_or(|best| base.point.cost < best.point.cost) {
+            best = Some(base);
+        }
+    }
+    let best = best?;
+    let low_pass = best.point.composition.fitted_low_pass(ChannelKind::Output)?;
+    let differs = |with: &Point, without: &Point| {
+        let evidence = Evidence::new(bench, with);
+        evidence.cost(without) - evidence.cost(with) > JOINS
+    };
+    let last = &found.last;
+    let beside = || {
+        let composition = last.point.composition.clone();
+        bench.fit(&composition.with_low_pass(ChannelKind::Output, low_pass), Some(last))
+    };
+    let matters =
+        differs(&best.point, &found.base.point) || beside().is_some_and(|own| differs(&own.point, &last.point));
+    matters.then_some(low_pass)
+}
+
+/// The best decomposition under low passes that are likely.
+fn under(
+    bench: &mut Bench,
+    seen: &[(ChannelKind, Likely)],
+    lattice: Option<f64>,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Option<Decomposition> {
+    let memories = seen.iter().map(|(_, seen)| seen[0].1.memory_s());
+    if let Some(memory_s) = memories.reduce(f64::max) {
+        // What it was fed before the first row is not known.
+        *bench = Bench::new(bench.plant.skipping(memory_s), bench.threads);
+    }
+    let all = alternatives(bench, seen);
+    let mut search = Search::new(bench, lattice, progress);
+    search.low_passes.clone_from(&all[0].1);
+    let mut best = Best {
+        found: search.run()?,
+        unlikely: 0.0,
+    };
+    if is_misfit(bench, &best.found) {
+        // What was found under a wrong form stands in the way of the right one: a look at each with what explains most beside it.
+        search.max_terms = 1;
+        let looks = all[1..].iter().take(MAX_FORMS).filter_map(|(unlikely, forms)| {
+            search.low_passes.clone_from(forms);
+            Some((cost(&search.run()?.last) + unlikely, *unlikely, forms.clone()))
+        });
+        let likeliest = looks.min_by(|one, other| one.0.total_cmp(&other.0));
+        search.max_terms = usize::MAX;
+        if let Some((_, unlikely, forms)) = likeliest {
+            search.low_passes = forms;
+            best.or(search.run(), unlikely);
+        }
+    }
+    for _ in 0..MAX_FORMS {
+        // Another form that explains better with what was found is searched with from the start.
+        if !is_misfit(bench, &best.found) {
+            break;
+        }
+        let rival = best.rival(&search, &all);
+        let Some((_, unlikely, forms)) = rival.filter(|(rival, _, _)| *rival < best.cost()) else {
+            break;
+        };
+        search.low_passes.clone_from(forms);
+        if !best.or(search.run(), unlikely) {
+            break;
+        }
+    }
+    Some(best.found)
+}
+
+/// The decomposition that explains most, and how unlikely its forms are beside the likeliest.
+struct Best {
+    found: Decomposition,
+    unlikely: f64,
+}
+
+impl Best {
+    fn cost(&self) -> f64 {
+        cost(&self.found.last) + self.unlikely
+    }
+
+    /// Gives way to another that explains more.
+    fn or(&mut self, other: Option<Decomposition>, unlikely: f64) -> bool {
+        let Some(found) = other.filter(|other| cost(&other.last) + unlikely < self.cost()) else {
+            return false;
+        };
+        *self = Best { found, unlikely };
+        true
+    }
+
+    /// Of the other forms the one that explains most with the terms that were found; its cost, and how unlikely it is.
+    fn rival<'f>(&self, search: &Search<'_>, all: &'f [(f64, Forms)]) -> Option<(f64, f64, &'f Forms)> {
+        let last = &self.found.last;
+        let others = all.iter().filter(|(_, forms)| *forms != search.low_passes);
+        let rough = others.filter_map(|(unlikely, forms)| {
+            let bare = last.point.composition.without_low_passes();
+            let composition = forms
+                .iter()
+                .fold(bare, |all, (kind, low_pass)| all.with_low_pass(*kind, *low_pass));
+            let fit = search.bench.fit(&composition, Some(last))?;
+            Some((fit.point.cost + unlikely, *unlikely, forms, fit))
+        });
+        let mut rough: Vec<_> = rough.collect();
+        rough.sort_by(|one, other| one.0.total_cmp(&other.0));
+        rough.truncate(REFITTED);
+        let rivals = rough.into_iter().filter_map(|(_, unlikely, forms, rough)| {
+            let fit = search.bench.fit(&rough.point.composition, None)?;
+            let fit = search.without_those_that_earn_nothing(fit)?;
+            Some((cost(&fit) + unlikely, unlikely, forms))
+        });
+        rivals.min_by(|one, other| one.0.total_cmp(&other.0))
+    }
+}
+
+/// The likeliest low pass of each channel, then each other one of each with the likeliest of the others, and how unlikely that is; and one that is
+/// seen on one channel on the other, too: what is before one converter is likely before all.
+fn alternatives(bench: &Bench, seen: &[(ChannelKind, Likely)]) -> Vec<(f64, Forms)> {
+    let likeliest = likeliest(seen);
+    let mut all = vec![(0.0, likeliest.clone())];
+    for (index, (kind, seen)) in seen.iter().enumerate() {
+        for (unlikely, low_pass) in &seen[1..] {
+            let mut other = likeliest.clone();
+            other[index] = (*kind, *low_pass);
+            all.push((*unlikely, other));
+        }
+    }
+    if let [(seen, forms)] = seen {
+        let mut unseen = bench.plant.channels.iter().map(|own| own.kind);
+        if let Some(kind) = unseen.find(|own| own != seen && *own != ChannelKind::Magnetization) {
+            let both = |(unlikely, own): &(f64, LowPass)| (*unlikely, vec![(*seen, *own), (kind, *own)]);
+            all.extend(forms.iter().map(both));
+        }
+    }
+    all
+}
