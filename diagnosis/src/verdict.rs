@@ -52,6 +52,12 @@ pub(crate) fn tell(bench: &Bench, model: &ActuatorModel, found: &Decomposition) 
         covariance[(index, index)].max(0.0).sqrt() * unknown.coordinate.slope(unknown.value).abs()
     };
     let mut contributions = contributions(bench, model, last);
+    let known = Known {
+        last,
+        contributions: &contributions,
+        gap: &gap,
+        deviation: &deviation,
+    };
     let terms = last.point.composition.terms();
     let alone = |term: Term| {
         if terms.len() == 1 {
@@ -68,8 +74,7 @@ pub(crate) fn tell(bench: &Bench, model: &ActuatorModel, found: &Decomposition) 
     let mut effects: Vec<FoundEffect> = terms
         .iter()
         .map(|term| {
-            let part = contributions.iter().find(|own| own.name == term.name());
-            let share = part.map_or(0.0, |own| gap.share(&own.series));
+            let share = known.share(term.name()).unwrap_or_default();
             FoundEffect {
                 name: term.name().to_owned(),
                 share,
@@ -80,12 +85,6 @@ pub(crate) fn tell(bench: &Bench, model: &ActuatorModel, found: &Decomposition) 
         .collect();
     let remainder_rms = remainder_rms(bench, &last.point);
     let noise_rms = noise_rms(bench, &last.point);
-    let known = Known {
-        last,
-        contributions: &contributions,
-        gap: &gap,
-        deviation: &deviation,
-    };
     let mut nuisance = nuisance(bench, &known);
     let parameters = parameters(model, &known);
     let drifts =
@@ -128,6 +127,14 @@ struct Known<'a> {
     deviation: &'a dyn Fn(usize) -> f64,
 }
 
+impl Known<'_> {
+    /// Of the gap, by a contribution's name.
+    fn share(&self, name: &str) -> Option<f64> {
+        let part = self.contributions.iter().find(|own| own.name == name)?;
+        Some(self.gap.share(&part.series))
+    }
+}
+
 /// Without a drift of the zero the evidence falls by what lets an effect join.
 fn drift_is_sure(bench: &Bench, evidence: &Evidence, last: &Fitted) -> bool {
     let mut still = last.point.composition.clone();
@@ -165,13 +172,7 @@ fn values(
 }
 
 fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
-    let Known {
-        last,
-        contributions,
-        gap,
-        deviation,
-    } = *known;
-    let composition = &last.point.composition;
+    let composition = &known.last.point.composition;
     let value = |name: &str, unit: &str, value: f64, standard_deviation: Option<f64>| FittedValue {
         name: name.to_owned(),
         unit: unit.to_owned(),
@@ -181,8 +182,7 @@ fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
     };
     let unit = if bench.plant.magnetic { "A/m" } else { "m" };
     let found = |name: String, values: Vec<FittedValue>| {
-        let part = contributions.iter().find(|own| own.name == name);
-        let share = part.map_or(0.0, |own| gap.share(&own.series));
+        let share = known.share(&name).unwrap_or_default();
         FoundEffect {
             name,
             share,
@@ -192,11 +192,11 @@ fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
     };
     let mut all = Vec::new();
     for (index, unknown) in composition.unknowns.iter().enumerate() {
-        let known = Some(deviation(index));
+        let deviation = Some((known.deviation)(index));
         match unknown.slot {
             Slot::Start(run) => all.push(found(
                 format!("magnetic_start_{}", run + 1),
-                vec![value("magnetization_a_per_m", "A/m", unknown.value, known)],
+                vec![value("magnetization_a_per_m", "A/m", unknown.value, deviation)],
             )),
             Slot::Corner(kind) => {
                 let name = if kind == ChannelKind::Field {
@@ -207,13 +207,13 @@ fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
                 let order = composition
                     .fitted_low_pass(kind)
                     .map_or(0.0, |own| f64::from(own.order));
-                let corner = value("corner_hz", "Hz", unknown.value, known);
+                let corner = value("corner_hz", "Hz", unknown.value, deviation);
                 all.push(found(name.to_owned(), vec![corner, value("order", "", order, None)]));
             }
             _ => {}
         }
     }
-    let nuisance = &last.point.nuisance;
+    let nuisance = &known.last.point.nuisance;
     let linear = nuisance.kinds.iter().zip(&nuisance.coefficients);
     for (kind, coefficient) in linear {
         match kind {
@@ -250,24 +250,17 @@ fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
 }
 
 fn parameters(model: &ActuatorModel, known: &Known) -> Vec<FoundEffect> {
-    let Known {
-        last,
-        contributions,
-        gap,
-        deviation,
-    } = *known;
-    let composition = &last.point.composition;
+    let composition = &known.last.point.composition;
     NominalParameter::ALL
         .into_iter()
         .filter(|parameter| !composition.freed.contains(parameter))
         .filter_map(|parameter| {
-            let part = contributions.iter().find(|own| own.name == parameter.term())?;
-            let share = gap.share(&part.series);
+            let share = known.share(parameter.term())?;
             Some(FoundEffect {
                 name: parameter.term().to_owned(),
                 share,
                 share_alone: share,
-                values: values(model, Term::Parameter(parameter), composition, deviation),
+                values: values(model, Term::Parameter(parameter), composition, known.deviation),
             })
         })
         .collect()
