@@ -42,6 +42,9 @@ fn what_is_hidden_is_named_whatever_disturbs() {
         (Nuisance::Probe, Effect::AmplifierBandwidth),
         (Nuisance::History, Effect::ExcessLoss),
         (Nuisance::OffNominal, Effect::Backlash),
+        (Nuisance::AntiAlias, Effect::EddyCurrent),
+        (Nuisance::OtherLaw, Effect::Friction),
+        (Nuisance::OtherLaw, Effect::SensorSaturation),
     ] {
         let run = run(nuisance, Some(effect));
         assert!(run.outcome.is_right(), "{run:#?}");

@@ -261,6 +261,24 @@ mod tests {
     use super::*;
     use crate::Effect;
 
+    fn load<'a>(strain: &'a [f64], at_rest: &'a [f64]) -> Load<'a> {
+        Load {
+            first: true,
+            strain,
+            mean_excess: at_rest,
+            magnetization: at_rest,
+            force: None,
+        }
+    }
+
+    fn started(model: &ActuatorModel, tick_s: f64, load: &Load) -> NonlinearRod {
+        let RodStage::Nonlinear(mut rod) = RodStage::new(model, model.actuator_rod(), tick_s).unwrap() else {
+            panic!("friction is a force of the rod's own");
+        };
+        rod.steady_state(load, 0);
+        rod
+    }
+
     /// Guards the search for N: where the tip turned within a substep, Newton once went to and fro between the flanks of the
     /// tanh, stopped with the friction pushing, and left the tip 166 nm off.
     #[test]
@@ -268,21 +286,13 @@ mod tests {
         let (friction_m, speed_m_per_s) = (1e-5, 1e-4);
         let effect = Effect::new(EffectKind::Friction, &[friction_m, speed_m_per_s, 1e-9]).unwrap();
         let model = ActuatorModel::terfenol_d().with_effect(effect);
-        let RodStage::Nonlinear(mut rod) = RodStage::new(&model, model.actuator_rod(), 1e-4).unwrap() else {
-            panic!("friction is a force of the rod's own");
-        };
         let angle = |tick: usize| 0.0565 * tick as f64;
         let strain: Vec<f64> = (0..3000)
             .map(|tick| 4e-4 * libm::sin(angle(tick)) + 2e-4 * libm::sin(2.7 * angle(tick)))
             .collect();
-        let load = Load {
-            first: true,
-            strain: &strain,
-            mean_excess: &vec![0.0; strain.len()],
-            magnetization: &vec![0.0; strain.len()],
-            force: None,
-        };
-        rod.steady_state(&load, 0);
+        let at_rest = vec![0.0; strain.len()];
+        let load = load(&strain, &at_rest);
+        let mut rod = started(&model, 1e-4, &load);
         let level = model.rod.unwrap().stiffness_per_s2 * friction_m;
         for tick in 1..strain.len() {
             rod.step(&load, tick);
@@ -299,23 +309,15 @@ mod tests {
             let effect = Effect::new(EffectKind::Friction, &[1e-6, 1e-3, presliding_m]).unwrap();
             let model = ActuatorModel::terfenol_d().with_effect(effect);
             let tick_s = 1e-4 / ticks as f64;
-            let Ok(RodStage::Nonlinear(mut rod)) = RodStage::new(&model, model.actuator_rod(), tick_s) else {
-                panic!("friction is a force of the rod's own");
-            };
             let strain: Vec<f64> = (0..4000 * ticks)
                 .map(|index| {
                     let time_s = index as f64 * tick_s;
                     3e-4 * libm::sin(200.0 * time_s) + 1e-4 * libm::sin(1300.0 * time_s)
                 })
                 .collect();
-            let load = Load {
-                first: true,
-                strain: &strain,
-                mean_excess: &vec![0.0; strain.len()],
-                magnetization: &vec![0.0; strain.len()],
-                force: None,
-            };
-            rod.steady_state(&load, 0);
+            let at_rest = vec![0.0; strain.len()];
+            let load = load(&strain, &at_rest);
+            let mut rod = started(&model, tick_s, &load);
             let course = (1..strain.len()).map(|index| (index, rod.step(&load, index)));
             course
                 .filter(|(index, _)| index % ticks == 0)
