@@ -1,4 +1,4 @@
-//! M_k = λ⁻¹((p_ff(t_{k+2}) + u_pid + u_cancel)/G): feedforward, PID and cancellation, added where the plant is linear.
+//! M_k = λ⁻¹((p_ff(t_{k+2}) + u_pid + u_learned)/G): feedforward, PID and learner, added where the plant is linear.
 //!
 //! Transfer function: the rod's inverse from the reference; K(z) of `pid.rs` from the error; both behind the strain law.
 //! Ports: in measured displacement at t_k (m) and what became of the demand before; out the magnetization (A/m) for t_{k+2},
@@ -6,8 +6,9 @@
 
 use crate::anti_windup::Applied;
 use crate::effects::{KnownEffects, delay_and_lag_s};
+use crate::learner::{Learner, Turns};
 use crate::pid::is_measured;
-use crate::{Cancellation, ControllerSettings, Feedforward, LoopShape, Pid, StrainLaw, Trajectory};
+use crate::{ControllerSettings, Feedforward, LoopShape, Pid, StrainLaw, Trajectory};
 use anhyst_ipc::Invalid;
 use anhyst_model::{Effect, Material, TwoPole};
 use serde::{Deserialize, Serialize};
@@ -38,6 +39,8 @@ pub(crate) struct Decision {
     pub integral_m: f64,
     pub integration_stopped: bool,
     pub starting: bool,
+    pub learning: bool,
+    pub taken_back: bool,
 }
 
 /// The largest magnetization of a run's feedforward.
@@ -55,7 +58,7 @@ const ROUNDING_M: f64 = 1e-12;
 /// Ticks of a run that are checked one by one.
 const DENSE_TICKS: u64 = 50_000;
 
-/// The controller: what it was told, and the memories of PID and cancellation.
+/// The controller: what it was told, and the memories of PID and learner.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Controller {
     trajectory: Trajectory,
@@ -63,7 +66,7 @@ pub struct Controller {
     feedforward: Option<Feedforward>,
     law: StrainLaw,
     pid: Option<Pid>,
-    cancellation: Option<Cancellation>,
+    learner: Option<Learner>,
     effects: Option<KnownEffects>,
     tick_s: f64,
     /// The demand before: p asked for and p after the strain law's ends.
@@ -115,6 +118,16 @@ impl Controller {
         let shape = LoopShape::new(&rod, settings.feedback.as_ref(), tick_s).with_delay_and_lag(delay_s, lag_s);
         shape.validate()?;
         let law = StrainLaw::new(&rod, material);
+        let learner = match &settings.learning {
+            None => None,
+            Some(learning) => {
+                let Some(reach_m) = trajectory.reach_m(tick_s) else {
+                    let sentence = "this trajectory does not repeat, so there is nothing to learn from turn to turn";
+                    return Err(Invalid::new("learning", sentence));
+                };
+                Some(Learner::new(learning, shape.clone(), tick_s, reach_m))
+            }
+        };
         Ok(Self {
             trajectory,
             feedforward: settings
@@ -122,10 +135,7 @@ impl Controller {
                 .then(|| Feedforward::new(&rod, tick_s, settings.hold_correction)),
             law,
             pid: settings.feedback.as_ref().map(|pid| Pid::new(pid, tick_s)),
-            cancellation: settings
-                .cancellation
-                .as_ref()
-                .map(|known| Cancellation::new(known, &shape, tick_s)),
+            learner,
             effects: known,
             tick_s,
             wanted_m: 0.0,
@@ -245,14 +255,9 @@ impl Controller {
         }
         let error_m = self.error_m;
         let adapt = measured && !applied.limited();
-        if applied == Applied::Open {
-            self.cancellation.iter_mut().for_each(Cancellation::take_back);
-        }
-        let cancelling_m = self
-            .cancellation
-            .as_mut()
-            .map_or(0.0, |cancellation| cancellation.step(tick, error_m, adapt));
-        self.wanted_m = forward_m + feedback.map_or(0.0, |feedback| feedback.feedback_m) + cancelling_m;
+        let starting = self.trajectory.starting(now_s) || feedback.is_some_and(|feedback| feedback.easing);
+        let learned_m = self.learned_m(now_s, then_s, starting, adapt.then_some(error_m));
+        self.wanted_m = forward_m + feedback.map_or(0.0, |feedback| feedback.feedback_m) + learned_m;
         self.clipped_m = self.law.clipped_m(self.wanted_m);
         let feedforward_a_per_m = self.law.magnetization_a_per_m(forward_m);
         Decision {
@@ -263,8 +268,22 @@ impl Controller {
             error_m,
             integral_m: feedback.map_or(0.0, |feedback| feedback.integral_m),
             integration_stopped: feedback.is_some_and(|feedback| feedback.integration_stopped),
-            starting: self.trajectory.starting(now_s) || feedback.is_some_and(|feedback| feedback.easing),
+            starting,
+            learning: self.learner.as_ref().is_some_and(Learner::is_learning),
+            taken_back: self.learner.as_ref().is_some_and(Learner::is_back),
         }
+    }
+
+    fn learned_m(&mut self, now_s: f64, then_s: f64, starting: bool, error_m: Option<f64>) -> f64 {
+        let Some(learner) = self.learner.as_mut().filter(|_| !starting) else {
+            return 0.0;
+        };
+        let turns = [now_s - self.tick_s, now_s, then_s].map(|time_s| self.trajectory.turns(time_s));
+        let [Some(before), Some(now), Some(then)] = turns else {
+            return 0.0;
+        };
+        let per_s = (now - before) / self.tick_s;
+        learner.step(Turns { now, then, per_s }, error_m)
     }
 
     /// What became of the demand before: the guard knows a side, the inverse and the strain law know an amount.

@@ -4,10 +4,11 @@
 //! damping were nothing: there the plant is a known linear rod behind a known strain law, and gains are plain numbers.
 
 mod anti_windup;
-mod cancellation;
+mod complex;
 mod controller;
 mod effects;
 mod feedforward;
+mod learner;
 mod loop_shape;
 mod node;
 mod pid;
@@ -16,11 +17,11 @@ mod strain_law;
 mod trajectory;
 
 pub use anti_windup::{AntiWindup, Applied};
-pub use cancellation::{Cancellation, CancellationSettings};
 pub use controller::{Controller, Peak};
 pub use feedforward::Feedforward;
+pub use learner::LearningSettings;
 pub use loop_shape::LoopShape;
 pub use pid::{DerivativeOn, Pid, PidOutput, PidSettings};
 pub use settings::ControllerSettings;
 pub use strain_law::StrainLaw;
-pub use trajectory::{Motion, Trajectory, TrajectorySettings};
+pub use trajectory::{Motion, SpeedChange, Trajectory, TrajectorySettings};

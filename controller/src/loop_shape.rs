@@ -7,6 +7,7 @@
 //! circle, so the loop is stable exactly if F does not turn around 0 on the half circle 0 < ωT < π, F being real at both ends.
 
 use crate::PidSettings;
+use crate::complex::Complex;
 use anhyst_ipc::Invalid;
 use anhyst_model::TwoPole;
 use serde::{Deserialize, Serialize};
@@ -17,57 +18,6 @@ const MIN_DELAY_TICKS: u32 = 2;
 
 /// Points on the half circle.
 const POINTS: u32 = 8192;
-
-/// A complex number, with what is needed here.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Complex {
-    pub re: f64,
-    pub im: f64,
-}
-
-impl Complex {
-    pub fn real(re: f64) -> Self {
-        Self { re, im: 0.0 }
-    }
-
-    pub fn unit(angle: f64) -> Self {
-        let (im, re) = libm::sincos(angle);
-        Self { re, im }
-    }
-
-    pub fn plus(self, other: Self) -> Self {
-        Self {
-            re: self.re + other.re,
-            im: self.im + other.im,
-        }
-    }
-
-    pub fn scaled(self, factor: f64) -> Self {
-        Self {
-            re: self.re * factor,
-            im: self.im * factor,
-        }
-    }
-
-    pub fn times(self, other: Self) -> Self {
-        Self {
-            re: self.re * other.re - self.im * other.im,
-            im: self.re * other.im + self.im * other.re,
-        }
-    }
-
-    pub fn over(self, other: Self) -> Self {
-        let square = other.re * other.re + other.im * other.im;
-        self.times(Self {
-            re: other.re / square,
-            im: -other.im / square,
-        })
-    }
-
-    pub fn magnitude(self) -> f64 {
-        libm::hypot(self.re, self.im)
-    }
-}
 
 /// Rod, PID (if any) and tick: the linear loop.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

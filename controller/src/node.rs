@@ -41,6 +41,8 @@ impl Block for Controller {
             status: status_word([
                 (decision.integration_stopped, Demand::INTEGRATION_STOPPED),
                 (decision.starting, Demand::STARTING),
+                (decision.learning, Demand::LEARNING),
+                (decision.taken_back, Demand::TAKEN_BACK),
             ]),
             ..Demand::default()
         },)

@@ -1,6 +1,6 @@
 //! What the controller is told.
 
-use crate::{CancellationSettings, PidSettings, TrajectorySettings};
+use crate::{LearningSettings, PidSettings, TrajectorySettings};
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
 
@@ -22,9 +22,9 @@ pub struct ControllerSettings {
     /// The PID, or none.
     #[serde(default)]
     pub feedback: Option<PidSettings>,
-    /// Cancellation of disturbances at known frequencies, or none.
+    /// Learning of what repeats with the trajectory, or none.
     #[serde(default)]
-    pub cancellation: Option<CancellationSettings>,
+    pub learning: Option<LearningSettings>,
 }
 
 fn yes() -> bool {
@@ -51,10 +51,8 @@ impl ControllerSettings {
         if let Some(pid) = &self.feedback {
             pid.validate(tick_s).map_err(|refusal| refusal.within("feedback"))?;
         }
-        if let Some(cancellation) = &self.cancellation {
-            cancellation
-                .validate(tick_s)
-                .map_err(|refusal| refusal.within("cancellation"))?;
+        if let Some(learning) = &self.learning {
+            learning.validate().map_err(|refusal| refusal.within("learning"))?;
         }
         Ok(())
     }

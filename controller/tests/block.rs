@@ -3,7 +3,7 @@
 mod common;
 
 use anhyst_controller::{
-    AntiWindup, CancellationSettings, Controller, ControllerSettings, DerivativeOn, PidSettings, TrajectorySettings,
+    AntiWindup, Controller, ControllerSettings, DerivativeOn, LearningSettings, PidSettings, TrajectorySettings,
 };
 use anhyst_ipc::{Block, Demand, FieldCommand, Measurement, Message, NodeId, Now, Previous, SafeField, wiring};
 use anhyst_model::{Magnetostriction, Material};
@@ -28,10 +28,7 @@ fn full() -> ControllerSettings {
     ControllerSettings {
         start_s: 0.02,
         feedback: Some(pid()),
-        cancellation: Some(CancellationSettings {
-            frequencies_hz: vec![200.0],
-            rate_per_s: 20.0,
-        }),
+        learning: Some(LearningSettings::default()),
         ..settings(two_tones())
     }
 }
@@ -225,7 +222,7 @@ fn settings_read_from_ron() {
         trajectory: Profile(spindle_rpm: 3000, lobes: [(1, 40e-6, 0), (3, 12e-6, 0.3)]),
         start_s: 0.1,
         feedback: Some((kp: 0.3, ki_per_s: 400, anti_windup: BackCalculation(tracking_time_s: 2e-3))),
-        cancellation: Some((frequencies_hz: [200, 400], rate_per_s: 20)),
+        learning: Some((harmonics: 20)),
     )"#;
     let settings: ControllerSettings = ron::from_str(short).unwrap();
     assert!(settings.feedforward && settings.hold_correction);

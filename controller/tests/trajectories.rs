@@ -2,7 +2,7 @@
 
 mod common;
 
-use anhyst_controller::{Motion, Trajectory, TrajectorySettings};
+use anhyst_controller::{Motion, SpeedChange, Trajectory, TrajectorySettings};
 use common::TICK_S;
 use std::f64::consts::TAU;
 use std::io::Write as _;
@@ -57,12 +57,29 @@ fn kinds() -> Vec<(&'static str, Trajectory)> {
         ("harmonics", load(&common::two_tones(), 0.0)),
         ("harmonics with start", load(&common::two_tones(), 0.1)),
         (
+            "profile that changes its speed",
+            load(
+                &TrajectorySettings::Profile {
+                    spindle_rpm: 3000.0,
+                    mean_m: 3e-6,
+                    lobes: vec![(1, 30e-6, 0.1), (3, 9e-6, -0.7)],
+                    speed_changes: vec![SpeedChange {
+                        at_s: 0.06,
+                        rpm: 4200.0,
+                        over_s: 0.05,
+                    }],
+                },
+                0.05,
+            ),
+        ),
+        (
             "profile",
             load(
                 &TrajectorySettings::Profile {
                     spindle_rpm: 3000.0,
                     mean_m: 3e-6,
                     lobes: vec![(1, 30e-6, 0.1), (3, 9e-6, -0.7)],
+                    speed_changes: Vec::new(),
                 },
                 0.05,
             ),
@@ -175,6 +192,7 @@ fn closed_forms_hold() {
         spindle_rpm: 3000.0,
         mean_m: 0.0,
         lobes: vec![(1, 40e-6, 0.0), (3, 12e-6, 0.3)],
+        speed_changes: Vec::new(),
     };
     assert_eq!(load(&profile, 0.0), load(&common::two_tones(), 0.0));
 }
@@ -270,6 +288,7 @@ fn bad_numbers_are_refused_where_they_stand() {
                 spindle_rpm: 0.0,
                 mean_m: 0.0,
                 lobes: vec![],
+                speed_changes: Vec::new(),
             },
             "spindle_rpm",
         ),
@@ -278,6 +297,7 @@ fn bad_numbers_are_refused_where_they_stand() {
                 spindle_rpm: 3000.0,
                 mean_m: 0.0,
                 lobes: vec![(0, 1e-6, 0.0)],
+                speed_changes: Vec::new(),
             },
             "lobes.0",
         ),

@@ -117,6 +117,8 @@ message! {
         status: u64 in "" {
             INTEGRATION_STOPPED = 1 "integration stopped (anti-windup)",
             STARTING = 2 "start not finished (bumpless)",
+            LEARNING = 4 "what repeats is learned",
+            TAKEN_BACK = 8 "the error grew while learning: taken back",
         },
     }
 }

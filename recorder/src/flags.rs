@@ -39,7 +39,7 @@ const fn flag(
 }
 
 /// Every status bit of the loop. Within a channel a later entry rules the state lane when several are set.
-pub(crate) const FLAGS: [Flag; 19] = [
+pub(crate) const FLAGS: [Flag; 21] = [
     flag(
         Channel::Estimate,
         Estimate::ADAPTING,
@@ -103,6 +103,22 @@ pub(crate) const FLAGS: [Flag; 19] = [
         "anti-windup",
         "integration stopped (anti-windup)",
         "integrates again",
+    ),
+    flag(
+        Channel::Demand,
+        Demand::LEARNING,
+        Level::Info,
+        "learning",
+        "learns what repeats",
+        "learns nothing",
+    ),
+    flag(
+        Channel::Demand,
+        Demand::TAKEN_BACK,
+        Level::Warning,
+        "taken back",
+        "the error grew while learning: takes back what was learnt",
+        "goes on learning",
     ),
     flag(
         Channel::FieldCommand,

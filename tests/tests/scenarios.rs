@@ -48,11 +48,18 @@ fn milling_holds_20_nm_while_a_drifts() {
 }
 
 #[test]
-fn heavy_milling_holds_355_nm() {
+fn heavy_milling_holds_342_nm() {
     let summary = run("scenarios/milling_heavy.ron");
-    assert_reached(&summary, 44.7e-9, 238.3e-9);
+    assert_reached(&summary, 37.1e-9, 228.3e-9);
     // The rod must really get warm and the field really be asked for, or the scenario shows nothing.
     assert!(number(&summary, "temperature_peak_k") > 293.5, "{summary}");
+}
+
+/// A rig as it is: without its learner it is off by a micrometre.
+#[test]
+fn a_rough_rig_is_cut_as_well() {
+    let summary = run("scenarios/milling_rough.ron");
+    assert_reached(&summary, 16.4e-9, 60.0e-9);
 }
 
 /// The sensor jumps twice: the field is held, walks back, and at the end the cut is as good as before.

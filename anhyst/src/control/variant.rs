@@ -41,7 +41,7 @@ pub fn variant(
     scenario.estimator.law = starting_at(scenario.estimator.law, believed_a, true_a);
     if !feedback {
         scenario.controller.feedback = None;
-        scenario.controller.cancellation = None;
+        scenario.controller.learning = None;
     }
     scenario.validate()?;
     Ok(scenario)

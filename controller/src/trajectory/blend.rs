@@ -23,6 +23,18 @@ fn unit(s: f64) -> [f64; 5] {
     ]
 }
 
+/// ∫ S from 0 to s: s⁶(21 − 60s + 67.5s² − 35s³ + 7s⁴), and s − 1/2 from 1 on.
+pub(super) fn area(s: f64) -> f64 {
+    if s <= 0.0 {
+        0.0
+    } else if s >= 1.0 {
+        s - 0.5
+    } else {
+        let s3 = s * s * s;
+        s3 * s3 * (21.0 + s * (-60.0 + s * (67.5 + s * (-35.0 + s * 7.0))))
+    }
+}
+
 /// S alone; 1 where there is no length to blend over.
 pub(crate) fn blend(time_s: f64, length_s: f64) -> f64 {
     if length_s > 0.0 {

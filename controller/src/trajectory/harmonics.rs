@@ -7,6 +7,10 @@ use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
+/// Lobes of the slowest term that are tried, and how whole the others' must be.
+const MOST_LOBES: u32 = 20;
+const WHOLE: f64 = 1e-6;
+
 /// A mean and a sum of sines.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Harmonics {
@@ -25,6 +29,16 @@ impl Harmonics {
             mean_m,
             terms: terms.collect(),
         }
+    }
+
+    /// Of the longest turn that all terms repeat with, at most `MOST_LOBES` times the slowest; none if there is none.
+    pub fn turns_per_s(&self) -> Option<f64> {
+        let frequencies = self.terms.iter().map(|(_, omega, _)| omega / TAU);
+        let slowest = frequencies.clone().reduce(f64::min)?;
+        (1..=MOST_LOBES).map(|lobe| slowest / f64::from(lobe)).find(|base| {
+            let mut lobes = frequencies.clone().map(|frequency| frequency / base);
+            lobes.all(|lobes| (lobes - libm::round(lobes)).abs() < WHOLE)
+        })
     }
 
     pub fn at(&self, time_s: f64) -> Jet {

@@ -8,6 +8,7 @@ mod harmonics;
 mod jet;
 mod profile;
 mod ramps;
+mod spindle;
 mod spline;
 mod table;
 
@@ -17,10 +18,12 @@ use harmonics::Harmonics;
 use jet::Jet;
 use ramps::SmoothRamps;
 use serde::{Deserialize, Serialize};
+use spindle::Turning;
 use std::path::{Path, PathBuf};
 use table::Table;
 
 pub(crate) use blend::blend;
+pub use spindle::SpeedChange;
 
 /// Position and its time derivatives.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -60,6 +63,9 @@ pub enum TrajectorySettings {
         mean_m: f64,
         /// Lobes per revolution, amplitude in m, phase in rad.
         lobes: Vec<(u32, f64, f64)>,
+        /// Changes of the speed, in the order of time.
+        #[serde(default)]
+        speed_changes: Vec<SpeedChange>,
     },
     /// From point to point, standing still in each; four continuous derivatives.
     SmoothRamps {
@@ -89,7 +95,8 @@ impl TrajectorySettings {
                 spindle_rpm,
                 mean_m,
                 lobes,
-            } => profile::validate(*spindle_rpm, *mean_m, lobes, tick_s),
+                speed_changes,
+            } => profile::validate(*spindle_rpm, *mean_m, lobes, speed_changes, tick_s),
             Self::SmoothRamps { points } => ramps::validate(points, tick_s),
         }
     }
@@ -99,6 +106,7 @@ impl TrajectorySettings {
 enum Kind {
     Rest,
     Harmonics(Harmonics),
+    Turning(Turning),
     SmoothRamps(SmoothRamps),
     Table(Table),
 }
@@ -125,7 +133,14 @@ impl Trajectory {
                 spindle_rpm,
                 mean_m,
                 lobes,
-            } => Kind::Harmonics(profile::harmonics(*spindle_rpm, *mean_m, lobes)),
+                speed_changes,
+            } if speed_changes.is_empty() => Kind::Harmonics(profile::harmonics(*spindle_rpm, *mean_m, lobes)),
+            TrajectorySettings::Profile {
+                spindle_rpm,
+                mean_m,
+                lobes,
+                speed_changes,
+            } => Kind::Turning(Turning::new(*spindle_rpm, speed_changes, *mean_m, lobes)),
             TrajectorySettings::SmoothRamps { points } => Kind::SmoothRamps(SmoothRamps::new(points)),
             TrajectorySettings::Table { file, repeat } => Kind::Table(Table::load(&base_dir.join(file), *repeat)?),
         };
@@ -137,6 +152,7 @@ impl Trajectory {
         let jet = match &self.kind {
             Kind::Rest => Jet::default(),
             Kind::Harmonics(harmonics) => harmonics.at(time_s),
+            Kind::Turning(turning) => turning.at(time_s),
             Kind::SmoothRamps(ramps) => ramps.at(time_s),
             Kind::Table(table) => table.at(time_s),
         };
@@ -166,6 +182,28 @@ impl Trajectory {
             jerk_m_per_s3,
             snap_m_per_s4,
         }
+    }
+
+    /// Turns of what repeats, at a time; none where nothing does.
+    pub fn turns(&self, time_s: f64) -> Option<f64> {
+        match &self.kind {
+            Kind::Rest | Kind::SmoothRamps(_) => None,
+            Kind::Harmonics(harmonics) => Some(harmonics.turns_per_s()? * time_s),
+            Kind::Turning(turning) => Some(turning.turns(time_s)),
+            Kind::Table(table) => Some(table.turns_per_s()? * time_s),
+        }
+    }
+
+    /// Half of the way between the ends of what repeats, over its first turn; none where nothing does.
+    pub(crate) fn reach_m(&self, tick_s: f64) -> Option<f64> {
+        let first = self.turns(self.start_s)?;
+        let ticks = (0..).map(|tick| self.start_s + f64::from(tick) * tick_s);
+        let turn = ticks.take_while(|time_s| self.turns(*time_s).is_some_and(|turns| turns < first + 1.0));
+        let ends = turn.map(|time_s| self.at(time_s).position_m);
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), own| {
+            (low.min(own), high.max(own))
+        });
+        Some(0.5 * (high - low))
     }
 
     /// True while the smooth start lasts.

@@ -24,6 +24,11 @@ pub(crate) struct Table {
 }
 
 impl Table {
+    /// Of a table that repeats.
+    pub fn turns_per_s(&self) -> Option<f64> {
+        self.repeat.map(|(_, period_s)| period_s.recip())
+    }
+
     /// Reads the file.
     pub fn load(path: &Path, repeat: bool) -> Result<Self, Invalid> {
         let rows = read(path).map_err(|sentence| refused(path, &sentence))?;

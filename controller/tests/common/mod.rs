@@ -31,7 +31,7 @@ pub fn settings(trajectory: TrajectorySettings) -> ControllerSettings {
         feedforward: true,
         hold_correction: true,
         feedback: None,
-        cancellation: None,
+        learning: None,
     }
 }
 
@@ -53,6 +53,8 @@ pub struct Rig {
     /// The inverse's limit, here directly on the magnetization.
     pub limit_a_per_m: f64,
     pub tick: u64,
+    /// Of the sensor.
+    sign: f64,
 }
 
 impl Rig {
@@ -69,12 +71,13 @@ impl Rig {
             safe: SafeField::default(),
             limit_a_per_m: f64::INFINITY,
             tick: 0,
+            sign: 1.0,
         }
     }
 
     /// One tick with the cutting force (N) at its beginning and end; gives the demand and the displacement at t_k.
     pub fn step(&mut self, force_n: (f64, f64)) -> (Demand, f64) {
-        let displacement_m = self.state.displacement_m;
+        let displacement_m = self.sign * self.state.displacement_m;
         let measurement = Measurement {
             displacement_m,
             ..Measurement::default()
@@ -97,6 +100,11 @@ impl Rig {
         self.on_the_way = [self.on_the_way[1], reached];
         self.tick += 1;
         (demand, displacement_m)
+    }
+
+    /// From now on the sensor says the opposite.
+    pub fn reverse(&mut self) {
+        self.sign = -self.sign;
     }
 
     /// Acceleration of the rod at a part of the tick: magnetization and force are straight lines, the strain is not.
