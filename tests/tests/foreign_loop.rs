@@ -32,7 +32,11 @@ fn cut(hidden: Hidden, settings: &[&str]) -> Cut {
     let witness = Witness {
         plant: Plant::new(material, rod, hidden, scenario.tick_s),
         tick_s: scenario.tick_s,
-        shape_a_per_m: |time_s| (6400.0 + 200.0 * time_s).min(7200.0),
+        shape_a_per_m: Box::new(|time_s| (6400.0 + 200.0 * time_s).min(7200.0)),
+        mode: None,
+        pushed_m: Box::new(|_| 0.0),
+        late_ticks: 0,
+        before_m: 0.0,
         of_displacement: Noise::new(1),
         of_field: Noise::new(2),
         faults: None,

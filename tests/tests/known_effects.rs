@@ -21,7 +21,11 @@ fn cut(hidden: Hidden, believed: &str) -> Cut {
     let witness = Witness {
         plant: Plant::new(Material::TERFENOL_D, rod, hidden, scenario.tick_s),
         tick_s: scenario.tick_s,
-        shape_a_per_m: |_| 7012.0,
+        shape_a_per_m: Box::new(|_| 7012.0),
+        mode: None,
+        pushed_m: Box::new(|_| 0.0),
+        late_ticks: 0,
+        before_m: 0.0,
         of_displacement: Noise::new(1),
         of_field: Noise::new(2),
         faults: None,

@@ -8,7 +8,7 @@ use anhyst_measured::{MeasuredRun, RunReadOptions};
 use anhyst_scenario::{Scenario, load, load_model, to_ron};
 use anhyst_tests::repository;
 use anhyst_witness::{Constants, Hidden, Material, Noise, Plant, Rod};
-use around::{Cut, SensorFaults, Witness};
+use around::{Cut, Witness, rough};
 use std::path::Path;
 
 /// Of the error with the old model, rms over the judged part.
@@ -84,28 +84,17 @@ fn rough_witness() -> Option<Witness> {
         },
         ..Hidden::NOTHING
     };
-    let (mut slow, mut noise) = ([0.0; 6], Noise::new(3));
-    let faults = move |time_s: f64| {
-        // First-order noises a factor 5 apart, from 0.25 ms on: a spectrum like 1/f.
-        let mut kept: f64 = 0.8;
-        for own in &mut slow {
-            *own = kept * *own + (1.0 - kept * kept).sqrt() * noise.normal();
-            kept = kept.powf(0.2);
-        }
-        let coloured: f64 = slow.iter().sum();
-        4e-9 * coloured + 5e-9 * (std::f64::consts::TAU * 49.97 * time_s).sin()
-    };
     Some(Witness {
         plant: Plant::new(material, rod, hidden, 5e-5),
         tick_s: 5e-5,
-        shape_a_per_m: |_| 7080.0,
+        shape_a_per_m: Box::new(|_| 7080.0),
+        mode: None,
+        pushed_m: Box::new(|_| 0.0),
+        late_ticks: 0,
+        before_m: 0.0,
         of_displacement: Noise::new(1),
         of_field: Noise::new(2),
-        faults: Some(SensorFaults {
-            added_m: Box::new(faults),
-            field_gain: 1.003,
-            field_zero_a_per_m: 3.0,
-        }),
+        faults: Some(rough::faults(Noise::new(3))),
     })
 }
 

@@ -34,6 +34,6 @@ pub use noise::Noise;
 pub use nuisance::Nuisance;
 pub use plant::{Plant, Rod};
 pub use rig::{Record, Rig};
-pub use sensor::{Mode, Sensor};
+pub use sensor::{Mode, Sensor, Shaking};
 pub use shared::shared;
 pub use surroundings::{Filter, Past, Surroundings, Tone};

@@ -93,24 +93,56 @@ impl Sensor {
 }
 
 impl Mode {
-    /// Runge and Kutta again, the way a straight line between its points.
     fn shake(&self, way: &mut [f64], h: f64, laws: Laws) {
-        let omega = TAU * self.hz;
-        let (mut z, mut speed, mut from) = (way[0], 0.0, way[0]);
-        for x in &mut way[1..] {
-            let (to, rate) = (*x, (*x - from) / h);
-            let against = if laws == Laws::Usual { 0.0 } else { rate };
-            let pull = |share: f64, z: f64, speed: f64| {
-                omega * (omega * (from + share * (to - from) - z) - 2.0 * self.damping_ratio * (speed - against))
-            };
-            let (a1, v1) = (pull(0.0, z, speed), speed);
-            let (a2, v2) = (pull(0.5, z + 0.5 * h * v1, speed + 0.5 * h * a1), speed + 0.5 * h * a1);
-            let (a3, v3) = (pull(0.5, z + 0.5 * h * v2, speed + 0.5 * h * a2), speed + 0.5 * h * a2);
-            let (a4, v4) = (pull(1.0, z + h * v3, speed + h * a3), speed + h * a3);
-            z += h / 6.0 * (v1 + 2.0 * (v2 + v3) + v4);
-            speed += h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4);
-            from = to;
-            *x = to + self.gain * (z - to);
+        let mut shaking = Shaking::new(*self, way[0], laws);
+        way[1..].iter_mut().for_each(|x| *x = shaking.step(*x, h));
+    }
+}
+
+/// A resonance as time goes by: Runge and Kutta again, the way a straight line between its points.
+#[derive(Clone, Debug)]
+pub struct Shaking {
+    mode: Mode,
+    laws: Laws,
+    z: f64,
+    speed: f64,
+    from: f64,
+}
+
+impl Shaking {
+    /// At rest at a place, m.
+    pub fn new(mode: Mode, at_m: f64, laws: Laws) -> Self {
+        Shaking {
+            mode,
+            laws,
+            z: at_m,
+            speed: 0.0,
+            from: at_m,
         }
+    }
+
+    /// What the sensor sees `h` seconds on, the rod there being at `to`, m.
+    pub fn step(&mut self, to: f64, h: f64) -> f64 {
+        let Shaking {
+            mode,
+            laws,
+            z,
+            speed,
+            from,
+        } = *self;
+        let omega = TAU * mode.hz;
+        let rate = (to - from) / h;
+        let against = if laws == Laws::Usual { 0.0 } else { rate };
+        let pull = |share: f64, z: f64, speed: f64| {
+            omega * (omega * (from + share * (to - from) - z) - 2.0 * mode.damping_ratio * (speed - against))
+        };
+        let (a1, v1) = (pull(0.0, z, speed), speed);
+        let (a2, v2) = (pull(0.5, z + 0.5 * h * v1, speed + 0.5 * h * a1), speed + 0.5 * h * a1);
+        let (a3, v3) = (pull(0.5, z + 0.5 * h * v2, speed + 0.5 * h * a2), speed + 0.5 * h * a2);
+        let (a4, v4) = (pull(1.0, z + h * v3, speed + h * a3), speed + h * a3);
+        self.z += h / 6.0 * (v1 + 2.0 * (v2 + v3) + v4);
+        self.speed += h / 6.0 * (a1 + 2.0 * (a2 + a3) + a4);
+        self.from = to;
+        to + mode.gain * (self.z - to)
     }
 }
