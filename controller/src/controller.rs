@@ -55,6 +55,9 @@ pub struct Peak {
 /// Displacements are not told apart below this, m.
 const ROUNDING_M: f64 = 1e-12;
 
+/// Of what the rod can reach: no error below it is one that runs away.
+const LEAST_SIZE: f64 = 0.01;
+
 /// Ticks of a run that are checked one by one.
 const DENSE_TICKS: u64 = 50_000;
 
@@ -169,6 +172,16 @@ impl Controller {
                 }
             },
         )
+    }
+
+    /// How far the reference goes from 0 in a run, and a hundredth of what the rod can reach, m; none where it stays at 0.
+    pub fn size_m(&self, duration_s: f64) -> Option<f64> {
+        let places = self
+            .ticks(duration_s)
+            .map(|time_s| self.trajectory.at(time_s).position_m.abs());
+        let farthest_m = places.fold(0.0, f64::max);
+        let (lowest_m, highest_m) = self.law.range_m();
+        (farthest_m > 0.0).then_some(farthest_m + LEAST_SIZE * (highest_m - lowest_m))
     }
 
     /// Refuses a trajectory that asks for more than the saturated rod can give, or for what no magnetization gives.

@@ -45,11 +45,23 @@ pub enum Event {
     TrackingLost = 18,
     /// Command or measurement of the tick was not there in time, `deadline_misses` times in a row.
     DeadlineMissed = 19,
+    /// The tracking error is larger than the reference itself, rms over some hundred ticks.
+    ErrorDiverging = 20,
+    /// The coil's field has the other sign than the one given.
+    CoilReversed = 21,
+    /// The coil's field does not move with the one given.
+    CoilStuck = 22,
+    /// The coil's field is another multiple of the one given than the believed amplifier makes of it: a unit, a gain.
+    CoilScaled = 23,
+    /// The coil's field comes later than the believed amplifier would bring it.
+    CoilLate = 24,
+    /// It comes earlier.
+    CoilEarly = 25,
 }
 
 impl Event {
     /// Every event, in the order of the numbers.
-    pub const ALL: [Event; 19] = [
+    pub const ALL: [Event; 25] = [
         Event::CommandNotFinite,
         Event::MeasurementNotFinite,
         Event::CommandStale,
@@ -69,6 +81,12 @@ impl Event {
         Event::CurrentExceeded,
         Event::TrackingLost,
         Event::DeadlineMissed,
+        Event::ErrorDiverging,
+        Event::CoilReversed,
+        Event::CoilStuck,
+        Event::CoilScaled,
+        Event::CoilLate,
+        Event::CoilEarly,
     ];
 
     /// The number in `SafeField::event`.
@@ -108,6 +126,12 @@ impl Event {
             Event::CurrentExceeded => "current_exceeded",
             Event::TrackingLost => "tracking_lost",
             Event::DeadlineMissed => "deadline_missed",
+            Event::ErrorDiverging => "error_diverging",
+            Event::CoilReversed => "coil_reversed",
+            Event::CoilStuck => "coil_stuck",
+            Event::CoilScaled => "coil_scaled",
+            Event::CoilLate => "coil_late",
+            Event::CoilEarly => "coil_early",
         }
     }
 }
@@ -148,6 +172,12 @@ mod tests {
                 (17, "current_exceeded"),
                 (18, "tracking_lost"),
                 (19, "deadline_missed"),
+                (20, "error_diverging"),
+                (21, "coil_reversed"),
+                (22, "coil_stuck"),
+                (23, "coil_scaled"),
+                (24, "coil_late"),
+                (25, "coil_early"),
             ]
         );
         for event in Event::ALL {
@@ -155,6 +185,6 @@ mod tests {
             assert_eq!(serde_json::to_string(&event).unwrap(), format!("\"{}\"", event.name()));
         }
         assert_eq!(Event::from_number(0), None);
-        assert_eq!(Event::from_number(20), None);
+        assert_eq!(Event::from_number(26), None);
     }
 }

@@ -24,7 +24,7 @@
 
 use crate::limits::{Limited, Limits};
 use crate::settings::whole_ticks;
-use crate::watch::{Faults, Observation, Watch};
+use crate::watch::{Beliefs, Faults, Observation, Watch};
 use crate::{Event, GuardSettings, Reaction, WayBack};
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
@@ -157,6 +157,14 @@ impl Guard {
             held_ticks: 0,
             following_ticks: 0,
         })
+    }
+
+    /// The same with what others believe of the loop.
+    #[must_use]
+    pub fn believing(mut self, beliefs: &Beliefs) -> Self {
+        self.watch
+            .believing(beliefs, self.limits.field_limit_a_per_m, self.tick_s);
+        self
     }
 
     /// Where it stands.

@@ -1,5 +1,6 @@
 //! The last stage on our side: limits, watchdog, and the way to the safe field. Knows nothing of control.
 
+mod coil;
 mod event;
 mod guard;
 mod limits;
@@ -9,8 +10,10 @@ mod response;
 mod settings;
 mod watch;
 
+pub use coil::BelievedCoil;
 pub use event::Event;
 pub use guard::{Guard, Rearm, State};
-pub use monitors::{CurrentMonitor, EstimateMonitor, Monitors, TrackingMonitor};
+pub use monitors::{CoilWatching, CurrentMonitor, EstimateMonitor, Monitors, TrackingMonitor};
 pub use response::{Reaction, Response, Responses, WayBack};
 pub use settings::{GuardSettings, StuckSettings};
+pub use watch::Beliefs;

@@ -19,10 +19,26 @@ pub struct Monitors {
     pub estimate: Option<EstimateMonitor>,
     /// So many ticks in a row without the command or the measurement of the tick are a fault.
     pub deadline_misses: Option<u64>,
+    /// Whether an error larger than the reference itself is a fault.
+    pub diverging: bool,
+    /// When a coil that does not follow is a fault.
+    pub coil: CoilWatching,
     /// A held field goes on to the safe field after this time.
     pub hold_at_most_s: f64,
     /// Instants at which the guard is asked to come back, as an operator would.
     pub reset_at_s: Vec<f64>,
+}
+
+/// When the coil's measured field is held against the one given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum CoilWatching {
+    /// Where amplifier or plant are somebody else's.
+    #[default]
+    Foreign,
+    /// Always.
+    On,
+    /// Never.
+    Off,
 }
 
 /// Limits of the coil's current.
@@ -74,6 +90,8 @@ impl Default for Monitors {
             tracking: None,
             estimate: None,
             deadline_misses: None,
+            diverging: true,
+            coil: CoilWatching::Foreign,
             hold_at_most_s: 0.1,
             reset_at_s: Vec::new(),
         }

@@ -1,5 +1,8 @@
 //! What the guard is told: limits, the safe field, and what counts as a fault.
 
+use crate::coil;
+use crate::monitors::CoilWatching;
+use crate::watch::DIVERGING_TICKS;
 use crate::{Event, Monitors, Reaction, Responses, WayBack};
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
@@ -95,6 +98,10 @@ impl GuardSettings {
             Event::EstimateOutside => self.monitors.estimate.map(|_| 1),
             Event::EstimateUninformed => self.monitors.estimate.and_then(|estimate| estimate.uninformed_ticks),
             Event::DeadlineMissed => self.monitors.deadline_misses,
+            Event::ErrorDiverging => self.monitors.diverging.then_some(DIVERGING_TICKS),
+            Event::CoilReversed | Event::CoilStuck | Event::CoilScaled | Event::CoilLate | Event::CoilEarly => {
+                (self.monitors.coil != CoilWatching::Off).then_some(coil::detection_ticks(event))
+            }
             Event::HoldTooLong => Some(whole_ticks(self.monitors.hold_at_most_s, tick_s)),
             Event::Rearmed | Event::Resumed => None,
         }

@@ -1,5 +1,6 @@
 //! The checks of what the guard hears. No feedback, no model: finite, fresh, not jumping, not stuck, within bounds.
 
+use crate::coil::{BelievedCoil, CoilWatch};
 use crate::monitors::{EstimateMonitor, TrackingMonitor};
 use crate::{Event, GuardSettings};
 use serde::{Deserialize, Serialize};
@@ -53,14 +54,30 @@ impl Faults {
 }
 
 /// What the checks remember: the displacement last heard and since when it has been the same, and what has gone on how long.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct Watch {
     displacement_m: Option<f64>,
     repetitions: u64,
     field_when_changed_a_per_m: f64,
     misses: u64,
     beyond_bound_ticks: u64,
+    /// Mean square of the error, forgotten in `DIVERGING_TICKS`.
+    mean_square_m2: f64,
+    reference_m: Option<f64>,
+    coil: Option<CoilWatch>,
     uninformed_ticks: u64,
+}
+
+/// Memory of the mean square of the error; an error of 1.26 times the reference is noticed within it.
+pub(crate) const DIVERGING_TICKS: u64 = 100;
+
+/// What is believed of the loop, by those who know more than the guard.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Beliefs {
+    /// How far the reference goes, m: an error beyond it is none of tracking. None: it goes nowhere.
+    pub reference_m: Option<f64>,
+    /// The amplifier, where it is to be watched.
+    pub coil: Option<BelievedCoil>,
 }
 
 /// Counts ticks in a row.
@@ -70,6 +87,11 @@ fn count(counter: &mut u64, goes_on: bool) -> u64 {
 }
 
 impl Watch {
+    pub fn believing(&mut self, beliefs: &Beliefs, limit_a_per_m: f64, tick_s: f64) {
+        self.reference_m = beliefs.reference_m;
+        self.coil = beliefs.coil.map(|coil| CoilWatch::new(coil, limit_a_per_m, tick_s));
+    }
+
     /// Looks at what was heard while `field_a_per_m` is the field last given and commands have been followed for
     /// `following_s`; while they are not followed there is no tracking to judge.
     pub fn look(
@@ -104,6 +126,14 @@ impl Watch {
         }
         if let Some(tracking) = &settings.monitors.tracking {
             self.look_at_error(tracking, observed, following_s, &mut faults);
+        }
+        self.look_whether_it_diverges(settings, observed, following_s.is_some(), &mut faults);
+        let measured = observed.measurement.finite && observed.measurement.age_ticks == 0;
+        if let Some(coil) = &mut self.coil {
+            let measured = measured.then_some(observed.coil_field_a_per_m);
+            if let Some(event) = coil.look(observed.tick, field_a_per_m, measured) {
+                faults.note(true, event);
+            }
         }
         if let Some(estimate) = &settings.monitors.estimate {
             self.look_at_estimate(estimate, observed, &mut faults);
@@ -156,6 +186,25 @@ impl Watch {
         let beyond = counts && observed.demand.finite && observed.error_m.abs() > tracking.error_limit_m;
         let ticks = count(&mut self.beyond_bound_ticks, beyond);
         faults.note(ticks >= tracking.after_ticks, Event::TrackingLost);
+    }
+
+    fn look_whether_it_diverges(
+        &mut self,
+        settings: &GuardSettings,
+        observed: &Observation,
+        following: bool,
+        faults: &mut Faults,
+    ) {
+        let Some(reference_m) = self.reference_m.filter(|_| settings.monitors.diverging) else {
+            return;
+        };
+        if !following {
+            self.mean_square_m2 = 0.0;
+        } else if observed.demand.finite {
+            let news = observed.error_m * observed.error_m - self.mean_square_m2;
+            self.mean_square_m2 += news / DIVERGING_TICKS as f64;
+        }
+        faults.note(self.mean_square_m2 > reference_m * reference_m, Event::ErrorDiverging);
     }
 
     fn look_at_estimate(&mut self, monitor: &EstimateMonitor, observed: &Observation, faults: &mut Faults) {

@@ -70,7 +70,11 @@ pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -
             .map_err(setup)?;
             boxed(block, scenario, connections)?
         }
-        NodeId::Guard => boxed(Guard::new(&scenario.guard, tick_s)?, scenario, connections)?,
+        NodeId::Guard => boxed(
+            Guard::new(&scenario.guard, tick_s)?.believing(&scenario.beliefs()?),
+            scenario,
+            connections,
+        )?,
         NodeId::Recorder => return Err(RunError::Setup("the recorder is no stage of the loop".into())),
     })
 }

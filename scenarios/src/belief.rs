@@ -4,10 +4,11 @@
 //! so stands in the scenario's plant, and is the same unless that says otherwise.
 
 use super::Scenario;
-use anhyst_ipc::Invalid;
+use anhyst_guard::{Beliefs, BelievedCoil, CoilWatching};
+use anhyst_ipc::{Invalid, NodeId};
 use anhyst_model::{
-    ActuatorModel, Material, RodElements, TwoPole, rod_per_magnetization, rod_per_strain, validate_effects,
-    with_known_effects,
+    ActuatorModel, Effect, Material, RodElements, Stage, TwoPole, rod_per_magnetization, rod_per_strain,
+    validate_effects, with_known_effects,
 };
 
 impl Scenario {
@@ -49,6 +50,39 @@ impl Scenario {
             coil: true,
             ambient_temperature_k: self.plant.start_temperature_k,
             tolerances: Default::default(),
+        })
+    }
+
+    /// What the guard is told of the loop. Whether its monitors look is its own settings' matter.
+    ///
+    /// # Errors
+    /// If there can be no such controller.
+    pub fn beliefs(&self) -> Result<Beliefs, Invalid> {
+        let foreign = self.external_nodes();
+        let watched = match self.guard.monitors.coil {
+            CoilWatching::On => true,
+            CoilWatching::Off => false,
+            CoilWatching::Foreign => [NodeId::Amplifier, NodeId::Plant]
+                .iter()
+                .any(|node| foreign.contains(node)),
+        };
+        // What bends on the way to the coil is none of a gain and a shift.
+        let bends = |effect: &Effect| effect.kind().stage() == Stage::Amplifier;
+        let bent = self.amplifier.slew_limit_a_per_m_s.is_some() || self.effects.iter().any(bends);
+        let coil = BelievedCoil {
+            delay_ticks: self.amplifier.delay_ticks,
+            lag_s: self.amplifier.lag_s(),
+            timing: self.clock.realtime().is_none(),
+        };
+        let follows = self.inverse.drive.is_none();
+        let reference_m = if follows {
+            self.controller()?.size_m(self.duration_s)
+        } else {
+            None
+        };
+        Ok(Beliefs {
+            reference_m,
+            coil: (watched && !bent).then_some(coil),
         })
     }
 
