@@ -146,7 +146,7 @@ fn scenario(names: &str, duration_s: f64, drive: &str) -> String {
     format!(
         "// Separates {names}. The drive goes to the amplifier through the guard; nothing is tracked, so no tolerance holds.\n(\n    \
          based_on: \"{RIG}\",\n    name: \"experiment\",\n    set: {{\n        \"duration_s\": \"{duration_s:?}\",\n        \
-         \"inverse.drive\": \"{drive}\",\n        \"expect.tolerance_m\": \"1.0\",\n    }},\n)\n"
+         \"inverse.drive\": \"{drive}\",\n        \"expect.tolerance_m\": \"None\",\n    }},\n)\n"
     )
 }
 

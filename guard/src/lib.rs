@@ -2,6 +2,7 @@
 
 mod coil;
 mod event;
+mod following;
 mod guard;
 mod limits;
 mod monitors;
@@ -12,6 +13,7 @@ mod watch;
 
 pub use coil::BelievedCoil;
 pub use event::Event;
+pub use following::{Following, GainAndShift};
 pub use guard::{Guard, Rearm, State};
 pub use monitors::{CoilWatching, CurrentMonitor, EstimateMonitor, Monitors, TrackingMonitor};
 pub use response::{Reaction, Response, Responses, WayBack};

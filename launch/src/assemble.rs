@@ -3,6 +3,7 @@
 use crate::error::RunError;
 use crate::folder::RunFolder;
 use crate::judge::Judge;
+use crate::noticed::Noticing;
 use crate::overheard::Overheard;
 use crate::report::ProcessReport;
 use crate::scribe::Scribe;
@@ -106,12 +107,9 @@ pub fn late_channels(scenario: &Scenario) -> Result<Vec<Channel>, RunError> {
 pub fn scribe(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<Scribe, RunError> {
     let foreign = scenario.external_nodes().into_iter();
     let overheard = foreign.map(|node| Overheard::new(node, scenario.ticks())).collect();
-    let scribe = Scribe::new(Judge::new(
-        scenario.expect,
-        scenario.tick_s,
-        scenario.guard.field_limit_a_per_m,
-    ))
-    .with_overheard(overheard);
+    let limit_a_per_m = scenario.guard.field_limit_a_per_m;
+    let judge = Judge::new(scenario.expect, scenario.tick_s, limit_a_per_m).noticing(Noticing::new(scenario));
+    let scribe = Scribe::new(judge).with_overheard(overheard);
     let restarted = scenario
         .clock
         .realtime()

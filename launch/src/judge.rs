@@ -2,8 +2,10 @@
 
 use crate::any_number;
 use crate::error_course::{ErrorCourse, ErrorWindow};
+use crate::noticed::Noticing;
 use anhyst_guard::Event;
-use anhyst_ipc::{CoilField, Demand, Estimate, SafeField, Truth};
+use anhyst_ipc::{CoilField, Demand, Estimate, Measurement, SafeField, Truth};
+use anhyst_report::number::Si;
 use anhyst_scenario::Expect;
 use serde::{Deserialize, Serialize};
 
@@ -20,6 +22,7 @@ pub struct Judge {
     shape_error_sum_of_squares: f64,
     #[serde(default)]
     course: ErrorCourse,
+    noticing: Option<Noticing>,
     verdict: Verdict,
 }
 
@@ -88,6 +91,9 @@ pub struct Verdict {
     pub first_event: u64,
     /// The tick of that event.
     pub first_event_tick: u64,
+    /// What is worth telling beside the verdict, as sentences.
+    #[serde(default)]
+    pub noticed: Vec<String>,
     /// The error over time, in at most 256 windows.
     #[serde(default)]
     pub error_course: Vec<ErrorWindow>,
@@ -109,20 +115,29 @@ impl Judge {
             sum_of_squares_m2: 0.0,
             shape_error_sum_of_squares: 0.0,
             course: ErrorCourse::default(),
+            noticing: None,
             verdict: Verdict::default(),
         }
+    }
+
+    /// The same, listening to what is worth telling beside the verdict.
+    pub fn noticing(self, noticing: Option<Noticing>) -> Self {
+        Self { noticing, ..self }
     }
 
     /// Looks at one tick.
     pub fn observe(
         &mut self,
         tick: u64,
-        truth: &Truth,
+        (measured, truth): (&Measurement, &Truth),
         estimate: &Estimate,
         demand: &Demand,
         (field, coil): (&SafeField, &CoilField),
     ) {
         let time_s = tick as f64 * self.tick_s;
+        if let Some(noticing) = &mut self.noticing {
+            noticing.hear(tick, measured, demand, field);
+        }
         let verdict = &mut self.verdict;
         verdict.field_peak_a_per_m = verdict.field_peak_a_per_m.max(field.field_a_per_m.abs());
         verdict.coil_field_peak_a_per_m = verdict.coil_field_peak_a_per_m.max(coil.field_a_per_m.abs());
@@ -161,7 +176,8 @@ impl Judge {
         if exceeds(error_m.abs(), verdict.error_max_m) {
             (verdict.error_max_m, verdict.error_max_at_s) = (error_m.abs(), time_s);
         }
-        if exceeds(error_m.abs(), self.expect.tolerance_m) && verdict.first_exceeded_at_s.is_none() {
+        let tolerance_m = self.expect.tolerance_m;
+        if tolerance_m.is_some_and(|most| exceeds(error_m.abs(), most)) && verdict.first_exceeded_at_s.is_none() {
             verdict.first_exceeded_at_s = Some(time_s);
         }
     }
@@ -174,6 +190,7 @@ impl Judge {
             a_error_rms_a_per_m: mean(self.shape_error_sum_of_squares),
             judged_ticks: self.samples,
             error_course: self.course.windows(self.tick_s),
+            noticed: self.noticing.as_ref().map(Noticing::sentences).unwrap_or_default(),
             ..self.verdict.clone()
         }
     }
@@ -197,7 +214,6 @@ impl Verdict {
     /// What did not hold, as sentences; empty if all did.
     pub fn failures(&self, expect: &Expect) -> Vec<String> {
         let mut failures = Vec::new();
-        let um = |m: f64| m * 1e6;
         if self.judged_ticks == 0 && self.unjudged_ticks > 0 {
             let ticks = self.unjudged_ticks;
             failures.push(format!(
@@ -220,18 +236,15 @@ impl Verdict {
                 "the field went beyond the guard's limit in {ticks} ticks, up to {peak:.2} kA/m"
             ));
         }
-        if exceeds(self.error_max_m, expect.tolerance_m) {
-            let (max, at, limit) = (um(self.error_max_m), self.error_max_at_s, um(expect.tolerance_m));
+        if let Some(most) = expect.tolerance_m.filter(|most| exceeds(self.error_max_m, *most)) {
+            let (max, at, most) = (Si(self.error_max_m, "m"), self.error_max_at_s, Si(most, "m"));
             failures.push(format!(
-                "largest error {max:.4} µm at {at:.4} s exceeds the tolerance of {limit:.4} µm"
+                "largest error {max} at {at:.4} s exceeds the tolerance of {most}"
             ));
         }
         if let Some(limit) = expect.error_rms_m.filter(|limit| exceeds(self.error_rms_m, *limit)) {
-            failures.push(format!(
-                "error rms {:.5} µm exceeds {} µm",
-                um(self.error_rms_m),
-                um(limit)
-            ));
+            let (rms, limit) = (Si(self.error_rms_m, "m"), Si(limit, "m"));
+            failures.push(format!("error rms {rms} exceeds {limit}"));
         }
         let final_error = self.a_final_error_a_per_m.abs();
         if let Some(limit) = expect
@@ -249,7 +262,7 @@ mod tests {
     use super::*;
 
     const EXPECT: Expect = Expect {
-        tolerance_m: 1e-6,
+        tolerance_m: Some(1e-6),
         settling_s: 0.0,
         error_rms_m: None,
         a_final_error_a_per_m: None,
@@ -269,7 +282,13 @@ mod tests {
                 ..Demand::default()
             };
             let fields = (&SafeField::default(), &CoilField::default());
-            judge.observe(tick, &truth, &Estimate::default(), &demand, fields);
+            judge.observe(
+                tick,
+                (&Measurement::default(), &truth),
+                &Estimate::default(),
+                &demand,
+                fields,
+            );
         };
         see(&mut judge, 5, 4);
         assert!(judge.verdict().failures(&EXPECT)[0].contains("not one of 1 ticks"));
@@ -295,7 +314,13 @@ mod tests {
             };
             let (truth, demand) = (Truth::default(), Demand::default());
             let fields = (&SafeField::default(), &coil);
-            judge.observe(tick as u64, &truth, &Estimate::default(), &demand, fields);
+            judge.observe(
+                tick as u64,
+                (&Measurement::default(), &truth),
+                &Estimate::default(),
+                &demand,
+                fields,
+            );
         }
         let verdict = judge.verdict();
         assert_eq!((verdict.watchdog_ticks, verdict.first_watchdog_tick), (3, 1));
@@ -315,7 +340,13 @@ mod tests {
                 ..CoilField::default()
             };
             let (truth, demand) = (Truth::default(), Demand::default());
-            judge.observe(0, &truth, &Estimate::default(), &demand, (&asked, &in_coil));
+            judge.observe(
+                0,
+                (&Measurement::default(), &truth),
+                &Estimate::default(),
+                &demand,
+                (&asked, &in_coil),
+            );
             judge.verdict().failures(&EXPECT)
         };
         assert_eq!(failures(1e4, -1.01e4), Vec::<String>::new());

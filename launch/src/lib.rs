@@ -16,6 +16,7 @@ pub mod folder;
 pub mod judge;
 pub mod launcher;
 pub mod measured_table;
+mod noticed;
 mod overheard;
 pub mod process;
 pub mod realtime;

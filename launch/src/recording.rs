@@ -41,7 +41,8 @@ fn run_info(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<Ru
         name: scenario.name.clone(),
         notes: String::new(),
         tick_s: scenario.tick_s,
-        tolerance_m: scenario.expect.tolerance_m,
+        // A band that is no number is not drawn.
+        tolerance_m: scenario.expect.tolerance_m.unwrap_or(f64::NAN),
         settling_time_s: scenario.expect.settling_s,
         period_s: period_s(&scenario.controller.trajectory),
         parameter_range,

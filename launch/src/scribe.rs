@@ -101,7 +101,8 @@ impl Block for Scribe {
         if coil.tick == tick && measured.tick == tick && coil.sent_ns > measured.sent_ns && measured.sent_ns > 0 {
             self.round.record(coil.sent_ns - measured.sent_ns);
         }
-        self.judge.observe(tick, truth, estimate, demand, (field, coil));
+        self.judge
+            .observe(tick, (measured, truth), estimate, demand, (field, coil));
         for overheard in &mut self.overheard {
             overheard.hear(tick, &inputs);
         }

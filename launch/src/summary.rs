@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 pub struct Summary {
     /// Name of the scenario.
     pub scenario: String,
-    /// True if all that the scenario expects held.
+    /// True if the tolerance and all else that the scenario expects held; false, too, where no tolerance is stated.
     pub held: bool,
     /// What did not hold.
     pub failures: Vec<String>,
@@ -26,10 +26,10 @@ pub struct Summary {
     /// Name of the first event that the guard raised.
     #[serde(default)]
     pub first_event_name: Option<String>,
-    /// The workpiece's tolerance.
-    pub tolerance_m: f64,
+    /// The workpiece's tolerance, if one is stated.
+    pub tolerance_m: Option<f64>,
     /// Tolerance minus largest error.
-    pub tolerance_margin_m: f64,
+    pub tolerance_margin_m: Option<f64>,
     /// Field limit.
     pub field_limit_a_per_m: f64,
     /// Ticks run.
@@ -78,11 +78,11 @@ impl Summary {
         let links: Vec<LinkReport> = nodes.iter().flat_map(|report| report.links.clone()).collect();
         Self {
             scenario: scenario.name.clone(),
-            held: failures.is_empty(),
+            held: failures.is_empty() && scenario.expect.tolerance_m.is_some(),
             failures,
             first_event_name: verdict.first_event_name().map(str::to_owned),
             tolerance_m: scenario.expect.tolerance_m,
-            tolerance_margin_m: scenario.expect.tolerance_m - verdict.error_max_m,
+            tolerance_margin_m: scenario.expect.tolerance_m.map(|most| most - verdict.error_max_m),
             field_limit_a_per_m: scenario.guard.field_limit_a_per_m,
             verdict,
             ticks,
@@ -143,6 +143,22 @@ impl Summary {
         Ok(summary)
     }
 
+    /// The verdict, in a sentence; whatever is not tracking is not called so.
+    pub fn sentence(&self, settling_s: f64) -> String {
+        let length = |metres: f64| Si(metres, "m").to_string();
+        let most = length(self.verdict.error_max_m);
+        match self.tolerance_m {
+            _ if !self.failures.is_empty() => format!("NOT held: {}", self.failures.join("; ")),
+            Some(tolerance_m) => format!(
+                "held: every error after {settling_s} s is within ±{}",
+                length(tolerance_m)
+            ),
+            None => format!(
+                "nothing was to be held: no tolerance is stated, and the largest error after {settling_s} s is {most}"
+            ),
+        }
+    }
+
     /// The table for people.
     pub fn table(&self) -> String {
         let mut table = Table::default();
@@ -156,10 +172,12 @@ impl Summary {
             "error max",
             format!("{} at {:.3} s", length(verdict.error_max_m), verdict.error_max_at_s),
         );
-        row(
-            "tolerance, margin",
-            format!("±{}, {}", length(self.tolerance_m), length(self.tolerance_margin_m)),
-        );
+        if let (Some(tolerance_m), Some(margin_m)) = (self.tolerance_m, self.tolerance_margin_m) {
+            row(
+                "tolerance, margin",
+                format!("±{}, {}", length(tolerance_m), length(margin_m)),
+            );
+        }
         row(
             "a true, estimated",
             format!("{:.1}, {:.1} A/m", verdict.a_true_a_per_m, verdict.a_estimated_a_per_m),
@@ -202,11 +220,13 @@ impl Summary {
             text.push_str("\n\nreal time\n");
             text.push_str(&crate::summary_realtime::table(realtime));
         }
-        if self.links.iter().any(|link| link.latency.count > 0) {
-            text.push_str("\n\nlatency, µs\n");
-            text.push_str(&self.latency_table());
-        }
         text
+    }
+
+    /// Latencies of the links between processes; none where there are none.
+    pub fn latencies(&self) -> Option<String> {
+        let any = self.links.iter().any(|link| link.latency.count > 0);
+        any.then(|| format!("latency, µs\n{}", self.latency_table()))
     }
 
     fn latency_table(&self) -> String {

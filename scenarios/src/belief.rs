@@ -53,6 +53,15 @@ impl Scenario {
         })
     }
 
+    /// The amplifier, as the coil's field is held against it.
+    pub fn believed_coil(&self) -> BelievedCoil {
+        BelievedCoil {
+            delay_ticks: self.amplifier.delay_ticks,
+            lag_s: self.amplifier.lag_s(),
+            timing: self.clock.realtime().is_none(),
+        }
+    }
+
     /// What the guard is told of the loop. Whether its monitors look is its own settings' matter.
     ///
     /// # Errors
@@ -69,11 +78,6 @@ impl Scenario {
         // What bends on the way to the coil is none of a gain and a shift.
         let bends = |effect: &Effect| effect.kind().stage() == Stage::Amplifier;
         let bent = self.amplifier.slew_limit_a_per_m_s.is_some() || self.effects.iter().any(bends);
-        let coil = BelievedCoil {
-            delay_ticks: self.amplifier.delay_ticks,
-            lag_s: self.amplifier.lag_s(),
-            timing: self.clock.realtime().is_none(),
-        };
         let follows = self.inverse.drive.is_none();
         let reference_m = if follows {
             self.controller()?.size_m(self.duration_s)
@@ -82,7 +86,7 @@ impl Scenario {
         };
         Ok(Beliefs {
             reference_m,
-            coil: (watched && !bent).then_some(coil),
+            coil: (watched && !bent).then(|| self.believed_coil()),
         })
     }
 

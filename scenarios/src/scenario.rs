@@ -160,8 +160,9 @@ impl Default for Recording {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Expect {
-    /// The workpiece's tolerance: the largest error that is allowed.
-    pub tolerance_m: f64,
+    /// The workpiece's tolerance: the largest error that is allowed. None: nothing is said to hold.
+    #[serde(default)]
+    pub tolerance_m: Option<f64>,
     /// The run is judged from here on.
     pub settling_s: f64,
     /// Largest root mean square error.

@@ -67,6 +67,7 @@ impl Scenario {
             .map_err(|invalid| invalid.within("controller"))?;
         self.validate_monitors()?;
         self.validate_stability()?;
+        self.validate_tolerance()?;
         self.validate_reach(&material.hysteresis)
     }
 
@@ -79,6 +80,21 @@ impl Scenario {
             return Err(Invalid::new("guard.monitors.temperature_limit_k", sentence));
         }
         Ok(())
+    }
+
+    /// A loop that stands still must miss its tolerance.
+    fn validate_tolerance(&self) -> Result<(), Invalid> {
+        let (Some(tolerance_m), None) = (self.expect.tolerance_m, self.inverse.drive) else {
+            return Ok(());
+        };
+        let size_m = self.controller()?.size_m(self.duration_s);
+        let Some(size_m) = size_m.filter(|size_m| tolerance_m > *size_m) else {
+            return Ok(());
+        };
+        let sentence = format!(
+            "{tolerance_m} m is more than the profile itself goes from 0, {size_m:.3e} m: a loop that stands still would hold it; leave it out where nothing is to be judged"
+        );
+        Err(Invalid::new("expect.tolerance_m", sentence))
     }
 
     /// What the controller alone cannot know: the amplifier adds ticks of delay to its loop.
@@ -127,7 +143,9 @@ impl Scenario {
             }
         }
         self.validate_external()?;
-        Invalid::unless_positive("expect.tolerance_m", self.expect.tolerance_m, "m")?;
+        self.expect.tolerance_m.map_or(Ok(()), |tolerance_m| {
+            Invalid::unless_positive("expect.tolerance_m", tolerance_m, "m")
+        })?;
         if let Some(limit) = self.expect.error_rms_m {
             Invalid::unless_positive("expect.error_rms_m", limit, "m")?;
         }

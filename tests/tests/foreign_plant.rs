@@ -19,7 +19,7 @@ fn run(out: &Path, scenario: &str, (process, placement): (&str, &str), settings:
     let command = format!("{process}=exec {python} examples/plant-python/plant.py");
     let out = out.to_string_lossy();
     let mut arguments = vec!["run", scenario, "--no-recording", "--json", "--out", &out];
-    for setting in [placement, "expect.tolerance_m=1"].iter().chain(settings) {
+    for setting in [placement, "expect.tolerance_m=None"].iter().chain(settings) {
         arguments.extend(["--set", setting]);
     }
     arguments.extend(["--external-command", &command]);

@@ -28,7 +28,7 @@ fn begin(out: &Path, more: &[&str]) -> Child {
         "--set",
         "duration_s=2",
         "--set",
-        "expect.tolerance_m=1",
+        "expect.tolerance_m=None",
     ];
     start(&[&given[..], more].concat())
 }

@@ -46,7 +46,7 @@ fn begin(out: &Path, amplifier: &str, duration_s: &str, pace: &str) -> Child {
         "--set",
         &pace,
         "--set",
-        "expect.tolerance_m=1",
+        "expect.tolerance_m=None",
     ];
     start(&[&run[..], &set[..], &["--external-command", &command]].concat())
 }

@@ -104,10 +104,7 @@ fn say(scenario: &Scenario, folder: &RunFolder, (lines, loop_s, lost): (&str, f6
     crate::say!("results: {}", folder.path().display());
     match failures {
         None => crate::say!("the verdict is where the recorder runs"),
-        Some([]) => crate::say!(
-            "held: every error after {} s is within the tolerance",
-            scenario.expect.settling_s
-        ),
+        Some([]) => crate::say!("all that is expected held after {} s", scenario.expect.settling_s),
         Some(failures) => crate::say!("NOT held: {}", failures.join("; ")),
     }
 }

@@ -85,7 +85,7 @@ fn alone(scenario: &Path, all: &RunArguments) -> miette::Result<Ending> {
     bar.finish_and_clear();
     match outcome {
         Ok(reports) if arguments.across.is_part() => super::part::finish(&scenario, &folder, &reports, all.json.json),
-        Ok(reports) => finish(&scenario, &folder, &reports, all.json),
+        Ok(reports) => finish(&scenario, &folder, &reports, all.json, arguments.latencies),
         Err(error) => {
             crate::complain!("{error}");
             crate::complain!("what was recorded until then is in {}", folder.path().display());
@@ -123,6 +123,7 @@ fn finish(
     folder: &RunFolder,
     reports: &[ProcessReport],
     json: JsonArgument,
+    with_latencies: bool,
 ) -> miette::Result<Ending> {
     let summary = Summary::written(scenario, reports, folder)?;
     if json.json {
@@ -131,17 +132,22 @@ fn finish(
             .map_err(|error| RunError::Setup(error.to_string()))?;
         crate::say!("{}", super::json(&told)?);
     } else {
+        crate::say!("{}\n", summary.sentence(scenario.expect.settling_s));
+        for noticed in &summary.verdict.noticed {
+            crate::say!("noticed: {noticed}");
+        }
         crate::say!("{}", summary.table());
-        if summary.held {
-            let (settling_s, tolerance_um) = (scenario.expect.settling_s, scenario.expect.tolerance_m * 1e6);
-            crate::say!("\nheld: every error after {settling_s} s is within ±{tolerance_um:.4} µm");
-        } else {
-            crate::say!("\nNOT held: {}", summary.failures.join("; "));
+        if let Some(latencies) = summary.latencies().filter(|_| with_latencies) {
+            crate::say!("\n{latencies}");
         }
         crate::say!("results: {}", folder.path().display());
         if scenario.recording.on {
             crate::say!("look at it: anhyst view {}", quoted(folder.path()));
         }
     }
-    Ok(if summary.held { Ending::Held } else { Ending::NotHeld })
+    Ok(if summary.failures.is_empty() {
+        Ending::Held
+    } else {
+        Ending::NotHeld
+    })
 }

@@ -46,6 +46,9 @@ pub struct AloneArguments {
     /// Every process has a core of its own: wait by polling, not by sleeping.
     #[arg(long)]
     pub dedicated_cores: bool,
+    /// Print the latencies of all links, too; `summary.json` always has them.
+    #[arg(long)]
+    pub latencies: bool,
     /// Do not start this process (a node, or `plant-sim+amplifier`): another program takes its place (repeatable).
     #[arg(long, value_name = "PROCESS")]
     pub external: Vec<Nodes>,

@@ -1,0 +1,118 @@
+//! y = g·p(t − s) + z: how the measured field y follows p, what the believed amplifier makes of the fields given (A/m).
+//!
+//! p: the field given, late by the believed delay and behind the believed lag, exact for straight lines between ticks. Gain g, shift s (ticks) and
+//! zero z (A/m) by least squares of y on (p, p_k − p_{k−1}, 1) that forgets exponentially; deviations from its own residual.
+
+use crate::BelievedCoil;
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+
+/// The believed amplifier and what was heard of the coil.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Following {
+    memory_ticks: u64,
+    /// e^{−T/τ}, and the share of a tick's change that has come at its end.
+    kept: f64,
+    straight: f64,
+    on_the_way: VecDeque<f64>,
+    asked_a_per_m: f64,
+    /// p.
+    pub(crate) field_a_per_m: f64,
+    fit: Fit,
+}
+
+/// How the coil follows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GainAndShift {
+    /// g.
+    pub gain: f64,
+    /// Its standard deviation.
+    pub gain_deviation: f64,
+    /// s: positive if late.
+    pub shift_ticks: f64,
+    /// Its standard deviation.
+    pub shift_deviation: f64,
+}
+
+/// Means that forget: weight, of p, d, y, and of their products.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+struct Fit {
+    n: f64,
+    of: [f64; 3],
+    products: [[f64; 3]; 3],
+}
+
+impl Following {
+    /// A coil at rest.
+    pub fn new(believed: BelievedCoil, tick_s: f64, memory_ticks: u64) -> Self {
+        let turns = tick_s / believed.lag_s;
+        let (kept, straight) = if believed.lag_s > 0.0 {
+            let kept = libm::exp(-turns);
+            (kept, 1.0 - (1.0 - kept) / turns)
+        } else {
+            (0.0, 1.0)
+        };
+        Self {
+            memory_ticks,
+            kept,
+            straight,
+            on_the_way: vec![0.0; 1 + believed.delay_ticks as usize].into(),
+            asked_a_per_m: 0.0,
+            field_a_per_m: 0.0,
+            fit: Fit::default(),
+        }
+    }
+
+    /// Takes the field given in the tick before and, if there is one, the field measured in this; without one all is heard anew.
+    pub fn hear(&mut self, given_a_per_m: f64, measured_a_per_m: Option<f64>) {
+        self.on_the_way.push_back(given_a_per_m);
+        let asked = self.on_the_way.pop_front().unwrap_or_default();
+        let from = std::mem::replace(&mut self.asked_a_per_m, asked);
+        let before = self.field_a_per_m;
+        self.field_a_per_m = self.kept * before + (1.0 - self.kept) * from + self.straight * (asked - from);
+        match measured_a_per_m {
+            Some(measured) => {
+                let values = [self.field_a_per_m, self.field_a_per_m - before, measured];
+                self.fit.take(values, 1.0 / self.memory_ticks as f64);
+            }
+            None => self.fit = Fit::default(),
+        }
+    }
+
+    /// None while p moves by less than this rms (A/m), or not for half the memory.
+    pub fn gain_and_shift(&self, motion_a_per_m: f64) -> Option<GainAndShift> {
+        let fit = &self.fit;
+        // The first tick counts as if it had always been: divided out.
+        let mean = |index: usize| fit.of[index] / fit.n;
+        let spread = |row: usize, column: usize| fit.products[row][column] / fit.n - mean(row) * mean(column);
+        let (pp, pd, dd) = (spread(0, 0), spread(0, 1), spread(1, 1));
+        let (py, dy, yy) = (spread(0, 2), spread(1, 2), spread(2, 2));
+        let determinant = pp * dd - pd * pd;
+        if fit.n < 0.4 || pp < motion_a_per_m * motion_a_per_m || determinant <= 1e-6 * pp * dd {
+            return None;
+        }
+        let gain = (py * dd - dy * pd) / determinant;
+        let slope = (dy * pp - py * pd) / determinant;
+        let ticks = self.memory_ticks as f64;
+        let left = (yy - gain * py - slope * dy).max(0.0) / ticks;
+        Some(GainAndShift {
+            gain,
+            gain_deviation: (left * dd / determinant).sqrt(),
+            shift_ticks: -slope / gain,
+            shift_deviation: (left * pp / determinant).sqrt() / gain.abs(),
+        })
+    }
+}
+
+impl Fit {
+    fn take(&mut self, values: [f64; 3], forget: f64) {
+        self.n = (1.0 - forget) * self.n + forget;
+        for (row, value) in values.into_iter().enumerate() {
+            self.of[row] += forget * (value - self.of[row]);
+            for (column, other) in values.into_iter().enumerate() {
+                let own = &mut self.products[row][column];
+                *own += forget * (value * other - *own);
+            }
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! What a run shows beside its verdict: a coil that follows otherwise than believed, what the guard saw, what was learned in vain.
+
+use anhyst_guard::{BelievedCoil, Event, Following};
+use anhyst_ipc::{Demand, Measurement, SafeField};
+use anhyst_scenario::Scenario;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Memory of how the coil follows, s.
+const MEMORY_S: f64 = 1.0;
+/// The coil must move by this part of the field's limit, rms.
+const MOTION: f64 = 0.02;
+/// Gain and shift that are worth telling: a probe is off by some per mille.
+const GAIN: f64 = 0.02;
+const SHIFT_TICKS: f64 = 0.1;
+/// And by so many standard deviations.
+const DEVIATIONS: f64 = 5.0;
+
+/// What listens.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Noticing {
+    believed: BelievedCoil,
+    following: Following,
+    tick_s: f64,
+    motion_a_per_m: f64,
+    given_a_per_m: f64,
+    events: Vec<(u64, u64)>,
+    taken_back_ticks: u64,
+}
+
+impl Noticing {
+    /// None where ticks may be missed: nothing would follow then.
+    pub fn new(scenario: &Scenario) -> Option<Self> {
+        let tick_s = scenario.tick_s;
+        let believed = scenario.believed_coil();
+        believed.timing.then(|| Self {
+            believed,
+            following: Following::new(believed, tick_s, ((MEMORY_S / tick_s) as u64).max(1)),
+            tick_s,
+            motion_a_per_m: MOTION * scenario.guard.field_limit_a_per_m,
+            given_a_per_m: 0.0,
+            events: Vec::new(),
+            taken_back_ticks: 0,
+        })
+    }
+
+    pub fn hear(&mut self, tick: u64, measured: &Measurement, demand: &Demand, field: &SafeField) {
+        let acts = SafeField::RAMPING | SafeField::SAFE | SafeField::HOLDING;
+        // A field on its way to safety is given alike, but is no example of the cut.
+        if field.status & acts == 0 {
+            let coil = Some(measured.coil_field_a_per_m).filter(|own| own.is_finite());
+            self.following.hear(self.given_a_per_m, coil);
+        }
+        self.given_a_per_m = field.field_a_per_m;
+        if field.event != 0 && self.events.iter().all(|(event, _)| *event != field.event) {
+            self.events.push((field.event, tick));
+        }
+        self.taken_back_ticks += u64::from(demand.status & Demand::TAKEN_BACK != 0);
+    }
+
+    /// As sentences, with what to paste.
+    pub fn sentences(&self) -> Vec<String> {
+        let mut all: Vec<String> = self
+            .events
+            .iter()
+            .filter_map(|(event, tick)| told(*event, *tick))
+            .collect();
+        all.extend(self.of_coil());
+        if self.taken_back_ticks > 0 {
+            all.push(format!(
+                "the error grew while learning, and what was learned was taken back, in {} ticks: see controller.learning.gain",
+                self.taken_back_ticks
+            ));
+        }
+        all
+    }
+
+    fn of_coil(&self) -> Vec<String> {
+        let mut all = Vec::new();
+        let Some(found) = self.following.gain_and_shift(self.motion_a_per_m) else {
+            return all;
+        };
+        let far = |value: f64, least: f64, deviation: f64| value.abs() > least + DEVIATIONS * deviation;
+        if far(found.gain - 1.0, GAIN, found.gain_deviation) {
+            all.push(format!(
+                "the coil has {:.4} of the field that the scenario believes: the amplifier's gain, its unit, or the probe's",
+                found.gain
+            ));
+        }
+        if far(found.shift_ticks, SHIFT_TICKS, found.shift_deviation) {
+            let lag_s = self.believed.lag_s + found.shift_ticks * self.tick_s;
+            let shift_us = 1e6 * found.shift_ticks.abs() * self.tick_s;
+            all.push(if lag_s > 0.0 && found.shift_ticks > 0.0 {
+                let bandwidth_hz = (1.0 / (TAU * lag_s)).round();
+                format!(
+                    "the coil lags what the scenario believes by {shift_us:.0} µs: a bandwidth of about {bandwidth_hz} Hz fits, --set amplifier.bandwidth_hz={bandwidth_hz:?}"
+                )
+            } else {
+                format!("the coil leads what the scenario believes by {shift_us:.0} µs: see amplifier.bandwidth_hz and amplifier.delay_ticks")
+            });
+        }
+        all
+    }
+}
+
+/// What an event of the guard means for the rig.
+fn told(event: u64, tick: u64) -> Option<String> {
+    let meaning = match Event::from_number(event)? {
+        Event::CoilReversed => {
+            "the coil's field has the other sign than the one asked for: turn the coil's leads or the amplifier's sign round"
+        }
+        Event::CoilStuck => {
+            "the coil's field does not move with the one asked for: amplifier off, coil open, or probe dead"
+        }
+        Event::CoilScaled => {
+            "the coil's field is another multiple of the one asked for: a unit (A/m, kA/m, Oe) or a gain"
+        }
+        Event::CoilLate => {
+            "the coil's field comes later than believed: see amplifier.delay_ticks and amplifier.bandwidth_hz"
+        }
+        Event::CoilEarly => {
+            "the coil's field comes earlier than believed: see amplifier.delay_ticks and amplifier.bandwidth_hz"
+        }
+        Event::ErrorDiverging => {
+            "the error grew larger than the profile itself: the loop is unstable, or its sensor or amplifier lies"
+        }
+        _ => return None,
+    };
+    Some(format!("{meaning} (guard, tick {tick})"))
+}
