@@ -288,7 +288,7 @@ fn verdict(bench: &Bench, found: &Decomposition, effects: &[FoundEffect], left: 
     let all = |of: fn(&str) -> bool| !effects.is_empty() && effects.iter().all(|effect| of(&effect.name));
     if effects.is_empty() && !moves {
         Verdict::NotExcited
-    } else if effects.is_empty() && (found.nameless || left > LACK_OF_FIT * noise) {
+    } else if effects.is_empty() && (found.nameless && left > noise || left > LACK_OF_FIT * noise) {
         Verdict::Unknown
     } else if effects.is_empty() {
         Verdict::None
