@@ -59,7 +59,7 @@ fn heavy_milling_holds_342_nm() {
 #[test]
 fn a_rough_rig_is_cut_as_well() {
     let summary = run("scenarios/milling_rough.ron");
-    assert_reached(&summary, 16.4e-9, 60.0e-9);
+    assert_reached(&summary, 16.5e-9, 58.6e-9);
 }
 
 /// The sensor jumps twice: the field is held, walks back, and at the end the cut is as good as before.
@@ -101,6 +101,27 @@ fn the_adaptive_loop_beats_a_fixed_inverse_and_a_pid_alone() {
         feedforward_only > fixed_inverse,
         "{feedforward_only} m against {fixed_inverse} m"
     );
+}
+
+/// Twenty rigs as they scatter: each is cut by what one scenario says of the loop.
+#[test]
+fn twenty_rough_rigs_are_cut() {
+    let files: Vec<String> = (1..=20).map(|rig| format!("scenarios/rough/{rig:02}.ron")).collect();
+    let mut arguments = vec!["run", "--json"];
+    arguments.extend(files.iter().map(String::as_str));
+    let finished = Finished::run(&arguments, LIMIT).expect(0);
+    let summaries: Vec<Value> = serde_json::from_str(&finished.out).unwrap();
+    assert_eq!(summaries.len(), 20);
+    for summary in &summaries {
+        let (name, max_m) = (&summary["scenario"], number(summary, "error_max_m"));
+        println!(
+            "{name}: {:.1} nm rms, {:.1} nm at most",
+            1e9 * number(summary, "error_rms_m"),
+            1e9 * max_m
+        );
+        assert_eq!(summary["held"], true, "{summary}");
+        assert_eq!(summary["guarded_ticks"], 0, "{summary}");
+    }
 }
 
 /// Guards the exit status: what does not hold is 1, not 0.
