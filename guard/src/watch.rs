@@ -71,6 +71,9 @@ pub(crate) struct Watch {
 /// Memory of the mean square of the error; an error of 1.26 times the reference is noticed within it.
 pub(crate) const DIVERGING_TICKS: u64 = 100;
 
+/// Errors count as no more than this multiple of the reference.
+const MOST: f64 = 2.0;
+
 /// What is believed of the loop, by those who know more than the guard.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Beliefs {
@@ -201,8 +204,9 @@ impl Watch {
         if !following {
             self.mean_square_m2 = 0.0;
         } else if observed.demand.finite {
-            let news = observed.error_m * observed.error_m - self.mean_square_m2;
-            self.mean_square_m2 += news / DIVERGING_TICKS as f64;
+            // A spike is no error that grows.
+            let error_m = observed.error_m.abs().min(MOST * reference_m);
+            self.mean_square_m2 += (error_m * error_m - self.mean_square_m2) / DIVERGING_TICKS as f64;
         }
         faults.note(self.mean_square_m2 > reference_m * reference_m, Event::ErrorDiverging);
     }
