@@ -21,6 +21,11 @@ pub struct Cli {
 pub enum Command {
     /// Run a scenario: start its processes, cut, judge, record; of several scenarios print one table.
     Run(Box<run_arguments::RunArguments>),
+    /// Bring a rig that nobody knows into the loop: small, whole, diagnosed, again while it gets better.
+    ///
+    /// Results: commissioned.ron, commission.json, report.html, a folder for each cut.
+    #[cfg(feature = "recorder")]
+    Commission(Box<crate::commands::commission::CommissionArguments>),
     /// Validate a scenario without running it.
     Check(check::CheckArguments),
     /// Print the wiring of a scenario's processes as a Mermaid graph.
@@ -70,7 +75,10 @@ pub enum Command {
 
 /// Headings of the help, and the commands below each.
 pub const GROUPS: [(&str, &[&str]); 5] = [
-    ("Scenarios", &["run", "check", "graph", "replay", "view", "export"]),
+    (
+        "Scenarios",
+        &["run", "commission", "check", "graph", "replay", "view", "export"],
+    ),
     ("Measurements", &["fit", "estimate", "diagnose"]),
     ("Studies", &["study"]),
     (

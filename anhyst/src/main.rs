@@ -43,6 +43,8 @@ fn main() -> ExitCode {
 fn run(command: &Command) -> miette::Result<Ending> {
     match command {
         Command::Run(arguments) => commands::run::run(arguments),
+        #[cfg(feature = "recorder")]
+        Command::Commission(arguments) => commands::commission::run(arguments),
         Command::Check(arguments) => commands::check::run(arguments),
         Command::Graph(arguments) => commands::graph::run(arguments),
         Command::Replay(arguments) => commands::replay::run(arguments),

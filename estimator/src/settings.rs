@@ -105,6 +105,15 @@ impl LawSettings {
     /// Names of the laws that adapt, as [`LawSettings::named`] takes them.
     pub const ADAPTIVE: [&'static str; 5] = ["folded", "gauss-newton", "matrix", "scalar", "gradient"];
 
+    /// The same law, adapting no faster than so (1/s); those without a rate stay.
+    #[must_use]
+    pub fn slowed(mut self, most_per_s: f64) -> Self {
+        if let Self::Folded(own) | Self::Gradient(own) | Self::Matrix(own) | Self::Scalar(own) = &mut self {
+            own.adaptation_rate_per_s = own.adaptation_rate_per_s.min(most_per_s);
+        }
+        self
+    }
+
     /// A law with its default settings.
     pub fn named(name: &str) -> Option<Self> {
         Some(match name {

@@ -7,6 +7,9 @@ use crate::BelievedCoil;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
+/// Fewer ticks tell nothing.
+const LEAST_TICKS: f64 = 80.0;
+
 /// The believed amplifier and what was heard of the coil.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Following {
@@ -79,7 +82,7 @@ impl Following {
         }
     }
 
-    /// None while p moves by less than this rms (A/m), or not for half the memory.
+    /// None while p moves by less than this rms (A/m), or fewer than `LEAST_TICKS` ticks were heard.
     pub fn gain_and_shift(&self, motion_a_per_m: f64) -> Option<GainAndShift> {
         let fit = &self.fit;
         // The first tick counts as if it had always been: divided out.
@@ -88,12 +91,15 @@ impl Following {
         let (pp, pd, dd) = (spread(0, 0), spread(0, 1), spread(1, 1));
         let (py, dy, yy) = (spread(0, 2), spread(1, 2), spread(2, 2));
         let determinant = pp * dd - pd * pd;
-        if fit.n < 0.4 || pp < motion_a_per_m * motion_a_per_m || determinant <= 1e-6 * pp * dd {
+        if fit.n * (self.memory_ticks as f64) < LEAST_TICKS
+            || pp < motion_a_per_m * motion_a_per_m
+            || determinant <= 1e-6 * pp * dd
+        {
             return None;
         }
         let gain = (py * dd - dy * pd) / determinant;
         let slope = (dy * pp - py * pd) / determinant;
-        let ticks = self.memory_ticks as f64;
+        let ticks = fit.n * self.memory_ticks as f64;
         let left = (yy - gain * py - slope * dy).max(0.0) / ticks;
         Some(GainAndShift {
             gain,

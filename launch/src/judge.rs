@@ -91,6 +91,9 @@ pub struct Verdict {
     pub first_event: u64,
     /// The tick of that event.
     pub first_event_tick: u64,
+    /// Time constant of the coil's lag, where it lags more than the scenario believes.
+    #[serde(default)]
+    pub coil_lag_s: Option<f64>,
     /// What is worth telling beside the verdict, as sentences.
     #[serde(default)]
     pub noticed: Vec<String>,
@@ -190,6 +193,7 @@ impl Judge {
             a_error_rms_a_per_m: mean(self.shape_error_sum_of_squares),
             judged_ticks: self.samples,
             error_course: self.course.windows(self.tick_s),
+            coil_lag_s: self.noticing.as_ref().and_then(Noticing::lag_s),
             noticed: self.noticing.as_ref().map(Noticing::sentences).unwrap_or_default(),
             ..self.verdict.clone()
         }

@@ -1,7 +1,7 @@
 //! What a run shows beside its verdict: a coil that follows otherwise than believed, what the guard saw, what was learned in vain.
 
-use anhyst_guard::{BelievedCoil, Event, Following};
-use anhyst_ipc::{Demand, Measurement, SafeField};
+use anhyst_guard::{BelievedCoil, Event, Following, GainAndShift};
+use anhyst_ipc::{Demand, Measurement, NodeId, SafeField};
 use anhyst_scenario::Scenario;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 /// Memory of how the coil follows, s.
 const MEMORY_S: f64 = 1.0;
 /// The coil must move by this part of the field's limit, rms.
-const MOTION: f64 = 0.02;
+const MOTION: f64 = 0.005;
 /// Gain and shift that are worth telling: a probe is off by some per mille.
 const GAIN: f64 = 0.02;
 const SHIFT_TICKS: f64 = 0.1;
@@ -20,6 +20,10 @@ const DEVIATIONS: f64 = 5.0;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Noticing {
     believed: BelievedCoil,
+    /// The amplifier is somebody else's.
+    foreign: bool,
+    /// Of what is believed, its own part.
+    amplifier_lag_s: f64,
     following: Following,
     tick_s: f64,
     motion_a_per_m: f64,
@@ -35,6 +39,8 @@ impl Noticing {
         let believed = scenario.believed_coil();
         believed.timing.then(|| Self {
             believed,
+            foreign: scenario.external_nodes().contains(&NodeId::Amplifier),
+            amplifier_lag_s: scenario.amplifier.lag_s(),
             following: Following::new(believed, tick_s, ((MEMORY_S / tick_s) as u64).max(1)),
             tick_s,
             motion_a_per_m: MOTION * scenario.guard.field_limit_a_per_m,
@@ -75,32 +81,52 @@ impl Noticing {
         all
     }
 
+    fn found(&self) -> Option<GainAndShift> {
+        self.following.gain_and_shift(self.motion_a_per_m)
+    }
+
+    /// Time constant of the coil's lag, where it lags more than is believed.
+    pub fn lag_s(&self) -> Option<f64> {
+        let found = self.found()?;
+        let lag_s = self.believed.lag_s + found.shift_ticks * self.tick_s;
+        is_far(found.shift_ticks, SHIFT_TICKS, found.shift_deviation)
+            .then_some(lag_s)
+            .filter(|_| found.shift_ticks > 0.0)
+    }
+
     fn of_coil(&self) -> Vec<String> {
         let mut all = Vec::new();
-        let Some(found) = self.following.gain_and_shift(self.motion_a_per_m) else {
-            return all;
-        };
-        let far = |value: f64, least: f64, deviation: f64| value.abs() > least + DEVIATIONS * deviation;
-        if far(found.gain - 1.0, GAIN, found.gain_deviation) {
+        let Some(found) = self.found() else { return all };
+        if is_far(found.gain - 1.0, GAIN, found.gain_deviation) {
             all.push(format!(
                 "the coil has {:.4} of the field that the scenario believes: the amplifier's gain, its unit, or the probe's",
                 found.gain
             ));
         }
-        if far(found.shift_ticks, SHIFT_TICKS, found.shift_deviation) {
-            let lag_s = self.believed.lag_s + found.shift_ticks * self.tick_s;
-            let shift_us = 1e6 * found.shift_ticks.abs() * self.tick_s;
-            all.push(if lag_s > 0.0 && found.shift_ticks > 0.0 {
-                let bandwidth_hz = (1.0 / (TAU * lag_s)).round();
-                format!(
-                    "the coil lags what the scenario believes by {shift_us:.0} µs: a bandwidth of about {bandwidth_hz} Hz fits, --set amplifier.bandwidth_hz={bandwidth_hz:?}"
-                )
+        let by_us = 1e6 * found.shift_ticks.abs() * self.tick_s;
+        if let Some(lag_s) = self.lag_s() {
+            let bandwidth_hz = (1.0 / (TAU * lag_s)).round();
+            // A simulated amplifier is what the scenario says of it: only what is believed may change.
+            let setting = if self.foreign {
+                format!("--set amplifier.bandwidth_hz={bandwidth_hz:?}")
             } else {
-                format!("the coil leads what the scenario believes by {shift_us:.0} µs: see amplifier.bandwidth_hz and amplifier.delay_ticks")
-            });
+                let lag_s = lag_s - self.amplifier_lag_s;
+                format!("--set 'effects=[AmplifierBandwidth(time_constant_s: {lag_s:.2e})]'")
+            };
+            all.push(format!(
+                "the coil lags what the scenario believes, by {by_us:.0} µs: bandwidth_hz about {bandwidth_hz} fits, {setting}"
+            ));
+        } else if is_far(found.shift_ticks, SHIFT_TICKS, found.shift_deviation) {
+            all.push(format!(
+                "the coil leads what the scenario believes, by {by_us:.0} µs: see amplifier.bandwidth_hz and amplifier.delay_ticks"
+            ));
         }
         all
     }
+}
+
+fn is_far(value: f64, least: f64, deviation: f64) -> bool {
+    value.abs() > least + DEVIATIONS * deviation
 }
 
 /// What an event of the guard means for the rig.

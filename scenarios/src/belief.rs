@@ -7,7 +7,7 @@ use super::Scenario;
 use anhyst_guard::{Beliefs, BelievedCoil, CoilWatching};
 use anhyst_ipc::{Invalid, NodeId};
 use anhyst_model::{
-    ActuatorModel, Effect, Material, RodElements, Stage, TwoPole, rod_per_magnetization, rod_per_strain,
+    ActuatorModel, Effect, EffectKind, Material, RodElements, Stage, TwoPole, rod_per_magnetization, rod_per_strain,
     validate_effects, with_known_effects,
 };
 
@@ -55,11 +55,32 @@ impl Scenario {
 
     /// The amplifier, as the coil's field is held against it.
     pub fn believed_coil(&self) -> BelievedCoil {
+        let lags = self
+            .effects
+            .iter()
+            .filter(|effect| effect.kind() == EffectKind::AmplifierBandwidth);
         BelievedCoil {
             delay_ticks: self.amplifier.delay_ticks,
-            lag_s: self.amplifier.lag_s(),
+            lag_s: self.amplifier.lag_s() + lags.map(|effect| effect.values()[0]).sum::<f64>(),
             timing: self.clock.realtime().is_none(),
         }
+    }
+
+    /// Believes that the amplifier lags with this time constant, effects included, on the controller's side only.
+    ///
+    /// # Errors
+    /// A time constant that no amplifier has.
+    pub fn believe_lag(&mut self, lag_s: f64) -> Result<(), Invalid> {
+        if self.external_nodes().contains(&NodeId::Amplifier) {
+            self.amplifier.bandwidth_hz = Some(1.0 / (std::f64::consts::TAU * lag_s));
+            return Ok(());
+        }
+        let lag_s = (lag_s - self.amplifier.lag_s()).max(0.0);
+        let lag = Effect::new(EffectKind::AmplifierBandwidth, &[lag_s])
+            .map_err(|error| Invalid::new("effects", error.to_string()))?;
+        self.effects.retain(|effect| effect.kind() != lag.kind());
+        self.effects.push(lag);
+        Ok(())
     }
 
     /// What the guard is told of the loop. Whether its monitors look is its own settings' matter.
@@ -76,7 +97,9 @@ impl Scenario {
                 .any(|node| foreign.contains(node)),
         };
         // What bends on the way to the coil is none of a gain and a shift.
-        let bends = |effect: &Effect| effect.kind().stage() == Stage::Amplifier;
+        let bends = |effect: &Effect| {
+            effect.kind().stage() == Stage::Amplifier && effect.kind() != EffectKind::AmplifierBandwidth
+        };
         let bent = self.amplifier.slew_limit_a_per_m_s.is_some() || self.effects.iter().any(bends);
         let follows = self.inverse.drive.is_none();
         let reference_m = if follows {

@@ -3,6 +3,8 @@
 #[cfg(feature = "bridge")]
 pub mod bridge;
 pub mod check;
+#[cfg(feature = "recorder")]
+pub mod commission;
 pub mod diagnose;
 pub mod doctor;
 pub mod doctor_realtime;

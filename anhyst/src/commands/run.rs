@@ -2,7 +2,7 @@
 
 use super::run_arguments::{AloneArguments, RunArguments};
 use super::{Ending, progress_bar};
-use crate::arguments::{JsonArgument, YIELDS_SHARED};
+use crate::arguments::{JsonArgument, SetArguments, YIELDS_SHARED};
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
@@ -33,17 +33,30 @@ pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
     }
 }
 
-fn alone(scenario: &Path, all: &RunArguments) -> miette::Result<Ending> {
-    let arguments = &all.alone;
-    // What the command line says is checked with the rest: a fault may not suit it.
-    let mut scenario = load_changed(scenario, &all.set.settings, |scenario| {
-        if all.embedded {
+/// A scenario with what the command line says of it, and checked with that: a fault may not suit it.
+///
+/// # Errors
+/// Bad input.
+pub(super) fn changed(
+    scenario: &Path,
+    set: &SetArguments,
+    embedded: bool,
+    arguments: &AloneArguments,
+) -> miette::Result<Scenario> {
+    let scenario = load_changed(scenario, &set.settings, |scenario| {
+        if embedded {
             scenario.placement = Placement::Embedded;
         }
         add_external(scenario, arguments);
     })?;
-    super::part::validate(all, &scenario)?;
     refuse_two_commands(arguments)?;
+    Ok(scenario)
+}
+
+fn alone(scenario: &Path, all: &RunArguments) -> miette::Result<Ending> {
+    let arguments = &all.alone;
+    let mut scenario = changed(scenario, &all.set, all.embedded, arguments)?;
+    super::part::validate(all, &scenario)?;
     if all.no_recording {
         scenario.recording.on = false;
     }
@@ -53,6 +66,27 @@ fn alone(scenario: &Path, all: &RunArguments) -> miette::Result<Ending> {
     if let Some(port) = scenario.recording.live_port.filter(|_| scenario.recording.on) {
         crate::complain!("watch: rerun rerun+http://127.0.0.1:{port}/proxy");
     }
+    let (folder, outcome) = perform(&scenario, arguments, all.out.out.as_deref())?;
+    match outcome {
+        Ok(reports) if arguments.across.is_part() => super::part::finish(&scenario, &folder, &reports, all.json.json),
+        Ok(reports) => finish(&scenario, &folder, &reports, all.json, arguments.latencies),
+        Err(error) => {
+            crate::complain!("{error}");
+            crate::complain!("what was recorded until then is in {}", folder.path().display());
+            Ok(Ending::ProcessFailed)
+        }
+    }
+}
+
+/// Runs a scenario, in this process or in several; its folder and what came of it.
+///
+/// # Errors
+/// Names that somebody else uses, a folder that cannot be had.
+pub(super) fn perform(
+    scenario: &Scenario,
+    arguments: &AloneArguments,
+    out: Option<&Path>,
+) -> miette::Result<(RunFolder, Result<Vec<ProcessReport>, RunError>)> {
     let meeting = resources::Resources::chosen(
         arguments.meeting.service_prefix.as_deref(),
         arguments.meeting.root.as_deref(),
@@ -61,7 +95,7 @@ fn alone(scenario: &Path, all: &RunArguments) -> miette::Result<Ending> {
     // An embedded run has nothing there to keep.
     let claims = (scenario.placement != Placement::Embedded).then(|| meeting.claim());
     let _claimed = claims.transpose().map_err(|sentence| miette::miette!("{sentence}"))?;
-    let folder = prepare(&scenario, all.out.out.as_deref())?;
+    let folder = prepare(scenario, out)?;
     let yields = if arguments.dedicated_cores {
         YIELDS_DEDICATED
     } else {
@@ -69,7 +103,7 @@ fn alone(scenario: &Path, all: &RunArguments) -> miette::Result<Ending> {
     };
     let bar = progress_bar(scenario.ticks(), &scenario.name);
     let outcome = if scenario.placement == Placement::Embedded {
-        embedded(&scenario, &folder, &mut |tick| bar.set_position(tick))
+        embedded(scenario, &folder, &mut |tick| bar.set_position(tick))
     } else {
         resources::sweep();
         let options = launcher::Options {
@@ -80,18 +114,10 @@ fn alone(scenario: &Path, all: &RunArguments) -> miette::Result<Ending> {
             commands: arguments.external_commands.clone(),
             across: arguments.across.clone(),
         };
-        launcher::launch(&scenario, &folder, &options, &mut |tick| bar.set_position(tick)).map_err(RunError::from)
+        launcher::launch(scenario, &folder, &options, &mut |tick| bar.set_position(tick)).map_err(RunError::from)
     };
     bar.finish_and_clear();
-    match outcome {
-        Ok(reports) if arguments.across.is_part() => super::part::finish(&scenario, &folder, &reports, all.json.json),
-        Ok(reports) => finish(&scenario, &folder, &reports, all.json, arguments.latencies),
-        Err(error) => {
-            crate::complain!("{error}");
-            crate::complain!("what was recorded until then is in {}", folder.path().display());
-            Ok(Ending::ProcessFailed)
-        }
-    }
+    Ok((folder, outcome))
 }
 
 /// # Errors

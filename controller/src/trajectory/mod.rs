@@ -83,6 +83,24 @@ pub enum TrajectorySettings {
 }
 
 impl TrajectorySettings {
+    /// The same motion, so many times as large. A table's is in its file and stays.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        match &mut self {
+            Self::Rest | Self::Table { .. } => {}
+            Self::Harmonics { mean_m, terms } => {
+                *mean_m *= factor;
+                terms.iter_mut().for_each(|term| term.0 *= factor);
+            }
+            Self::Profile { mean_m, lobes, .. } => {
+                *mean_m *= factor;
+                lobes.iter_mut().for_each(|lobe| lobe.1 *= factor);
+            }
+            Self::SmoothRamps { points } => points.iter_mut().for_each(|point| point.1 *= factor),
+        }
+        self
+    }
+
     /// Refuses numbers that make no trajectory. Files are looked at by [`Trajectory::load`].
     ///
     /// # Errors

@@ -1,0 +1,401 @@
+//! `anhyst commission`: brings a rig that nobody knows into the loop, small to large and under the guard.
+//!
+//! 1. *Small*: a fifth of the profile, nothing learned, the coil watched: sign, unit, gain and time of the amplifier, sign of the sensor. What the coil
+//!    shows of a lag goes into the scenario. A rig that is not fit ends here, with a sentence.
+//! 2. *Cut*: the whole profile with learning and a slow estimator.
+//! 3. *Diagnosis* of that cut, and the cut again with the amended model, as long as it gets better.
+
+use super::run::{changed, perform};
+use super::run_arguments::AloneArguments;
+use super::{Ending, json, save, share_bar};
+use crate::arguments::{JsonArgument, OutArgument, ScenarioArguments, ThreadsArgument};
+use anhyst_controller::LearningSettings;
+use anhyst_diagnosis::{DiagnoseOptions, Verdict, amended_text, diagnose};
+use anhyst_guard::{CoilWatching, Event};
+use anhyst_ipc::{Measurement, SafeField};
+use anhyst_launch::error::RunError;
+use anhyst_launch::folder::RunFolder;
+use anhyst_launch::measured_table::measured_table;
+use anhyst_launch::say::quoted;
+use anhyst_launch::signals;
+use anhyst_launch::summary::Summary;
+use anhyst_measured::{MeasuredRun, RunReadOptions};
+use anhyst_model::ActuatorModel;
+use anhyst_recorder::Recording;
+use anhyst_report::chart::{Axis, Chart, Curve, Figure, Role, TIME};
+use anhyst_report::number::Si;
+use anhyst_report::page::{Page, Section};
+use anhyst_report::table::{Table, Verdict as Colour};
+use anhyst_scenario::{MaterialSource, Scenario, to_ron};
+use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// Of the profile, in the first step.
+const SMALL: f64 = 0.2;
+/// Beyond the start, s: long enough for the slowest monitor of the coil at 20 kHz, many times.
+const SMALL_S: f64 = 0.3;
+/// Fastest adaptation of `a` beside a model that is not true: faster, it explains within a turn by `a` what is not `a`.
+const ADAPTATION_PER_S: f64 = 50.0;
+/// Which programs the steps were made with.
+const PROGRAMS: &str = "programs.txt";
+/// A further cut must be better than the best by this part.
+const BETTER: f64 = 0.03;
+
+/// `commission`
+#[derive(Debug, Args)]
+pub struct CommissionArguments {
+    /// Which scenario.
+    #[command(flatten)]
+    pub scenario: ScenarioArguments,
+    /// Run all nodes in this process, without iceoryx2.
+    #[arg(long)]
+    pub embedded: bool,
+    /// Cuts at most, the small one not counted.
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=20))]
+    pub cuts: u32,
+    /// How the processes meet, and who takes whose place.
+    #[command(flatten)]
+    pub alone: AloneArguments,
+    /// Where the results go.
+    #[command(flatten)]
+    pub out: OutArgument,
+    /// For the diagnosis.
+    #[command(flatten)]
+    pub threads: ThreadsArgument,
+    /// How the result is printed.
+    #[command(flatten)]
+    pub json: JsonArgument,
+}
+
+/// `commission.json`.
+#[derive(Debug, Default, Serialize)]
+struct Commission {
+    /// The rig is in the loop.
+    fit: bool,
+    sentence: String,
+    cuts: Vec<Cut>,
+    findings: Vec<String>,
+}
+
+/// One cut of the whole profile.
+#[derive(Debug, Serialize)]
+struct Cut {
+    /// What is believed: the scenario's model, or what a diagnosis made of it.
+    believes: String,
+    error_rms_m: f64,
+    error_max_m: f64,
+    /// How long the cut took.
+    seconds: f64,
+    folder: PathBuf,
+    #[serde(skip)]
+    course: Vec<[f64; 2]>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, or results that cannot be written.
+pub fn run(arguments: &CommissionArguments) -> miette::Result<Ending> {
+    signals::install();
+    let own = &arguments.scenario;
+    let mut scenario = changed(&own.scenario, &own.set, arguments.embedded, &arguments.alone)?;
+    if arguments.alone.across.is_part() {
+        return Err(miette::miette!("--here: a rig is commissioned from one host"));
+    }
+    scenario.expect.tolerance_m = None;
+    scenario.recording.on = true;
+    // What is really so stays so, whatever is believed from here on.
+    if scenario.plant.material.is_none() {
+        scenario.plant.material = Some(scenario.material().map_err(told)?.clone());
+    }
+    let claimed = arguments.out.claim(&format!("commission-{}", scenario.name))?;
+    let mut work = Work {
+        arguments,
+        goes_on: goes_on(&claimed.path, &arguments.alone)?,
+        out: &claimed.path,
+        result: Commission::default(),
+    };
+    let commissioned = work.commission(scenario)?;
+    let Work { result, out, .. } = work;
+    if let Some(scenario) = &commissioned {
+        let text = to_ron(scenario).map_err(|error| RunError::Setup(error.to_string()))?;
+        save(out, "commissioned.ron", &format!("// {}\n{text}\n", result.sentence))?;
+    }
+    save(out, "commission.json", &json(&result)?)?;
+    save(out, "report.html", &page(&result).html())?;
+    if arguments.json.json {
+        crate::say!("{}", json(&result)?);
+    } else {
+        crate::say!("{}\n", result.sentence);
+        result.findings.iter().for_each(|finding| crate::say!("{finding}"));
+        if !result.cuts.is_empty() {
+            crate::say!("{}", table(&result).terminal());
+        }
+        crate::say!("results: {}", out.display());
+        if commissioned.is_some() {
+            crate::say!("run it: anhyst run {}", quoted(&out.join("commissioned.ron")));
+        }
+    }
+    Ok(if result.fit { Ending::Held } else { Ending::NotHeld })
+}
+
+fn told(error: impl std::fmt::Display) -> miette::Report {
+    miette::miette!("{error}")
+}
+
+/// True where an earlier call was killed before it came to its end, with the same programs in the processes' places; makes a note for the next one.
+fn goes_on(out: &Path, alone: &AloneArguments) -> miette::Result<bool> {
+    let programs = format!("{:?}\n", alone.external_commands);
+    let note = out.join(PROGRAMS);
+    let same = std::fs::read_to_string(&note).is_ok_and(|before| before == programs);
+    let ended = out.join("commission.json");
+    let goes_on = same && !ended.exists();
+    if !goes_on && ended.exists() {
+        std::fs::remove_file(&ended).map_err(|cause| RunError::Write { path: ended, cause })?;
+    }
+    save(out, PROGRAMS, &programs)?;
+    Ok(goes_on)
+}
+
+struct Work<'a> {
+    arguments: &'a CommissionArguments,
+    goes_on: bool,
+    out: &'a Path,
+    result: Commission,
+}
+
+impl Work<'_> {
+    /// The scenario that cut best; none where the rig is not fit.
+    fn commission(&mut self, mut scenario: Scenario) -> miette::Result<Option<Scenario>> {
+        if !self.small(&mut scenario)? {
+            return Ok(None);
+        }
+        scenario.estimator.law = scenario.estimator.law.slowed(ADAPTATION_PER_S);
+        if scenario.controller().map_err(told)?.trajectory().turns(0.0).is_some() {
+            scenario
+                .controller
+                .learning
+                .get_or_insert_with(LearningSettings::default);
+        } else {
+            self.find("the trajectory does not repeat, so nothing is learned from turn to turn");
+        }
+        let mut best: Option<(Scenario, f64)> = None;
+        let mut believes = "the scenario's model".to_owned();
+        for cut in 1..=self.arguments.cuts {
+            let (summary, folder) = self.step(&format!("{}-cut", cut + 1), &scenario)?;
+            if let Some(sentence) = refusal(&summary) {
+                self.find(&format!("cut {cut}: {sentence}"));
+                break;
+            }
+            let error_m = summary.verdict.error_rms_m;
+            self.result.cuts.push(Cut {
+                believes: believes.clone(),
+                error_rms_m: error_m,
+                error_max_m: summary.verdict.error_max_m,
+                seconds: summary.ticks as f64 / summary.ticks_per_s,
+                folder: folder.clone(),
+                course: summary
+                    .verdict
+                    .error_course
+                    .iter()
+                    .map(|own| [own.time_s, own.max_m])
+                    .collect(),
+            });
+            let before_m = best.as_ref().map(|(_, before_m)| *before_m);
+            if before_m.is_none_or(|before_m| error_m < before_m) {
+                best = Some((scenario.clone(), error_m));
+            }
+            let is_last = before_m.is_some_and(|before_m| error_m > (1.0 - BETTER) * before_m);
+            if is_last || cut == self.arguments.cuts {
+                break;
+            }
+            let Some((next, named)) = self.amended(&scenario, &folder)? else {
+                break;
+            };
+            (scenario, believes) = (next, named);
+        }
+        let Some((scenario, error_m)) = best else {
+            "the rig followed the small profile, but not the whole one: see the findings"
+                .clone_into(&mut self.result.sentence);
+            return Ok(None);
+        };
+        self.result.fit = true;
+        let cuts = self.result.cuts.len();
+        self.result.sentence = format!("fit: the error of the best of {cuts} cuts is {} rms", Si(error_m, "m"));
+        Ok(Some(scenario))
+    }
+
+    /// A fifth of the profile; false if the rig is not fit.
+    fn small(&mut self, scenario: &mut Scenario) -> miette::Result<bool> {
+        for attempt in ["1-small", "1-small-again"] {
+            let mut small = scenario.clone();
+            small.controller.learning = None;
+            small.controller.trajectory = small.controller.trajectory.scaled(SMALL);
+            small.duration_s = small.duration_s.min(small.controller.start_s + SMALL_S);
+            small.expect.settling_s = small.controller.start_s.min(0.5 * small.duration_s);
+            small.guard.monitors.coil = CoilWatching::On;
+            let (summary, _) = self.step(attempt, &small)?;
+            summary
+                .verdict
+                .noticed
+                .iter()
+                .for_each(|noticed| self.find(&format!("small: {noticed}")));
+            if let Some(lag_s) = summary.verdict.coil_lag_s {
+                self.find(&format!(
+                    "the amplifier is believed to lag by {} from here on",
+                    Si(lag_s, "s")
+                ));
+                scenario.believe_lag(lag_s).map_err(told)?;
+                if summary.verdict.first_event == Event::CoilLate.number() {
+                    continue;
+                }
+            }
+            if let Some(sentence) = refusal(&summary) {
+                self.result.sentence = format!("not fit: {sentence}");
+                return Ok(false);
+            }
+            break;
+        }
+        Ok(true)
+    }
+
+    fn find(&mut self, finding: &str) {
+        if !self.arguments.json.json {
+            crate::complain!("{finding}");
+        }
+        self.result.findings.push(finding.to_owned());
+    }
+
+    /// Runs a step, unless it was made before a kill.
+    fn step(&mut self, name: &str, scenario: &Scenario) -> miette::Result<(Summary, PathBuf)> {
+        let path = self.out.join(name);
+        let folder = RunFolder::open(&path);
+        let text = to_ron(scenario).map_err(told)?;
+        let same = self.goes_on && std::fs::read_to_string(folder.scenario()).is_ok_and(|before| before == text);
+        let before = std::fs::read(folder.summary()).ok().filter(|_| same);
+        if let Some(summary) = before.and_then(|before| serde_json::from_slice(&before).ok()) {
+            return Ok((summary, path));
+        }
+        scenario.validate().map_err(told)?;
+        let (folder, outcome) = perform(scenario, &self.arguments.alone, Some(&path))?;
+        Ok((Summary::written(scenario, &outcome?, &folder)?, path))
+    }
+
+    /// The scenario with what a diagnosis of a cut found, and its name; none where it found nothing to amend.
+    fn amended(&mut self, scenario: &Scenario, cut: &Path) -> miette::Result<Option<(Scenario, String)>> {
+        let recording = Recording::open(&RunFolder::open(cut).recording()).map_err(told)?;
+        let (measured, asked): (Vec<Measurement>, Vec<SafeField>) =
+            (recording.tokens().map_err(told)?, recording.tokens().map_err(told)?);
+        save(cut, "run.csv", &measured_table(&measured, &asked, scenario.tick_s))?;
+        let run = MeasuredRun::read(&cut.join("run.csv"), &RunReadOptions::default()).map_err(told)?;
+        let model = scenario.believed_model().map_err(told)?;
+        let options = DiagnoseOptions {
+            threads: self.arguments.threads.count(),
+            ..DiagnoseOptions::default()
+        };
+        let bar = share_bar("diagnose");
+        let found = diagnose(&model, &[run], &options, &mut |stage, share| {
+            bar.set_prefix(stage.to_owned());
+            bar.set_position((100.0 * share) as u64);
+        });
+        bar.finish_and_clear();
+        let found = match found {
+            Ok(found) => found,
+            Err(error) => {
+                self.find(&format!("no diagnosis: {error}"));
+                return Ok(None);
+            }
+        };
+        self.find(&format!("diagnosis: {}", found.diagnosis.sentence));
+        if found.diagnosis.verdict == Verdict::Columns || found.amended == model {
+            return Ok(None);
+        }
+        save(
+            cut,
+            "amended.ron",
+            &amended_text(&found.diagnosis, &found.amended).map_err(told)?,
+        )?;
+        let next = believing(scenario, &found.amended);
+        if let Err(error) = next.validate() {
+            self.find(&format!("the amended model makes no loop: {error}"));
+            return Ok(None);
+        }
+        let names: Vec<&str> = found
+            .diagnosis
+            .effects
+            .iter()
+            .map(|effect| effect.name.as_str())
+            .collect();
+        let named = if names.is_empty() {
+            "calibrated".to_owned()
+        } else {
+            names.join(" + ")
+        };
+        Ok(Some((next, named)))
+    }
+}
+
+/// The scenario with another model on the controller's side; the plant stays what it is.
+fn believing(scenario: &Scenario, model: &ActuatorModel) -> Scenario {
+    let mut own = scenario.clone();
+    own.material = MaterialSource::Inline(model.material.clone());
+    own.rod.two_pole = model.rod.or(own.rod.two_pole);
+    own.effects.clone_from(&model.effects);
+    own
+}
+
+/// Why a rig is not fit.
+fn refusal(summary: &Summary) -> Option<String> {
+    let verdict = &summary.verdict;
+    if let Some(event) = Event::from_number(verdict.first_event).filter(|event| event.is_fault()) {
+        let meaning = verdict
+            .noticed
+            .first()
+            .map_or_else(String::new, |meaning| format!(": {meaning}"));
+        return Some(format!(
+            "the guard saw {event} in tick {}{meaning}",
+            verdict.first_event_tick
+        ));
+    }
+    let failures = summary.failures.join("; ");
+    (!failures.is_empty()).then_some(failures)
+}
+
+fn table(result: &Commission) -> Table {
+    let mut table = Table::new(["cut", "the loop believes", "error rms", "error max", "took"]);
+    for (index, cut) in result.cuts.iter().enumerate() {
+        table.push([
+            (index + 1).to_string(),
+            cut.believes.clone(),
+            Si(cut.error_rms_m, "m").to_string(),
+            Si(cut.error_max_m, "m").to_string(),
+            Si(cut.seconds, "s").to_string(),
+        ]);
+    }
+    table
+}
+
+fn page(result: &Commission) -> Page {
+    let roles = [Role::Nominal, Role::Amended, Role::Measured];
+    let curves = result.cuts.iter().enumerate().map(|(index, cut)| {
+        Curve::new(cut.course.iter().copied(), roles[index % roles.len()]).named(&format!("cut {}", index + 1))
+    });
+    let chart = Chart::new("each cut", TIME, Axis::new("error", "m").logarithmic()).series(curves);
+    let colour = if result.fit { Colour::Pass } else { Colour::Fail };
+    let mut section = Section::new("Commissioning")
+        .badge(colour, if result.fit { "fit" } else { "not fit" })
+        .paragraph(&result.sentence);
+    if !result.cuts.is_empty() {
+        section = section
+            .figure(
+                Figure::new("Error over time", vec![chart]).columns(1),
+                "Largest error in each of at most 256 windows of the judged time.",
+            )
+            .table(table(result));
+    }
+    let findings = anhyst_report::page::Block::List(result.findings.clone());
+    Page::new("Commissioning", &result.sentence)
+        .section(section)
+        .section(Section::new("Findings").block(findings))
+}
