@@ -35,7 +35,7 @@ impl RunFolder {
         // An earlier run's results in the same folder would be taken for this one's.
         let recordings = self.recordings();
         let layouts = recordings.iter().map(|recording| recording.with_extension("rbl"));
-        for stale in [self.summary(), self.digest()]
+        for stale in [self.summary(), self.digest(), self.page()]
             .into_iter()
             .chain(layouts)
             .chain(recordings.iter().cloned())
@@ -93,6 +93,11 @@ impl RunFolder {
     /// The machine-readable summary.
     pub fn summary(&self) -> PathBuf {
         self.0.join("summary.json")
+    }
+
+    /// The page of the run.
+    pub fn page(&self) -> PathBuf {
+        self.0.join("report.html")
     }
 
     /// The Rerun recording.

@@ -24,6 +24,7 @@ pub mod realtime;
 mod recording;
 pub mod report;
 pub mod resources;
+mod run_page;
 mod safe_ending;
 mod scribe;
 pub mod signals;

@@ -5,6 +5,7 @@ use crate::folder::RunFolder;
 use crate::judge::Verdict;
 use crate::realtime::{ForeignCount, RealtimeSummary};
 use crate::report::ProcessReport;
+use crate::run_page;
 use anhyst_ipc::{LinkReport, NodeId, NodeReport, combine};
 use anhyst_report::number::Si;
 use anhyst_report::table::Table;
@@ -109,10 +110,10 @@ impl Summary {
     /// If it cannot be written.
     pub fn written(scenario: &Scenario, reports: &[ProcessReport], folder: &RunFolder) -> Result<Self, RunError> {
         let summary = Self::new(scenario, reports);
-        summary.write(folder).map_err(|cause| RunError::Write {
-            path: folder.summary(),
-            cause,
-        })?;
+        let refuse = |path| move |cause| RunError::Write { path, cause };
+        summary.write(folder).map_err(refuse(folder.summary()))?;
+        let page = run_page::page(scenario, &summary).html();
+        std::fs::write(folder.page(), page).map_err(refuse(folder.page()))?;
         Ok(summary)
     }
 
@@ -161,6 +162,16 @@ impl Summary {
 
     /// The table for people.
     pub fn table(&self) -> String {
+        let mut text = self.figures().terminal();
+        if let Some(realtime) = &self.realtime {
+            text.push_str("\n\nreal time\n");
+            text.push_str(&crate::summary_realtime::table(realtime));
+        }
+        text
+    }
+
+    /// Its figures.
+    pub(crate) fn figures(&self) -> Table {
         let mut table = Table::default();
         let verdict = &self.verdict;
         let length = |metres: f64| Si(metres, "m").to_string();
@@ -215,21 +226,19 @@ impl Summary {
             format!("{:.0} ({:.2} times real time)", self.ticks_per_s, self.realtime_factor),
         );
         row("digest", self.digest.clone());
-        let mut text = table.terminal();
-        if let Some(realtime) = &self.realtime {
-            text.push_str("\n\nreal time\n");
-            text.push_str(&crate::summary_realtime::table(realtime));
-        }
-        text
+        table
     }
 
     /// Latencies of the links between processes; none where there are none.
     pub fn latencies(&self) -> Option<String> {
-        let any = self.links.iter().any(|link| link.latency.count > 0);
-        any.then(|| format!("latency, µs\n{}", self.latency_table()))
+        let table = self.latency_table()?;
+        Some(format!("latency, µs\n{}", table.terminal()))
     }
 
-    fn latency_table(&self) -> String {
+    pub(crate) fn latency_table(&self) -> Option<Table> {
+        if self.links.iter().all(|link| link.latency.count == 0) {
+            return None;
+        }
         let mut table = Table::new(["link", "p50", "p99", "p99.9", "max"]);
         for link in self.links.iter().filter(|link| link.latency.count > 0) {
             let latency = &link.latency;
@@ -242,6 +251,6 @@ impl Summary {
                 us(latency.max_us),
             ]);
         }
-        table.terminal()
+        Some(table)
     }
 }

@@ -166,7 +166,7 @@ fn finish(
         if let Some(latencies) = summary.latencies().filter(|_| with_latencies) {
             crate::say!("\n{latencies}");
         }
-        crate::say!("results: {}", folder.path().display());
+        crate::say!("results: {} (report.html)", folder.path().display());
         if scenario.recording.on {
             crate::say!("look at it: anhyst view {}", quoted(folder.path()));
         }
