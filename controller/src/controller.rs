@@ -6,7 +6,7 @@
 
 use crate::anti_windup::Applied;
 use crate::effects::{KnownEffects, delay_and_lag_s};
-use crate::learner::{Learner, Turns};
+use crate::learner::{self, Learner, Turns};
 use crate::pid::is_measured;
 use crate::{ControllerSettings, Feedforward, LoopShape, Pid, StrainLaw, Trajectory};
 use anhyst_ipc::Invalid;
@@ -128,6 +128,14 @@ impl Controller {
                     let sentence = "this trajectory does not repeat, so there is nothing to learn from turn to turn";
                     return Err(Invalid::new("learning", sentence));
                 };
+                let turns_per_s = trajectory.turns_per_s(tick_s).unwrap_or_default();
+                let fastest_per_s = learner::HIGHEST / tick_s;
+                if turns_per_s > fastest_per_s {
+                    let sentence = format!(
+                        "this trajectory repeats {turns_per_s} times a second, and at a tick of {tick_s} s nothing above {fastest_per_s} Hz is learned"
+                    );
+                    return Err(Invalid::new("learning", sentence));
+                }
                 Some(Learner::new(learning, shape.clone(), tick_s, reach_m))
             }
         };

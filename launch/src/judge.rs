@@ -6,7 +6,7 @@ use crate::noticed::Noticing;
 use anhyst_guard::Event;
 use anhyst_ipc::{CoilField, Demand, Estimate, Measurement, SafeField, Truth};
 use anhyst_report::number::Si;
-use anhyst_scenario::Expect;
+use anhyst_scenario::{Expect, Late};
 use serde::{Deserialize, Serialize};
 
 /// Running sums over the tokens of a run. They can be written down, for the judge that takes the place of one that died.
@@ -91,9 +91,9 @@ pub struct Verdict {
     pub first_event: u64,
     /// The tick of that event.
     pub first_event_tick: u64,
-    /// Time constant of the coil's lag, where it lags more than the scenario believes.
+    /// What makes the coil later than the scenario believes.
     #[serde(default)]
-    pub coil_lag_s: Option<f64>,
+    pub coil_late: Option<Late>,
     /// What is worth telling beside the verdict, as sentences.
     #[serde(default)]
     pub noticed: Vec<String>,
@@ -193,7 +193,7 @@ impl Judge {
             a_error_rms_a_per_m: mean(self.shape_error_sum_of_squares),
             judged_ticks: self.samples,
             error_course: self.course.windows(self.tick_s),
-            coil_lag_s: self.noticing.as_ref().and_then(Noticing::lag_s),
+            coil_late: self.noticing.as_ref().and_then(Noticing::late),
             noticed: self.noticing.as_ref().map(Noticing::sentences).unwrap_or_default(),
             ..self.verdict.clone()
         }

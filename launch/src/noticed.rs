@@ -2,7 +2,7 @@
 
 use anhyst_guard::{BelievedCoil, Event, Following, GainAndShift};
 use anhyst_ipc::{Demand, Measurement, NodeId, SafeField};
-use anhyst_scenario::Scenario;
+use anhyst_scenario::{Late, Scenario};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -13,6 +13,8 @@ const MOTION: f64 = 0.005;
 /// Gain and shift that are worth telling: a probe is off by some per mille.
 const GAIN: f64 = 0.02;
 const SHIFT_TICKS: f64 = 0.1;
+/// Nearer to whole ticks, it is a delay and no lag.
+const WHOLE_TICK: f64 = 0.05;
 /// And by so many standard deviations.
 const DEVIATIONS: f64 = 5.0;
 
@@ -85,13 +87,19 @@ impl Noticing {
         self.following.gain_and_shift(self.motion_a_per_m)
     }
 
-    /// Time constant of the coil's lag, where it lags more than is believed.
-    pub fn lag_s(&self) -> Option<f64> {
+    /// What makes the coil later than is believed.
+    pub fn late(&self) -> Option<Late> {
         let found = self.found()?;
-        let lag_s = self.believed.lag_s + found.shift_ticks * self.tick_s;
-        is_far(found.shift_ticks, SHIFT_TICKS, found.shift_deviation)
-            .then_some(lag_s)
-            .filter(|_| found.shift_ticks > 0.0)
+        let shift_ticks = found.shift_ticks;
+        if shift_ticks < 0.0 || !is_far(shift_ticks, SHIFT_TICKS, found.shift_deviation) {
+            return None;
+        }
+        let whole = shift_ticks.round();
+        Some(if whole >= 1.0 && (shift_ticks - whole).abs() < WHOLE_TICK {
+            Late::Ticks(whole as u32)
+        } else {
+            Late::Lag(self.believed.lag_s + shift_ticks * self.tick_s)
+        })
     }
 
     fn of_coil(&self) -> Vec<String> {
@@ -104,17 +112,10 @@ impl Noticing {
             ));
         }
         let by_us = 1e6 * found.shift_ticks.abs() * self.tick_s;
-        if let Some(lag_s) = self.lag_s() {
-            let bandwidth_hz = (1.0 / (TAU * lag_s)).round();
-            // A simulated amplifier is what the scenario says of it: only what is believed may change.
-            let setting = if self.foreign {
-                format!("--set amplifier.bandwidth_hz={bandwidth_hz:?}")
-            } else {
-                let lag_s = lag_s - self.amplifier_lag_s;
-                format!("--set 'effects=[AmplifierBandwidth(time_constant_s: {lag_s:.2e})]'")
-            };
+        if let Some(late) = self.late() {
             all.push(format!(
-                "the coil lags what the scenario believes, by {by_us:.0} µs: bandwidth_hz about {bandwidth_hz} fits, {setting}"
+                "the coil lags what the scenario believes, by {by_us:.0} µs: {}",
+                self.remedy(late)
             ));
         } else if is_far(found.shift_ticks, SHIFT_TICKS, found.shift_deviation) {
             all.push(format!(
@@ -122,6 +123,30 @@ impl Noticing {
             ));
         }
         all
+    }
+
+    /// A simulated amplifier is what the scenario says of it: only what is believed may change.
+    fn remedy(&self, late: Late) -> String {
+        match (late, self.foreign) {
+            (Late::Ticks(ticks), true) => {
+                let ticks = self.believed.delay_ticks + ticks;
+                format!("{ticks} ticks more than the loop's own fit, --set amplifier.delay_ticks={ticks}")
+            }
+            (Late::Ticks(ticks), false) => {
+                let delay_s = f64::from(ticks) * self.tick_s;
+                format!("{ticks} ticks fit, --set 'effects=[LoopDelay(delay_s: {delay_s:.2e})]'")
+            }
+            (Late::Lag(lag_s), true) => {
+                let bandwidth_hz = (1.0 / (TAU * lag_s)).round();
+                format!("bandwidth_hz about {bandwidth_hz} fits, --set amplifier.bandwidth_hz={bandwidth_hz:?}")
+            }
+            (Late::Lag(lag_s), false) => {
+                let (bandwidth_hz, own_s) = ((1.0 / (TAU * lag_s)).round(), lag_s - self.amplifier_lag_s);
+                format!(
+                    "bandwidth_hz about {bandwidth_hz} fits, --set 'effects=[AmplifierBandwidth(time_constant_s: {own_s:.2e})]'"
+                )
+            }
+        }
     }
 }
 
@@ -148,7 +173,7 @@ fn told(event: u64, tick: u64) -> Option<String> {
             "the coil's field comes earlier than believed: see amplifier.delay_ticks and amplifier.bandwidth_hz"
         }
         Event::ErrorDiverging => {
-            "the error grew larger than the profile itself: the loop is unstable, or its sensor or amplifier lies"
+            "the error grew larger than the profile itself: the loop is unstable, its sensor or amplifier lies, or the model is another actuator's"
         }
         _ => return None,
     };

@@ -1,14 +1,32 @@
 //! A run's page: the verdict, what was noticed, the error over time, figures, latencies. Self-contained, works without a network.
 
+use crate::error::RunError;
 use crate::error_course::ErrorWindow;
+use crate::folder::RunFolder;
+use crate::report::ProcessReport;
 use crate::summary::Summary;
 use anhyst_report::chart::{Axis, Chart, Curve, Figure, Role, TIME};
 use anhyst_report::page::{Block, Page, Section};
 use anhyst_report::table::Verdict;
 use anhyst_scenario::Scenario;
 
+impl Summary {
+    /// Of a run that has ended, written into its folder.
+    ///
+    /// # Errors
+    /// If it cannot be written.
+    pub fn written(scenario: &Scenario, reports: &[ProcessReport], folder: &RunFolder) -> Result<Self, RunError> {
+        let summary = Self::new(scenario, reports);
+        let refuse = |path| move |cause| RunError::Write { path, cause };
+        summary.write(folder).map_err(refuse(folder.summary()))?;
+        let page = page(scenario, &summary).html();
+        std::fs::write(folder.page(), page).map_err(refuse(folder.page()))?;
+        Ok(summary)
+    }
+}
+
 /// The page of a run that has ended.
-pub fn page(scenario: &Scenario, summary: &Summary) -> Page {
+fn page(scenario: &Scenario, summary: &Summary) -> Page {
     let sentence = summary.sentence(scenario.expect.settling_s);
     let (verdict, word) = match (summary.held, summary.failures.is_empty()) {
         (true, _) => (Verdict::Pass, "held"),

@@ -1,11 +1,9 @@
 //! What a run comes to: `summary.json` for programs, a table for people.
 
-use crate::error::RunError;
 use crate::folder::RunFolder;
 use crate::judge::Verdict;
 use crate::realtime::{ForeignCount, RealtimeSummary};
 use crate::report::ProcessReport;
-use crate::run_page;
 use anhyst_ipc::{LinkReport, NodeId, NodeReport, combine};
 use anhyst_report::number::Si;
 use anhyst_report::table::Table;
@@ -104,21 +102,8 @@ impl Summary {
         }
     }
 
-    /// Of a run that has ended, written into its folder.
-    ///
-    /// # Errors
-    /// If it cannot be written.
-    pub fn written(scenario: &Scenario, reports: &[ProcessReport], folder: &RunFolder) -> Result<Self, RunError> {
-        let summary = Self::new(scenario, reports);
-        let refuse = |path| move |cause| RunError::Write { path, cause };
-        summary.write(folder).map_err(refuse(folder.summary()))?;
-        let page = run_page::page(scenario, &summary).html();
-        std::fs::write(folder.page(), page).map_err(refuse(folder.page()))?;
-        Ok(summary)
-    }
-
     /// Writes `summary.json` and `digest.txt`.
-    fn write(&self, folder: &RunFolder) -> std::io::Result<()> {
+    pub(crate) fn write(&self, folder: &RunFolder) -> std::io::Result<()> {
         std::fs::write(
             folder.summary(),
             serde_json::to_string_pretty(&self.for_programs()?)? + "\n",

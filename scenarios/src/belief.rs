@@ -10,6 +10,16 @@ use anhyst_model::{
     ActuatorModel, Effect, EffectKind, Material, RodElements, Stage, TwoPole, rod_per_magnetization, rod_per_strain,
     validate_effects, with_known_effects,
 };
+use serde::{Deserialize, Serialize};
+
+/// What makes a coil later than is believed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Late {
+    /// More ticks.
+    Ticks(u32),
+    /// A first-order lag, all that there is, time constant in s.
+    Lag(f64),
+}
 
 impl Scenario {
     /// Material and rod (gain per free strain) for estimator, inverse and controller.
@@ -66,20 +76,30 @@ impl Scenario {
         }
     }
 
-    /// Believes that the amplifier lags with this time constant, effects included, on the controller's side only.
+    /// Believes that the amplifier is later, on the controller's side only.
     ///
     /// # Errors
-    /// A time constant that no amplifier has.
-    pub fn believe_lag(&mut self, lag_s: f64) -> Result<(), Invalid> {
-        if self.external_nodes().contains(&NodeId::Amplifier) {
-            self.amplifier.bandwidth_hz = Some(1.0 / (std::f64::consts::TAU * lag_s));
-            return Ok(());
-        }
-        let lag_s = (lag_s - self.amplifier.lag_s()).max(0.0);
-        let lag = Effect::new(EffectKind::AmplifierBandwidth, &[lag_s])
-            .map_err(|error| Invalid::new("effects", error.to_string()))?;
-        self.effects.retain(|effect| effect.kind() != lag.kind());
-        self.effects.push(lag);
+    /// A time that no amplifier has.
+    pub fn believe_late(&mut self, late: Late) -> Result<(), Invalid> {
+        let foreign = self.external_nodes().contains(&NodeId::Amplifier);
+        let (kind, seconds) = match late {
+            Late::Ticks(ticks) if foreign => {
+                self.amplifier.delay_ticks += ticks;
+                return Ok(());
+            }
+            Late::Lag(lag_s) if foreign => {
+                self.amplifier.bandwidth_hz = Some(1.0 / (std::f64::consts::TAU * lag_s));
+                return Ok(());
+            }
+            Late::Ticks(ticks) => (EffectKind::LoopDelay, f64::from(ticks) * self.tick_s),
+            Late::Lag(lag_s) => (
+                EffectKind::AmplifierBandwidth,
+                (lag_s - self.amplifier.lag_s()).max(0.0),
+            ),
+        };
+        let effect = Effect::new(kind, &[seconds]).map_err(|error| Invalid::new("effects", error.to_string()))?;
+        self.effects.retain(|own| own.kind() != kind);
+        self.effects.push(effect);
         Ok(())
     }
 

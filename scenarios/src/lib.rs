@@ -15,6 +15,7 @@ mod source;
 mod validate;
 mod wiring;
 
+pub use belief::Late;
 pub use clock::{Clock, Pacing, Realtime};
 pub use error::ScenarioError;
 pub use faults::{Fault, LinkFault, ProcessFault, ProcessKind};

@@ -26,7 +26,7 @@ use anhyst_report::chart::{Axis, Chart, Curve, Figure, Role, TIME};
 use anhyst_report::number::Si;
 use anhyst_report::page::{Page, Section};
 use anhyst_report::table::{Table, Verdict as Colour};
-use anhyst_scenario::{MaterialSource, Scenario, to_ron};
+use anhyst_scenario::{Late, MaterialSource, Scenario, to_ron};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -228,7 +228,7 @@ impl Work<'_> {
 
     /// A fifth of the profile; false if the rig is not fit.
     fn small(&mut self, scenario: &mut Scenario) -> miette::Result<bool> {
-        for attempt in ["1-small", "1-small-again"] {
+        for attempt in ["1-small", "1-small-2", "1-small-3"] {
             let mut small = scenario.clone();
             small.controller.learning = None;
             small.controller.trajectory = small.controller.trajectory.scaled(SMALL);
@@ -241,12 +241,12 @@ impl Work<'_> {
                 .noticed
                 .iter()
                 .for_each(|noticed| self.find(&format!("small: {noticed}")));
-            if let Some(lag_s) = summary.verdict.coil_lag_s {
-                self.find(&format!(
-                    "the amplifier is believed to lag by {} from here on",
-                    Si(lag_s, "s")
-                ));
-                scenario.believe_lag(lag_s).map_err(told)?;
+            if let Some(late) = summary.verdict.coil_late {
+                self.find(&match late {
+                    Late::Lag(lag_s) => format!("the amplifier is believed to lag by {} from here on", Si(lag_s, "s")),
+                    Late::Ticks(ticks) => format!("the amplifier is believed to be {ticks} ticks later from here on"),
+                });
+                scenario.believe_late(late).map_err(told)?;
                 if summary.verdict.first_event == Event::CoilLate.number() {
                     continue;
                 }

@@ -17,58 +17,20 @@
 //! Ports: in error e at t_k (m), turns at t_k and t_{k+2}; out u for t_{k+2} (m of quasi-static displacement). Source: higher harmonic control, with
 //! local identification (Johnson, NASA TP-1996, 1982).
 
+mod settings;
 mod way;
+
+pub use settings::LearningSettings;
 
 use crate::complex::Complex;
 use crate::loop_shape::LoopShape;
 use crate::trajectory::blend;
-use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{SQRT_2, TAU};
 use way::Way;
 
-/// Settings of the learner.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct LearningSettings {
-    /// N; those above a tenth of the sampling rate are left out.
-    pub harmonics: u32,
-    /// g: the part of the error that a step takes away where T is known.
-    pub gain: f64,
-    /// Largest |Cₙ| in m; none: half of what the reference moves either way.
-    pub limit_m: Option<f64>,
-}
-
-impl Default for LearningSettings {
-    fn default() -> Self {
-        Self {
-            harmonics: 40,
-            gain: 0.8,
-            limit_m: None,
-        }
-    }
-}
-
-impl LearningSettings {
-    /// Refuses what cannot be learned with.
-    ///
-    /// # Errors
-    /// The first refusal, with value and limit.
-    pub fn validate(&self) -> Result<(), Invalid> {
-        if !(1..=MAX_HARMONICS).contains(&self.harmonics) {
-            let sentence = format!("{} is outside [1, {MAX_HARMONICS}]", self.harmonics);
-            return Err(Invalid::new("harmonics", sentence));
-        }
-        Invalid::unless_positive("gain", self.gain, "")?;
-        Invalid::unless_between("gain", self.gain, 0.0, 1.0, "")?;
-        self.limit_m
-            .map_or(Ok(()), |limit_m| Invalid::unless_positive("limit_m", limit_m, "m"))
-    }
-}
-
-const MAX_HARMONICS: u32 = 200;
 /// Harmonics end here, as a part of the sampling rate.
-const HIGHEST: f64 = 0.1;
+pub(crate) const HIGHEST: f64 = 0.1;
 /// Two turns at least, so that the window tells neighbours apart, and this long, so that the loop's transients die in an eighth of it.
 const MIN_CYCLE: (f64, f64) = (2.0, 0.03);
 /// Part of a cycle in which the old amplitudes give way to the new.

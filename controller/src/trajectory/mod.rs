@@ -40,6 +40,9 @@ pub struct Motion {
     pub snap_m_per_s4: f64,
 }
 
+/// Places of a turn that are looked at.
+const PLACES: u32 = 4096;
+
 /// What the tip is to do.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -212,12 +215,17 @@ impl Trajectory {
         }
     }
 
+    /// How fast that is once the start is over.
+    pub(crate) fn turns_per_s(&self, tick_s: f64) -> Option<f64> {
+        let [from, to] = [self.start_s, self.start_s + tick_s].map(|time_s| self.turns(time_s));
+        Some((to? - from?) / tick_s)
+    }
+
     /// Half of the way between the ends of what repeats, over its first turn; none where nothing does.
     pub(crate) fn reach_m(&self, tick_s: f64) -> Option<f64> {
-        let first = self.turns(self.start_s)?;
-        let ticks = (0..).map(|tick| self.start_s + f64::from(tick) * tick_s);
-        let turn = ticks.take_while(|time_s| self.turns(*time_s).is_some_and(|turns| turns < first + 1.0));
-        let ends = turn.map(|time_s| self.at(time_s).position_m);
+        let turn_s = self.turns_per_s(tick_s)?.recip();
+        let places = (0..PLACES).map(|place| self.start_s + turn_s * f64::from(place) / f64::from(PLACES));
+        let ends = places.map(|time_s| self.at(time_s).position_m);
         let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), own| {
             (low.min(own), high.max(own))
         });
