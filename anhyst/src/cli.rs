@@ -23,7 +23,7 @@ pub enum Command {
     Run(Box<run_arguments::RunArguments>),
     /// Bring a rig that nobody knows into the loop: small, whole, diagnosed, again while it gets better.
     ///
-    /// Results: commissioned.ron, commission.json, report.html, a folder for each cut.
+    /// Results: commissioned.ron, commission.json, commission.html, a folder for each cut.
     #[cfg(feature = "recorder")]
     Commission(Box<crate::commands::commission::CommissionArguments>),
     /// Validate a scenario without running it.

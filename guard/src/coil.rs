@@ -18,6 +18,8 @@ const MISMATCH: f64 = 0.5;
 /// Below this part of the field next to nothing comes; above, with the other sign, it is reversed.
 const NOTHING: f64 = 0.05;
 const REVERSED: f64 = -0.3;
+/// Beyond this multiple no zero explains it.
+const UNIT: f64 = 3.0;
 /// What comes is told from noise by so many standard deviations.
 const TOLD: f64 = 5.0;
 /// Of the least squares: memory, ticks beyond the bound, motion as a part of the limit.
@@ -122,7 +124,11 @@ impl CoilWatch {
         );
         // As a whole where much comes; where next to nothing does, beside the zero of the probe.
         let gain = own.py / own.pp;
-        let is_sure = gain.abs() > -REVERSED || own.ticks >= SLOW && pp > 0.0;
+        // Between, a zero of the probe may be all: the longer look tells.
+        let is_sure = !(REVERSED..UNIT).contains(&gain) || own.ticks >= SLOW && pp > 0.0;
+        if own.ticks >= SLOW && gain > -REVERSED && gain < UNIT {
+            return None;
+        }
         is_sure.then(|| {
             let beside = py / pp;
             let left = (yy - beside * py).max(0.0) / n;

@@ -29,7 +29,7 @@ pub struct GuardSettings {
     #[serde(default)]
     pub jump_limit_m: Option<f64>,
     /// When a displacement that does not change counts as stuck, or no such check.
-    #[serde(default)]
+    #[serde(default = "default_stuck")]
     pub stuck: Option<StuckSettings>,
     /// Further monitors: temperature, current, tracking error, estimate, deadlines.
     #[serde(default)]
@@ -47,6 +47,14 @@ pub struct StuckSettings {
     pub ticks: u64,
     /// The field must have moved this far from where it was when the displacement last changed.
     pub field_change_a_per_m: f64,
+}
+
+/// Ten milliseconds at 20 kHz in which the field moves by what moves any rod.
+fn default_stuck() -> Option<StuckSettings> {
+    Some(StuckSettings {
+        ticks: 200,
+        field_change_a_per_m: 2e3,
+    })
 }
 
 fn default_ramp_time_s() -> f64 {

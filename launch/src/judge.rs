@@ -250,6 +250,10 @@ impl Verdict {
             let (rms, limit) = (Si(self.error_rms_m, "m"), Si(limit, "m"));
             failures.push(format!("error rms {rms} exceeds {limit}"));
         }
+        let faulty = Event::from_number(self.first_event).filter(|event| event.is_fault());
+        if let Some(event) = faulty.filter(|_| !failures.is_empty()) {
+            failures.insert(0, format!("the guard saw {event} in tick {}", self.first_event_tick));
+        }
         let final_error = self.a_final_error_a_per_m.abs();
         if let Some(limit) = expect
             .a_final_error_a_per_m

@@ -13,8 +13,10 @@ const MOTION: f64 = 0.005;
 /// Gain and shift that are worth telling: a probe is off by some per mille.
 const GAIN: f64 = 0.02;
 const SHIFT_TICKS: f64 = 0.1;
-/// Nearer to whole ticks, it is a delay and no lag.
-const WHOLE_TICK: f64 = 0.05;
+/// Of the measured field, rms: more that neither gain nor time explains makes both meaningless.
+const UNLIKE: f64 = 0.02;
+/// Only a delay that is as near to whole ticks is one of the amplifier's.
+const WHOLE_TICK: f64 = 0.15;
 /// And by so many standard deviations.
 const DEVIATIONS: f64 = 5.0;
 
@@ -91,11 +93,14 @@ impl Noticing {
     pub fn late(&self) -> Option<Late> {
         let found = self.found()?;
         let shift_ticks = found.shift_ticks;
-        if shift_ticks < 0.0 || !is_far(shift_ticks, SHIFT_TICKS, found.shift_deviation) {
+        if found.left > UNLIKE || shift_ticks < 0.0 || !is_far(shift_ticks, SHIFT_TICKS, found.shift_deviation) {
             return None;
         }
         let whole = shift_ticks.round();
-        Some(if whole >= 1.0 && (shift_ticks - whole).abs() < WHOLE_TICK {
+        let of_delay = found.bend - 0.5 * shift_ticks * (shift_ticks - 1.0);
+        let of_lag = found.bend - shift_ticks * (shift_ticks - 0.5);
+        let is_delay = whole >= 1.0 && (shift_ticks - whole).abs() < WHOLE_TICK && of_delay.abs() < 0.5 * of_lag.abs();
+        Some(if is_delay {
             Late::Ticks(whole as u32)
         } else {
             Late::Lag(self.believed.lag_s + shift_ticks * self.tick_s)
@@ -105,6 +110,13 @@ impl Noticing {
     fn of_coil(&self) -> Vec<String> {
         let mut all = Vec::new();
         let Some(found) = self.found() else { return all };
+        if found.left > UNLIKE {
+            all.push(format!(
+                "the coil follows neither by a gain nor late: {:.0} % of its field is something else; limited, slewing, or not there all the time",
+                100.0 * found.left
+            ));
+            return all;
+        }
         if is_far(found.gain - 1.0, GAIN, found.gain_deviation) {
             all.push(format!(
                 "the coil has {:.4} of the field that the scenario believes: the amplifier's gain, its unit, or the probe's",
@@ -114,7 +126,7 @@ impl Noticing {
         let by_us = 1e6 * found.shift_ticks.abs() * self.tick_s;
         if let Some(late) = self.late() {
             all.push(format!(
-                "the coil lags what the scenario believes, by {by_us:.0} µs: {}",
+                "the coil is {by_us:.0} µs later than the scenario believes: {}",
                 self.remedy(late)
             ));
         } else if is_far(found.shift_ticks, SHIFT_TICKS, found.shift_deviation) {
@@ -130,21 +142,21 @@ impl Noticing {
         match (late, self.foreign) {
             (Late::Ticks(ticks), true) => {
                 let ticks = self.believed.delay_ticks + ticks;
-                format!("{ticks} ticks more than the loop's own fit, --set amplifier.delay_ticks={ticks}")
+                format!("{ticks} ticks beyond the loop's own fit in all, --set amplifier.delay_ticks={ticks}")
             }
             (Late::Ticks(ticks), false) => {
                 let delay_s = f64::from(ticks) * self.tick_s;
-                format!("{ticks} ticks fit, --set 'effects=[LoopDelay(delay_s: {delay_s:.2e})]'")
+                format!("{ticks} ticks fit, LoopDelay(delay_s: {delay_s:.2e}) in `effects`")
             }
             (Late::Lag(lag_s), true) => {
                 let bandwidth_hz = (1.0 / (TAU * lag_s)).round();
-                format!("bandwidth_hz about {bandwidth_hz} fits, --set amplifier.bandwidth_hz={bandwidth_hz:?}")
+                format!(
+                    "in all a bandwidth_hz of about {bandwidth_hz} fits, --set amplifier.bandwidth_hz={bandwidth_hz:?}"
+                )
             }
             (Late::Lag(lag_s), false) => {
                 let (bandwidth_hz, own_s) = ((1.0 / (TAU * lag_s)).round(), lag_s - self.amplifier_lag_s);
-                format!(
-                    "bandwidth_hz about {bandwidth_hz} fits, --set 'effects=[AmplifierBandwidth(time_constant_s: {own_s:.2e})]'"
-                )
+                format!("{bandwidth_hz} Hz in all fit, AmplifierBandwidth(time_constant_s: {own_s:.2e}) in `effects`")
             }
         }
     }
@@ -175,6 +187,7 @@ fn told(event: u64, tick: u64) -> Option<String> {
         Event::ErrorDiverging => {
             "the error grew larger than the profile itself: the loop is unstable, its sensor or amplifier lies, or the model is another actuator's"
         }
+        event if event.is_fault() => return Some(format!("the guard saw {event} in tick {tick}: see docs/safety.md")),
         _ => return None,
     };
     Some(format!("{meaning} (guard, tick {tick})"))

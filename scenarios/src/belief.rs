@@ -65,13 +65,13 @@ impl Scenario {
 
     /// The amplifier, as the coil's field is held against it.
     pub fn believed_coil(&self) -> BelievedCoil {
-        let lags = self
-            .effects
-            .iter()
-            .filter(|effect| effect.kind() == EffectKind::AmplifierBandwidth);
+        let of = |kind: EffectKind| {
+            let own = self.effects.iter().filter(move |effect| effect.kind() == kind);
+            own.map(|effect| effect.values()[0]).sum::<f64>()
+        };
         BelievedCoil {
-            delay_ticks: self.amplifier.delay_ticks,
-            lag_s: self.amplifier.lag_s() + lags.map(|effect| effect.values()[0]).sum::<f64>(),
+            delay_ticks: self.amplifier.delay_ticks + (of(EffectKind::LoopDelay) / self.tick_s).round() as u32,
+            lag_s: self.amplifier.lag_s() + of(EffectKind::AmplifierBandwidth),
             timing: self.clock.realtime().is_none(),
         }
     }
@@ -91,7 +91,10 @@ impl Scenario {
                 self.amplifier.bandwidth_hz = Some(1.0 / (std::f64::consts::TAU * lag_s));
                 return Ok(());
             }
-            Late::Ticks(ticks) => (EffectKind::LoopDelay, f64::from(ticks) * self.tick_s),
+            Late::Ticks(ticks) => {
+                let before = self.believed_coil().delay_ticks - self.amplifier.delay_ticks;
+                (EffectKind::LoopDelay, f64::from(before + ticks) * self.tick_s)
+            }
             Late::Lag(lag_s) => (
                 EffectKind::AmplifierBandwidth,
                 (lag_s - self.amplifier.lag_s()).max(0.0),
@@ -118,7 +121,8 @@ impl Scenario {
         };
         // What bends on the way to the coil is none of a gain and a shift.
         let bends = |effect: &Effect| {
-            effect.kind().stage() == Stage::Amplifier && effect.kind() != EffectKind::AmplifierBandwidth
+            let followed = [EffectKind::AmplifierBandwidth, EffectKind::LoopDelay];
+            effect.kind().stage() == Stage::Amplifier && !followed.contains(&effect.kind())
         };
         let bent = self.amplifier.slew_limit_a_per_m_s.is_some() || self.effects.iter().any(bends);
         let follows = self.inverse.drive.is_none();

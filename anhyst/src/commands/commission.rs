@@ -39,6 +39,8 @@ const SMALL_S: f64 = 0.3;
 const ADAPTATION_PER_S: f64 = 50.0;
 /// Which programs the steps were made with.
 const PROGRAMS: &str = "programs.txt";
+/// An error above this part of the profile is no tracking.
+const TRACKS: f64 = 0.05;
 /// A further cut must be better than the best by this part.
 const BETTER: f64 = 0.03;
 
@@ -103,7 +105,6 @@ pub fn run(arguments: &CommissionArguments) -> miette::Result<Ending> {
     if arguments.alone.across.is_part() {
         return Err(miette::miette!("--here: a rig is commissioned from one host"));
     }
-    scenario.expect.tolerance_m = None;
     scenario.recording.on = true;
     // What is really so stays so, whatever is believed from here on.
     if scenario.plant.material.is_none() {
@@ -114,21 +115,28 @@ pub fn run(arguments: &CommissionArguments) -> miette::Result<Ending> {
         arguments,
         goes_on: goes_on(&claimed.path, &arguments.alone)?,
         out: &claimed.path,
+        failed: false,
         result: Commission::default(),
     };
-    let commissioned = work.commission(scenario)?;
+    let commissioned = match work.commission(scenario) {
+        Err(error) if work.failed => {
+            crate::complain!("{error}");
+            crate::complain!("the same call goes on from there");
+            return Ok(Ending::ProcessFailed);
+        }
+        commissioned => commissioned?,
+    };
     let Work { result, out, .. } = work;
     if let Some(scenario) = &commissioned {
         let text = to_ron(scenario).map_err(|error| RunError::Setup(error.to_string()))?;
         save(out, "commissioned.ron", &format!("// {}\n{text}\n", result.sentence))?;
     }
     save(out, "commission.json", &json(&result)?)?;
-    save(out, "report.html", &page(&result).html())?;
+    save(out, "commission.html", &page(&result).html())?;
     if arguments.json.json {
         crate::say!("{}", json(&result)?);
     } else {
-        crate::say!("{}\n", result.sentence);
-        result.findings.iter().for_each(|finding| crate::say!("{finding}"));
+        crate::say!("\n{}\n", result.sentence);
         if !result.cuts.is_empty() {
             crate::say!("{}", table(&result).terminal());
         }
@@ -158,9 +166,17 @@ fn goes_on(out: &Path, alone: &AloneArguments) -> miette::Result<bool> {
     Ok(goes_on)
 }
 
+/// The best cut so far.
+struct Best {
+    scenario: Scenario,
+    summary: Summary,
+}
+
 struct Work<'a> {
     arguments: &'a CommissionArguments,
     goes_on: bool,
+    /// A process failed, or the call was ended.
+    failed: bool,
     out: &'a Path,
     result: Commission,
 }
@@ -180,10 +196,23 @@ impl Work<'_> {
         } else {
             self.find("the trajectory does not repeat, so nothing is learned from turn to turn");
         }
-        let mut best: Option<(Scenario, f64)> = None;
-        let mut believes = "the scenario's model".to_owned();
+        let mut best: Option<Best> = None;
+        let later = self
+            .result
+            .findings
+            .iter()
+            .any(|finding| finding.contains("is believed to"));
+        let mut believes = if later {
+            "the scenario's model, a later amplifier"
+        } else {
+            "the scenario's model"
+        }
+        .to_owned();
         for cut in 1..=self.arguments.cuts {
             let (summary, folder) = self.step(&format!("{}-cut", cut + 1), &scenario)?;
+            for noticed in &summary.verdict.noticed {
+                self.find(&format!("cut {cut}: {noticed}"));
+            }
             if let Some(sentence) = refusal(&summary) {
                 self.find(&format!("cut {cut}: {sentence}"));
                 break;
@@ -202,9 +231,12 @@ impl Work<'_> {
                     .map(|own| [own.time_s, own.max_m])
                     .collect(),
             });
-            let before_m = best.as_ref().map(|(_, before_m)| *before_m);
+            let before_m = best.as_ref().map(|best| best.summary.verdict.error_rms_m);
             if before_m.is_none_or(|before_m| error_m < before_m) {
-                best = Some((scenario.clone(), error_m));
+                best = Some(Best {
+                    scenario: scenario.clone(),
+                    summary,
+                });
             }
             let is_last = before_m.is_some_and(|before_m| error_m > (1.0 - BETTER) * before_m);
             if is_last || cut == self.arguments.cuts {
@@ -215,14 +247,28 @@ impl Work<'_> {
             };
             (scenario, believes) = (next, named);
         }
-        let Some((scenario, error_m)) = best else {
-            "the rig followed the small profile, but not the whole one: see the findings"
+        let Some(Best { scenario, summary }) = best else {
+            "not fit: the rig followed the small profile, but not the whole one, see the findings"
                 .clone_into(&mut self.result.sentence);
             return Ok(None);
         };
+        let error_m = summary.verdict.error_rms_m;
+        let size_m = scenario.controller().map_err(told)?.size_m(scenario.duration_s);
+        if let Some(size_m) = size_m.filter(|size_m| error_m > TRACKS * size_m || error_m.is_nan()) {
+            self.result.sentence = format!(
+                "not fit: an error of {} rms on a profile of {} is no tracking, see the findings",
+                Si(error_m, "m"),
+                Si(size_m, "m")
+            );
+            return Ok(None);
+        }
         self.result.fit = true;
-        let cuts = self.result.cuts.len();
-        self.result.sentence = format!("fit: the error of the best of {cuts} cuts is {} rms", Si(error_m, "m"));
+        self.result.sentence = format!(
+            "fit: {} rms, {} at most in the best cut; {}",
+            Si(error_m, "m"),
+            Si(summary.verdict.error_max_m, "m"),
+            summary.sentence(scenario.expect.settling_s)
+        );
         Ok(Some(scenario))
     }
 
@@ -231,6 +277,11 @@ impl Work<'_> {
         for attempt in ["1-small", "1-small-2", "1-small-3"] {
             let mut small = scenario.clone();
             small.controller.learning = None;
+            (
+                small.expect.tolerance_m,
+                small.expect.error_rms_m,
+                small.expect.a_final_error_a_per_m,
+            ) = (None, None, None);
             small.controller.trajectory = small.controller.trajectory.scaled(SMALL);
             small.duration_s = small.duration_s.min(small.controller.start_s + SMALL_S);
             small.expect.settling_s = small.controller.start_s.min(0.5 * small.duration_s);
@@ -262,7 +313,7 @@ impl Work<'_> {
 
     fn find(&mut self, finding: &str) {
         if !self.arguments.json.json {
-            crate::complain!("{finding}");
+            crate::say!("{finding}");
         }
         self.result.findings.push(finding.to_owned());
     }
@@ -279,7 +330,8 @@ impl Work<'_> {
         }
         scenario.validate().map_err(told)?;
         let (folder, outcome) = perform(scenario, &self.arguments.alone, Some(&path))?;
-        Ok((Summary::written(scenario, &outcome?, &folder)?, path))
+        let reports = outcome.inspect_err(|_| self.failed = true)?;
+        Ok((Summary::written(scenario, &reports, &folder)?, path))
     }
 
     /// The scenario with what a diagnosis of a cut found, and its name; none where it found nothing to amend.
@@ -359,7 +411,9 @@ fn refusal(summary: &Summary) -> Option<String> {
         ));
     }
     let failures = summary.failures.join("; ");
-    (!failures.is_empty()).then_some(failures)
+    // A tolerance is judged at the end.
+    let broken = verdict.broken_field_ticks + verdict.beyond_limit_ticks > 0;
+    broken.then_some(failures)
 }
 
 fn table(result: &Commission) -> Table {

@@ -10,6 +10,7 @@
 //! harmonic does to another. Assumptions: the loop without learner is stable; transients die within an eighth of a cycle; the plant is the
 //! same for some cycles. Not proved: that identification and step together converge for every plant. So |Cₙ| is bounded, and where the error of a
 //! cycle is above 1.3 times the largest without learner, the Cₙ of the best cycle come back, the next time none, and the step is halved.
+//! Where after twelve cycles the error is still what it was before, and not the noise, nothing of it is to be learned: the Cₙ go, and it rests for 50 cycles, then 100, …
 //! A cycle with a missing measurement, a limited demand or a change of speed (above 0.1 %) says nothing: all is held.
 //! At another speed Cₙ stays, and Tₙ/model is read at the new frequency among those at the old ones; a speed within 1 % of an earlier one
 //! brings back what was learnt at it. A hum within 1/(cycle) of a harmonic is learned as if it were an error.
@@ -50,6 +51,13 @@ const SCATTER: (f64, f64) = (0.3, 7.0);
 const GROWN: (f64, f64) = (1.3, 2.0);
 /// The best cycle's error grows by this part a cycle, so that an old best does not rule for ever.
 const AGED: f64 = 1.02;
+/// Of the mean error of the last cycles: memory, and cycles until it is held against that without learner; it must be below this part of that,
+/// or below this multiple of the noise.
+const MEAN: f64 = 8.0;
+const TRIED: u32 = 12;
+const HELPS: (f64, f64) = (0.9, 3.0);
+/// Cycles of the first rest, and of the longest.
+const RESTS: (u32, u32) = (50, 800);
 /// Least gain, and how it comes back.
 const LEAST_GAIN: f64 = 0.1;
 const RECOVERS: f64 = 1.1;
@@ -115,6 +123,12 @@ pub(crate) struct Learner {
     error_m: f64,
     /// Cycles in succession whose error had grown.
     grown: u32,
+    /// Mean error of the last cycles, rms, and how many were learned in.
+    mean_m: f64,
+    tried: u32,
+    /// Cycles of rest to come, and of the next rest.
+    resting: u32,
+    rest: u32,
 }
 
 /// Where the reference is.
@@ -160,6 +174,10 @@ impl Learner {
             best_m: f64::MAX,
             error_m: f64::MAX,
             grown: 0,
+            mean_m: 0.0,
+            tried: 0,
+            resting: 0,
+            rest: RESTS.0,
             settings: settings.clone(),
             harmonics,
         }
@@ -167,7 +185,7 @@ impl Learner {
 
     /// What was learnt was taken back in this cycle or the one before.
     pub fn is_back(&self) -> bool {
-        self.grown > 0
+        self.grown > 0 || self.resting > 0
     }
 
     /// Something is added to the demand.
@@ -317,6 +335,9 @@ impl Learner {
         let sudden_m = error_m - self.error_m - squares.sum::<f64>().sqrt();
         self.base_m += if is_new { 0.0 } else { sudden_m.max(0.0) };
         self.error_m = error_m;
+        if self.rests(error_m) {
+            return;
+        }
         if error_m > GROWN.0 * self.base_m + GROWN.1 * self.noise_m {
             self.take_back(error_m);
             return;
@@ -335,6 +356,35 @@ impl Learner {
             let wanted = own.amplitude_m.plus(own.way.step(own.gain, LONGEST_STEP));
             own.move_to(wanted, self.limit_m);
         }
+    }
+
+    /// True while nothing is to be learned.
+    fn rests(&mut self, error_m: f64) -> bool {
+        let is_large = error_m > GROWN.0 * self.base_m + GROWN.1 * self.noise_m;
+        let used = self.used;
+        if self.resting > 0 {
+            self.resting = if is_large { 0 } else { self.resting - 1 };
+            let variance = self.scatter_m * self.scatter_m;
+            for own in &mut self.harmonics[..used] {
+                own.way.hear_anew(own.sum_m, variance);
+            }
+            (self.mean_m, self.tried, self.grown) = (error_m, 0, 0);
+            return true;
+        }
+        self.tried += 1;
+        let memory = MEAN.min(f64::from(self.tried));
+        self.mean_m += (error_m - self.mean_m) / memory;
+        let helps = self.mean_m < HELPS.0 * self.base_m || self.mean_m < HELPS.1 * self.noise_m;
+        if self.tried < TRIED || helps {
+            return false;
+        }
+        (self.resting, self.rest) = (self.rest, (2 * self.rest).min(RESTS.1));
+        self.best_m = f64::MAX;
+        for own in &mut self.harmonics[..used] {
+            own.gain = LEAST_GAIN;
+            own.move_to(Complex::ZERO, self.limit_m);
+        }
+        true
     }
 
     /// Before the first step: how the error scatters, and how large it is without learner.
