@@ -19,28 +19,26 @@
 //! local identification (Johnson, NASA TP-1996, 1982).
 
 mod settings;
+mod speeds;
 mod way;
 
 pub use settings::LearningSettings;
+pub(crate) use speeds::HIGHEST;
 
 use crate::complex::Complex;
 use crate::loop_shape::LoopShape;
 use crate::trajectory::blend;
 use serde::{Deserialize, Serialize};
+use speeds::{KEPT_SPEEDS, Kept};
 use std::f64::consts::{SQRT_2, TAU};
 use way::Way;
 
-/// Harmonics end here, as a part of the sampling rate.
-pub(crate) const HIGHEST: f64 = 0.1;
 /// Two turns at least, so that the window tells neighbours apart, and this long, so that the loop's transients die in an eighth of it.
 const MIN_CYCLE: (f64, f64) = (2.0, 0.03);
 /// Part of a cycle in which the old amplitudes give way to the new.
 const BLEND: f64 = 0.125;
 /// A spindle whose speed changes by less than this part does not change it.
 const SAME_SPEED: f64 = 1e-3;
-/// And this far from one it was at, what was learnt there holds.
-const NEAR_SPEED: f64 = 1e-2;
-const KEPT_SPEEDS: usize = 8;
 /// Cycles that are heard before the first step.
 const BEFORE: u32 = 2;
 /// Hann's: Σ w²·n/(Σ w)².
@@ -77,13 +75,6 @@ struct Harmonic {
     /// E of the cycle before, while nothing is learned yet.
     heard_m: Complex,
     gain: f64,
-}
-
-/// What was learnt at a speed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Kept {
-    turns_per_s: f64,
-    harmonics: Vec<Harmonic>,
 }
 
 /// What is gathered over a cycle.
@@ -253,46 +244,6 @@ impl Learner {
             ..Cycle::default()
         });
         self.harmonics.iter_mut().for_each(|own| own.sum_m = Complex::ZERO);
-    }
-
-    /// Makes the harmonics those of a speed; true if it was there before and has its amplitudes again.
-    fn arrive(&mut self, turns_per_s: f64) -> bool {
-        let is_near = |kept: &Kept, other: f64| (kept.turns_per_s / other - 1.0).abs() < NEAR_SPEED;
-        let frequency_hz = |index: usize| (index + 1) as f64 * turns_per_s;
-        let (leaving, last) = (self.turns_per_s, self.used.max(1) - 1);
-        let most = libm::floor(HIGHEST / (self.tick_s * turns_per_s)) as usize;
-        self.used = self.harmonics.len().min(most);
-        self.turns_per_s = turns_per_s;
-        let model = |shape: &LoopShape, index: usize| shape.demand_to_displacement(frequency_hz(index));
-        if leaving == 0.0 {
-            for (index, own) in self.harmonics[..self.used].iter_mut().enumerate() {
-                own.way = Way::believed(model(&self.shape, index));
-            }
-            return false;
-        }
-        let left = self.kept.iter().position(|kept| is_near(kept, leaving)).unwrap_or(0);
-        self.kept[left].turns_per_s = leaving;
-        self.kept[left].harmonics.copy_from_slice(&self.harmonics);
-        // The one that was left longest ago stands first.
-        self.kept[left..].rotate_left(1);
-        let known = self.kept.iter().find(|kept| is_near(kept, turns_per_s));
-        let old = self.kept.last().map_or(&[][..], |kept| &kept.harmonics);
-        for (index, own) in self.harmonics[..self.used].iter_mut().enumerate() {
-            if let Some(known) = known {
-                let known = &known.harmonics[index];
-                (own.way, own.amplitude_m, own.gain) = (known.way, known.amplitude_m, known.gain);
-            } else {
-                let place = (frequency_hz(index) / leaving - 1.0).clamp(0.0, last as f64);
-                let (low, high) = (libm::floor(place) as usize, libm::ceil(place) as usize);
-                own.way = Way::between(&old[low].way, &old[high].way, place.fract(), model(&self.shape, index));
-            }
-        }
-        for own in &mut self.harmonics[self.used..] {
-            own.amplitude_m = Complex::ZERO;
-        }
-        self.best_m = f64::MAX;
-        self.grown = 0;
-        known.is_some()
     }
 
     fn end(&mut self, cycle: &Cycle, turns_per_s: f64) {
