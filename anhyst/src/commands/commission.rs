@@ -5,6 +5,7 @@
 //! 2. *Cut*: the whole profile with learning and a slow estimator.
 //! 3. *Diagnosis* of that cut, and the cut again with the amended model, as long as it gets better.
 
+use super::commission_report::{Commission, Cut, page, table};
 use super::run::{changed, perform};
 use super::run_arguments::AloneArguments;
 use super::{Ending, json, save, share_bar};
@@ -22,13 +23,9 @@ use anhyst_launch::summary::Summary;
 use anhyst_measured::{MeasuredRun, RunReadOptions};
 use anhyst_model::ActuatorModel;
 use anhyst_recorder::Recording;
-use anhyst_report::chart::{Axis, Chart, Curve, Figure, Role, TIME};
 use anhyst_report::number::Si;
-use anhyst_report::page::{Page, Section};
-use anhyst_report::table::{Table, Verdict as Colour};
 use anhyst_scenario::{Late, MaterialSource, Scenario, to_ron};
 use clap::Args;
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// Of the profile, in the first step.
@@ -68,30 +65,6 @@ pub struct CommissionArguments {
     /// How the result is printed.
     #[command(flatten)]
     pub json: JsonArgument,
-}
-
-/// `commission.json`.
-#[derive(Debug, Default, Serialize)]
-struct Commission {
-    /// The rig is in the loop.
-    fit: bool,
-    sentence: String,
-    cuts: Vec<Cut>,
-    findings: Vec<String>,
-}
-
-/// One cut of the whole profile.
-#[derive(Debug, Serialize)]
-struct Cut {
-    /// What is believed: the scenario's model, or what a diagnosis made of it.
-    believes: String,
-    error_rms_m: f64,
-    error_max_m: f64,
-    /// How long the cut took.
-    seconds: f64,
-    folder: PathBuf,
-    #[serde(skip)]
-    course: Vec<[f64; 2]>,
 }
 
 /// Runs the command.
@@ -414,42 +387,4 @@ fn refusal(summary: &Summary) -> Option<String> {
     // A tolerance is judged at the end.
     let broken = verdict.broken_field_ticks + verdict.beyond_limit_ticks > 0;
     broken.then_some(failures)
-}
-
-fn table(result: &Commission) -> Table {
-    let mut table = Table::new(["cut", "the loop believes", "error rms", "error max", "took"]);
-    for (index, cut) in result.cuts.iter().enumerate() {
-        table.push([
-            (index + 1).to_string(),
-            cut.believes.clone(),
-            Si(cut.error_rms_m, "m").to_string(),
-            Si(cut.error_max_m, "m").to_string(),
-            Si(cut.seconds, "s").to_string(),
-        ]);
-    }
-    table
-}
-
-fn page(result: &Commission) -> Page {
-    let roles = [Role::Nominal, Role::Amended, Role::Measured];
-    let curves = result.cuts.iter().enumerate().map(|(index, cut)| {
-        Curve::new(cut.course.iter().copied(), roles[index % roles.len()]).named(&format!("cut {}", index + 1))
-    });
-    let chart = Chart::new("each cut", TIME, Axis::new("error", "m").logarithmic()).series(curves);
-    let colour = if result.fit { Colour::Pass } else { Colour::Fail };
-    let mut section = Section::new("Commissioning")
-        .badge(colour, if result.fit { "fit" } else { "not fit" })
-        .paragraph(&result.sentence);
-    if !result.cuts.is_empty() {
-        section = section
-            .figure(
-                Figure::new("Error over time", vec![chart]).columns(1),
-                "Largest error in each of at most 256 windows of the judged time.",
-            )
-            .table(table(result));
-    }
-    let findings = anhyst_report::page::Block::List(result.findings.clone());
-    Page::new("Commissioning", &result.sentence)
-        .section(section)
-        .section(Section::new("Findings").block(findings))
 }

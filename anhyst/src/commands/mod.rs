@@ -5,6 +5,8 @@ pub mod bridge;
 pub mod check;
 #[cfg(feature = "recorder")]
 pub mod commission;
+#[cfg(feature = "recorder")]
+mod commission_report;
 pub mod diagnose;
 pub mod doctor;
 pub mod doctor_realtime;
