@@ -231,7 +231,7 @@ impl Scenario {
     /// The profile must be reachable: its magnetization within the strain law and its field within the limit.
     fn validate_reach(&self, hysteresis: &Hysteresis) -> Result<(), Invalid> {
         let inside = |invalid: Invalid| invalid.within("controller");
-        let controller = self.controller().map_err(inside)?;
+        let controller = self.controller()?;
         controller.validate_reach(self.duration_s).map_err(inside)?;
         let peak = controller.peak_magnetization(self.duration_s);
         let limit = self.guard.field_limit_a_per_m;
@@ -263,6 +263,12 @@ impl Scenario {
             Path::new("."),
             &self.effects,
         )
+        .map_err(|own| {
+            let elsewhere = ["rod", "material", "effects"]
+                .iter()
+                .any(|part| own.path.starts_with(part));
+            if elsewhere { own } else { own.within("controller") }
+        })
     }
 
     /// Makes the scenario independent of where it lies: paths in it become absolute.
