@@ -178,6 +178,23 @@ fn what_grows_is_taken_back_and_said() {
     assert!(rms(with) <= 1.3 * rms(without));
 }
 
+/// Amplitudes so bounded that nothing helps: the learner rests and says so, and a load that comes on wakes it.
+#[test]
+fn a_rest_ends_when_the_load_grows() {
+    let mut settings = learning(profile(3000.0, Vec::new()));
+    settings.learning = Some(ron::from_str("(limit_m: Some(1e-12))").unwrap());
+    let mut rig = Rig::new(&settings);
+    let force_n = |tick: u64| {
+        let size = if tick < 40_000 { 0.2 } else { 1.0 };
+        size * heavy(TAU * 50.0 * tick as f64 * TICK_S)
+    };
+    let said: Vec<bool> = (0..44_000)
+        .map(|tick| rig.step((force_n(tick), force_n(tick + 1))).0.status & Demand::TAKEN_BACK != 0)
+        .collect();
+    assert!(said[39_000..40_000].iter().all(|own| *own), "it does not rest");
+    assert!(!said[43_999], "it sleeps on");
+}
+
 #[test]
 fn what_does_not_repeat_is_refused() {
     for trajectory in [

@@ -283,10 +283,11 @@ impl Learner {
         }
         // By what no step of its own can have done, the load has grown.
         let squares = self.harmonics[..self.used].iter().map(|own| 0.5 * own.way.most_m2());
+        let before_m = self.base_m;
         let sudden_m = error_m - self.error_m - squares.sum::<f64>().sqrt();
         self.base_m += if is_new { 0.0 } else { sudden_m.max(0.0) };
         self.error_m = error_m;
-        if self.rests(error_m) {
+        if self.rests(error_m, before_m) {
             return;
         }
         if error_m > GROWN.0 * self.base_m + GROWN.1 * self.noise_m {
@@ -309,12 +310,12 @@ impl Learner {
         }
     }
 
-    /// True while nothing is to be learned.
-    fn rests(&mut self, error_m: f64) -> bool {
-        let is_large = error_m > GROWN.0 * self.base_m + GROWN.1 * self.noise_m;
+    /// True while nothing is to be learned. `before_m`: the base before this cycle; an error that has grown beyond it ends a rest.
+    fn rests(&mut self, error_m: f64, before_m: f64) -> bool {
         let used = self.used;
         if self.resting > 0 {
-            self.resting = if is_large { 0 } else { self.resting - 1 };
+            let has_grown = error_m > GROWN.0 * before_m + GROWN.1 * self.noise_m;
+            self.resting = if has_grown { 0 } else { self.resting - 1 };
             let variance = self.scatter_m * self.scatter_m;
             for own in &mut self.harmonics[..used] {
                 own.way.hear_anew(own.sum_m, variance);

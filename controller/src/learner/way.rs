@@ -84,10 +84,10 @@ impl Way {
             self.pee += news.square();
             // As likely the one as the other, as long as any loop may have such a T.
             let unlikely = BOUNDS.1 * BOUNDS.1 * self.model.square();
-            let variance = news.square() / change.square().max(f64::MIN_POSITIVE);
-            if variance < unlikely {
-                self.ptt += variance;
-                self.pet = self.pet.minus(change.scaled(variance));
+            let surprise = news.square() / change.square().max(f64::MIN_POSITIVE);
+            if surprise < unlikely {
+                self.ptt += surprise;
+                self.pet = self.pet.minus(change.scaled(surprise));
                 self.pee += news.square();
             }
         }
