@@ -124,16 +124,19 @@ impl CoilWatch {
         );
         // As a whole where much comes; where next to nothing does, beside the zero of the probe.
         let gain = own.py / own.pp;
-        // Between, a zero of the probe may be all: the longer look tells.
-        let is_sure = !(REVERSED..UNIT).contains(&gain) || own.ticks >= SLOW && pp > 0.0;
-        if own.ticks >= SLOW && gain > -REVERSED && gain < UNIT {
+        if gain <= REVERSED {
+            return Some(Event::CoilReversed);
+        }
+        if gain >= UNIT {
+            return Some(Event::CoilScaled);
+        }
+        // Where something comes, a zero of the probe may be all: the longer look tells.
+        if gain >= -REVERSED || own.ticks < SLOW || pp <= 0.0 {
             return None;
         }
-        is_sure.then(|| {
-            let beside = py / pp;
-            let left = (yy - beside * py).max(0.0) / n;
-            of_gain(if gain.abs() > -REVERSED { gain } else { beside }, (left / pp).sqrt())
-        })
+        let beside = py / pp;
+        let left = (yy - beside * py).max(0.0) / n;
+        Some(of_gain(beside, (left / pp).sqrt()))
     }
 
     fn look_longer(&mut self) -> Option<Event> {
