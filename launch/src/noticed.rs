@@ -78,7 +78,7 @@ impl Noticing {
         all.extend(self.of_coil());
         if self.taken_back_ticks > 0 {
             all.push(format!(
-                "the error grew while learning, and what was learned was taken back, in {} ticks: see controller.learning.gain",
+                "learning made it no better, and what was learned was taken back, for {} ticks: see controller.learning",
                 self.taken_back_ticks
             ));
         }
