@@ -78,6 +78,44 @@ fn an_unknown_lag_of_the_amplifier_is_found() {
     assert!(findings.contains("is believed to lag"), "{findings}");
 }
 
+/// Guards the simulated plant against being what is believed of it: where a scenario says nothing of its rod, the amended one is not its.
+#[test]
+fn what_is_believed_changes_no_plant() {
+    let root = tempfile::tempdir().unwrap();
+    let (out, again) = (root.path().join("rig"), root.path().join("again"));
+    let (out, again) = (out.display().to_string(), again.display().to_string());
+    let mut arguments = vec![
+        "commission",
+        "scenarios/milling.ron",
+        "--embedded",
+        "--cuts",
+        "2",
+        "--json",
+        "--out",
+        &out,
+    ];
+    let effects = "plant.effects=[EddyCurrent(time_constant_s: 1e-4)]";
+    for setting in ["duration_s=1.0", "plant.shape=Constant(a_per_m: 6800.0)", effects] {
+        arguments.extend(["--set", setting]);
+    }
+    let told: Value = serde_json::from_str(&Finished::run(&arguments, LIMIT).expect(0).out).unwrap();
+    let rms = |cut: &Value| cut["error_rms_m"].as_f64().unwrap();
+    let cuts = told["cuts"].as_array().unwrap();
+    assert_eq!(cuts.len(), 2, "{told}");
+    let commissioned = format!("{out}/3-cut/scenario.ron");
+    let run = [
+        "run",
+        &commissioned,
+        "--embedded",
+        "--no-recording",
+        "--json",
+        "--out",
+        &again,
+    ];
+    let summary: Value = serde_json::from_str(&Finished::run(&run, LIMIT).out).unwrap();
+    assert_eq!(rms(&summary), rms(&cuts[1]), "{summary}");
+}
+
 /// A rig whose rod moves six times as far as believed is not brought further than the small profile.
 #[test]
 fn a_rig_that_runs_away_is_not_fit() {

@@ -10,7 +10,7 @@ use super::run::{changed, perform};
 use super::run_arguments::AloneArguments;
 use super::{Ending, json, save, share_bar};
 use crate::arguments::{JsonArgument, OutArgument, ScenarioArguments, ThreadsArgument};
-use anhyst_controller::LearningSettings;
+use anhyst_controller::{LearningSettings, TrajectorySettings};
 use anhyst_diagnosis::{DiagnoseOptions, Verdict, amended_text, diagnose};
 use anhyst_guard::{CoilWatching, Event};
 use anhyst_ipc::{Measurement, SafeField};
@@ -22,6 +22,7 @@ use anhyst_launch::signals;
 use anhyst_launch::summary::Summary;
 use anhyst_measured::{MeasuredRun, RunReadOptions};
 use anhyst_model::ActuatorModel;
+use anhyst_plant_sim::PlantRod;
 use anhyst_recorder::Recording;
 use anhyst_report::number::Si;
 use anhyst_scenario::{Late, MaterialSource, Scenario, to_ron};
@@ -80,8 +81,11 @@ pub fn run(arguments: &CommissionArguments) -> miette::Result<Ending> {
     }
     scenario.recording.on = true;
     // What is really so stays so, whatever is believed from here on.
-    if scenario.plant.material.is_none() {
-        scenario.plant.material = Some(scenario.material().map_err(told)?.clone());
+    let believed = scenario.believed_model().map_err(told)?;
+    let plant = &mut scenario.plant;
+    plant.material.get_or_insert(believed.material);
+    if plant.rod == PlantRod::TwoPole {
+        plant.two_pole = plant.two_pole.or(believed.rod);
     }
     let claimed = arguments.out.claim(&format!("commission-{}", scenario.name))?;
     let mut work = Work {
@@ -130,10 +134,11 @@ fn goes_on(out: &Path, alone: &AloneArguments) -> miette::Result<bool> {
     let programs = format!("{:?}\n", alone.external_commands);
     let note = out.join(PROGRAMS);
     let same = std::fs::read_to_string(&note).is_ok_and(|before| before == programs);
-    let ended = out.join("commission.json");
-    let goes_on = same && !ended.exists();
-    if !goes_on && ended.exists() {
-        std::fs::remove_file(&ended).map_err(|cause| RunError::Write { path: ended, cause })?;
+    let goes_on = same && !out.join("commission.json").exists();
+    // What an earlier call found would be taken for this one's.
+    let stale = ["commission.json", "commission.html", "commissioned.ron"].map(|file| out.join(file));
+    for path in stale.into_iter().filter(|path| path.exists()) {
+        std::fs::remove_file(&path).map_err(|cause| RunError::Write { path, cause })?;
     }
     save(out, PROGRAMS, &programs)?;
     Ok(goes_on)
@@ -247,6 +252,9 @@ impl Work<'_> {
 
     /// A fifth of the profile; false if the rig is not fit.
     fn small(&mut self, scenario: &mut Scenario) -> miette::Result<bool> {
+        if matches!(scenario.controller.trajectory, TrajectorySettings::Table { .. }) {
+            self.find("a table says its own size: the first step goes as far as the cut");
+        }
         for attempt in ["1-small", "1-small-2", "1-small-3"] {
             let mut small = scenario.clone();
             small.controller.learning = None;
@@ -365,7 +373,10 @@ impl Work<'_> {
 fn believing(scenario: &Scenario, model: &ActuatorModel) -> Scenario {
     let mut own = scenario.clone();
     own.material = MaterialSource::Inline(model.material.clone());
-    own.rod.two_pole = model.rod.or(own.rod.two_pole);
+    // A plant of elements would be made of the two poles that others believe in.
+    if own.plant.rod == PlantRod::TwoPole {
+        own.rod.two_pole = model.rod.or(own.rod.two_pole);
+    }
     own.effects.clone_from(&model.effects);
     own
 }
