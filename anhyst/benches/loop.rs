@@ -1,4 +1,4 @@
-//! How fast the loop runs: in one process, in seven, and what the recorder costs it.
+//! How fast the loop runs: in one process, in seven, what the recorder costs it, and what five parameters on line do.
 //!
 //! `cargo bench -p anhyst --bench loop`. Pairs are run in turn and their ratio is the median over the pairs, so that a machine
 //! whose speed drifts disturbs little. Quote ratios and multiples of real time, not nanoseconds.
@@ -89,7 +89,8 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-fn report(name: &str, cores: Cores, with: &[&str], without: &[&str]) {
+/// Multiples of real time with and without, and the median of how much slower with is.
+fn compare(cores: Cores, with: &[&str], without: &[&str]) -> (f64, f64, f64) {
     let pairs: Vec<(f64, f64)> = (0..PAIRS)
         .map(|_| (ticks_per_s(cores, with), ticks_per_s(cores, without)))
         .collect();
@@ -99,6 +100,11 @@ fn report(name: &str, cores: Cores, with: &[&str], without: &[&str]) {
         speed(pairs.iter().map(|p| p.1).collect()),
     );
     let slower = median(pairs.iter().map(|(with, without)| without / with).collect());
+    (with, without, slower)
+}
+
+fn report(name: &str, cores: Cores, with: &[&str], without: &[&str]) {
+    let (with, without, slower) = compare(cores, with, without);
     println!(
         "{name}: {with:.2} times real time at 20 kHz; without recorder {without:.2}; slower by a factor of {slower:.3}"
     );
@@ -125,5 +131,15 @@ fn main() {
         Cores::RecorderApart,
         &[],
         &["--no-recording"],
+    );
+    let bare = ["--embedded", "--no-recording"];
+    let several = [
+        &bare[..],
+        &["--set", "estimator.law=MultiParameter(coupling: (share: 0.05))"],
+    ]
+    .concat();
+    let (several, one, slower) = compare(Cores::AsTheSystemLikes, &several, &bare);
+    println!(
+        "five parameters on line: {several:.2} times real time at 20 kHz; `a` alone {one:.2}; slower by a factor of {slower:.3}"
     );
 }

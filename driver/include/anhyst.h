@@ -14,7 +14,7 @@ extern "C" {
 #endif
 
 /* Hash of all layouts below: the library refuses a program that was compiled against others. */
-#define ANHYST_LAYOUTS UINT64_C(0xbc915860551900e6)
+#define ANHYST_LAYOUTS UINT64_C(0x124b75c11da6228c)
 
 /* Numbers of the channels. */
 #define ANHYST_MEASUREMENT 0u
@@ -90,9 +90,18 @@ typedef struct {
     double information_per_a2_per_m2; /* 1/(A/m)^2: Fisher information about a in the recent motion; its inverse square root is the Cramér-Rao bound. 0: none. */
     double excitation_above_per_a_per_m; /* 1/(A/m): Condition (19) holds for a true a above the estimate by more than the inverse of this; 0: for none. */
     double excitation_below_per_a_per_m; /* 1/(A/m): The same for a true a below the estimate. */
+    double saturation_magnetization_a_per_m; /* A/m: Estimated saturation magnetization; 0 where `a` alone is estimated, and so are all that follow. */
+    double pinning_a_per_m; /* A/m: Estimated k. */
+    double coupling; /* Estimated alpha. */
+    double reversibility; /* Estimated c. */
+    double saturation_magnetization_deviation_a_per_m; /* A/m: Standard deviation of Ms; 0 where it is held. */
+    double pinning_deviation_a_per_m; /* A/m: That of k. */
+    double coupling_deviation; /* That of alpha. */
+    double reversibility_deviation; /* That of c. */
+    uint64_t informed_directions; /* Directions of the parameters that the recent motion tells. */
     uint64_t status; /* Bits: 1 adapting (outside the dead zone), 2 at an edge of the parameter's range, 4 held (nothing is learnt), 8 fixed by the scenario, 16 the measurement was left out, because it is too far from the predicted, 32 no usable measurement of this tick has come. */
 } AnhystEstimate;
-ANHYST_ASSERT(sizeof(AnhystEstimate) == 128, "size of AnhystEstimate");
+ANHYST_ASSERT(sizeof(AnhystEstimate) == 200, "size of AnhystEstimate");
 ANHYST_ASSERT(offsetof(AnhystEstimate, tick) == 0, "offset of tick");
 ANHYST_ASSERT(offsetof(AnhystEstimate, sent_ns) == 8, "offset of sent_ns");
 ANHYST_ASSERT(offsetof(AnhystEstimate, shape_a_per_m) == 16, "offset of shape_a_per_m");
@@ -108,7 +117,16 @@ ANHYST_ASSERT(offsetof(AnhystEstimate, standard_deviation_a_per_m) == 88, "offse
 ANHYST_ASSERT(offsetof(AnhystEstimate, information_per_a2_per_m2) == 96, "offset of information_per_a2_per_m2");
 ANHYST_ASSERT(offsetof(AnhystEstimate, excitation_above_per_a_per_m) == 104, "offset of excitation_above_per_a_per_m");
 ANHYST_ASSERT(offsetof(AnhystEstimate, excitation_below_per_a_per_m) == 112, "offset of excitation_below_per_a_per_m");
-ANHYST_ASSERT(offsetof(AnhystEstimate, status) == 120, "offset of status");
+ANHYST_ASSERT(offsetof(AnhystEstimate, saturation_magnetization_a_per_m) == 120, "offset of saturation_magnetization_a_per_m");
+ANHYST_ASSERT(offsetof(AnhystEstimate, pinning_a_per_m) == 128, "offset of pinning_a_per_m");
+ANHYST_ASSERT(offsetof(AnhystEstimate, coupling) == 136, "offset of coupling");
+ANHYST_ASSERT(offsetof(AnhystEstimate, reversibility) == 144, "offset of reversibility");
+ANHYST_ASSERT(offsetof(AnhystEstimate, saturation_magnetization_deviation_a_per_m) == 152, "offset of saturation_magnetization_deviation_a_per_m");
+ANHYST_ASSERT(offsetof(AnhystEstimate, pinning_deviation_a_per_m) == 160, "offset of pinning_deviation_a_per_m");
+ANHYST_ASSERT(offsetof(AnhystEstimate, coupling_deviation) == 168, "offset of coupling_deviation");
+ANHYST_ASSERT(offsetof(AnhystEstimate, reversibility_deviation) == 176, "offset of reversibility_deviation");
+ANHYST_ASSERT(offsetof(AnhystEstimate, informed_directions) == 184, "offset of informed_directions");
+ANHYST_ASSERT(offsetof(AnhystEstimate, status) == 192, "offset of status");
 
 /* What the controller wants, decided at `t_k` for `t_k+2`.
    Sent by controller. */

@@ -3,6 +3,7 @@
 use crate::{
     Correction, EstimatorError, FixedShape, Folded, Form, GaussNewton, Law, LawSettings, MatrixLaw, Prediction,
 };
+use anhyst_ipc::Invalid;
 use anhyst_model::TwoPole;
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +33,10 @@ impl AnyLaw {
             LawSettings::Gradient(own) => AnyLaw::Folded(Folded::new(Form::Gradient, own, tick_s)),
             LawSettings::Matrix(matrix) => {
                 AnyLaw::Matrix(Box::new(MatrixLaw::new(matrix, two_pole_per_strain, tick_s)?))
+            }
+            LawSettings::MultiParameter(_) => {
+                let sentence = "MultiParameter needs one model with its derivatives, not a bank over `a`";
+                return Err(Invalid::new("law", sentence).into());
             }
             LawSettings::Scalar(own) => AnyLaw::Folded(Folded::new(Form::Scalar, own, tick_s)),
         })

@@ -22,19 +22,21 @@ pub(crate) struct KnownEffects {
     creeps: Vec<SignalPath>,
     magnetizations: Vec<f64>,
     expansion: Option<Expansion>,
+    /// Columns that are values; the others are derivatives of the first.
+    values: usize,
     sensors: Vec<SignalPath>,
     displacements_m: Vec<f64>,
 }
 
 impl KnownEffects {
-    /// For `members` models; none where nothing is known.
+    /// For so many columns, and how many of them are values: the others are its derivatives, which only what is linear carries. None where nothing is known.
     ///
     /// # Errors
     /// An effect that field source or law cannot go with, or that cannot be built for this tick.
     pub fn new(
         effects: &[Effect],
         settings: &EstimatorSettings,
-        members: usize,
+        (columns, values): (usize, usize),
         tick_s: f64,
     ) -> Result<Option<Box<Self>>, EstimatorError> {
         if effects.is_empty() {
@@ -43,17 +45,24 @@ impl KnownEffects {
         let seen = seen_by_the_sensor(effects)?;
         let each = |effects: &[Effect], stage| -> Result<Vec<SignalPath>, EstimatorError> {
             let path = SignalPath::new(effects, stage, tick_s)?;
-            let count = if path.is_empty() { 0 } else { members };
+            let count = if path.is_empty() { 0 } else { columns };
             Ok(vec![path; count])
         };
+        let mut sensors = each(&seen, Stage::Sensor)?;
+        if values < sensors.len() {
+            let linear: Vec<Effect> = seen.iter().filter(|own| is_linear(own.kind())).copied().collect();
+            let path = SignalPath::new(&linear, Stage::Sensor, tick_s)?;
+            sensors[values..].fill(path);
+        }
         let known = KnownEffects {
             field: FieldPath::new(effects, tick_s)?,
             next_field_a_per_m: 0.0,
             creeps: each(effects, Stage::Magnetization)?,
-            magnetizations: vec![0.0; members],
+            magnetizations: vec![0.0; columns],
             expansion: Expansion::new(effects, tick_s),
-            sensors: each(&seen, Stage::Sensor)?,
-            displacements_m: vec![0.0; members],
+            values,
+            sensors,
+            displacements_m: vec![0.0; columns],
         };
         known.validate(effects, settings)?;
         Ok(Some(Box::new(known)))
@@ -98,11 +107,11 @@ impl KnownEffects {
         &self.magnetizations
     }
 
-    /// Adds the strain by warming, the same for every member.
+    /// Adds the strain by warming, the same for every value.
     pub fn expand(&mut self, coil_field_a_per_m: f64, strains: &mut [f64]) {
         if let Some(expansion) = &mut self.expansion {
             let warm = expansion.step(coil_field_a_per_m);
-            strains.iter_mut().for_each(|strain| *strain += warm);
+            strains[..self.values].iter_mut().for_each(|strain| *strain += warm);
         }
     }
 
@@ -121,6 +130,14 @@ impl KnownEffects {
         }
         &self.displacements_m
     }
+}
+
+/// A sum of outputs is the output of the sum.
+fn is_linear(kind: EffectKind) -> bool {
+    matches!(
+        kind,
+        EffectKind::SecondMode | EffectKind::SensorDelay | EffectKind::SensorGain
+    )
 }
 
 /// What lies between a member's tip and the measurement: the sensor's effects, and a delay of the loop in place of its

@@ -1,20 +1,21 @@
-//! Field → bank of models over Θ → free strains → rods → law: what is known at t_k from the measurement at t_k.
+//! Field → models → free strains → rods → law: what is known at t_k from the measurement at t_k.
 //!
-//! Every member follows the same field with its own shape parameter, so f(u, θ), a functional of the whole history of the
+//! Every member of a bank over Θ follows the same field with its own shape parameter, so f(u, θ), a functional of the whole history of the
 //! input, is at hand for every θ of the grid at every instant. The magnetization handed on is interpolated in the bank at
-//! the corrected estimate.
+//! the corrected estimate. Where several parameters are estimated, one model with its derivatives stands in for the bank.
 //! Source: the paper's section 3, made exact for any input by the bank (docs/paper-notes.md).
 
-use crate::any_law::AnyLaw;
 use crate::coil_field::{CoilFieldModel, FieldKnowledge};
 use crate::effects::KnownEffects;
-use crate::excitation::{Excitation, ExcitationMonitor};
-use crate::law::{Correction, Law, Prediction, is_credible};
+use crate::excitation::Excitation;
+use crate::law::Correction;
+use crate::models::Models;
+use crate::multi_parameter::ParameterEstimates;
 use crate::outlier::OutlierTest;
 use crate::rods::Rods;
 use crate::washout::Washout;
-use crate::{EstimatorError, EstimatorSettings, Grid, LawSettings, MinMaxSettings};
-use anhyst_model::{AmplifierConstants, Bank, Effect, Magnetostriction, Material, Spring, TwoPole};
+use crate::{EstimatorError, EstimatorSettings};
+use anhyst_model::{AmplifierConstants, Effect, Magnetostriction, Material, Spring, TwoPole};
 use serde::{Deserialize, Serialize};
 
 /// What the estimator knows at t_k.
@@ -30,25 +31,21 @@ pub struct Estimation {
     pub outlier: bool,
     /// What the recent motion says about `a`; nothing where `a` is fixed.
     pub excitation: Excitation,
+    /// All parameters, where several are estimated.
+    pub parameters: Option<ParameterEstimates>,
 }
 
 /// The estimator: everything it remembers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Estimator {
     field: CoilFieldModel,
-    grid: Grid,
-    bank: Bank,
+    models: Models,
     saturation_a_per_m: f64,
     magnetostriction: Magnetostriction,
     strains: Vec<f64>,
     rods: Rods,
     washout: Option<Washout>,
-    /// The same filter for the strains, where the law reads them: a law that drives its own rod with them must see
-    /// input and output washed alike.
-    strain_washout: Option<Washout>,
     outlier_test: OutlierTest,
-    monitor: Option<ExcitationMonitor>,
-    law: AnyLaw,
     effects: Option<Box<KnownEffects>>,
 }
 
@@ -84,21 +81,8 @@ impl Estimator {
     ) -> Result<Self, EstimatorError> {
         settings.validate()?;
         material.validate()?;
-        let members = settings.law.members();
-        let law = AnyLaw::new(&settings.law, &two_pole_per_strain, tick_s)?;
-        let min_max = settings.law.min_max().copied().unwrap_or(MinMaxSettings::folded());
-        let monitor = match settings.law {
-            LawSettings::FixedShape { .. } => None,
-            _ => Some(ExcitationMonitor::new(&settings.excitation, &min_max, tick_s)),
-        };
-        let (lower, upper) = settings.law.range_a_per_m();
-        let grid = Grid::new(lower, upper, members);
-        let washout = || {
-            settings
-                .washout_hz
-                .map(|corner_hz| Washout::new(corner_hz, members, tick_s))
-        };
-        let bank = Bank::new(material.hysteresis, grid.shapes_a_per_m())?;
+        let models = Models::new(settings, material.hysteresis, &two_pole_per_strain, tick_s)?;
+        let (columns, values) = models.columns();
         let saturation_a_per_m = material.hysteresis.saturation_magnetization_a_per_m;
         let strain_at = |share: f64| {
             material
@@ -111,18 +95,16 @@ impl Estimator {
         let innovation_limit_m = outlier.innovation_limit_m.unwrap_or(stroke_m);
         Ok(Self {
             field: CoilFieldModel::new(settings.field, amplifier, tick_s)?,
-            grid,
-            bank,
+            models,
             saturation_a_per_m,
             magnetostriction: material.magnetostriction,
-            strains: vec![0.0; members],
-            rods: Rods::new(two_pole_per_strain, tick_s, members)?.with_spring(Spring::new(effects)),
-            washout: washout(),
-            strain_washout: washout().filter(|_| matches!(settings.law, LawSettings::Matrix(_))),
+            strains: vec![0.0; columns],
+            rods: Rods::new(two_pole_per_strain, tick_s, columns)?.with_spring(Spring::new(effects), values),
+            washout: settings
+                .washout_hz
+                .map(|corner_hz| Washout::new(corner_hz, columns, tick_s)),
             outlier_test: OutlierTest::new(innovation_limit_m, outlier.at_most_s, tick_s),
-            monitor,
-            law,
-            effects: KnownEffects::new(effects, settings, members, tick_s)?,
+            effects: KnownEffects::new(effects, settings, (columns, values), tick_s)?,
         })
     }
 
@@ -139,14 +121,14 @@ impl Estimator {
             None => coil,
             Some(effects) => effects.within(tick, coil),
         };
-        self.bank.advance(field.now_a_per_m);
+        self.models.advance(field.now_a_per_m);
         let magnetizations = match &mut self.effects {
-            None => self.bank.magnetizations(),
-            Some(effects) => effects.crept(self.bank.magnetizations()),
+            None => self.models.magnetizations(),
+            Some(effects) => effects.crept(self.models.magnetizations()),
         };
-        for (strain, &magnetization) in self.strains.iter_mut().zip(magnetizations) {
-            *strain = self.magnetostriction.strain(magnetization, self.saturation_a_per_m);
-        }
+        let strains = &mut self.strains;
+        self.models
+            .strains(&self.magnetostriction, self.saturation_a_per_m, magnetizations, strains);
         if let Some(effects) = &mut self.effects {
             effects.expand(coil.now_a_per_m, &mut self.strains);
         }
@@ -158,7 +140,7 @@ impl Estimator {
             None => self.rods.displacements_m(),
             Some(effects) => effects.sensed(self.rods.displacements_m()),
         };
-        let predicted_m = self.grid.linear(sensed_m, self.law.shape_a_per_m());
+        let predicted_m = self.models.predicted_m(sensed_m);
         let outlier = self.outlier_test.leaves_out(measured_displacement_m, predicted_m);
         // A filter must not see it either: it would remember it.
         let believed_m = if outlier { f64::NAN } else { measured_displacement_m };
@@ -169,29 +151,20 @@ impl Estimator {
                 (washout.predicted(sensed_m), measured_m)
             }
         };
-        let strains = match &mut self.strain_washout {
-            None => self.strains.as_slice(),
-            Some(washout) => washout.predicted(&self.strains),
-        };
-        let prediction = Prediction {
-            grid: &self.grid,
-            strains,
-            displacements_m,
-        };
-        let excitation = self.monitor.as_mut().map(|monitor| {
-            let output = self.grid.smooth(displacements_m, self.law.shape_a_per_m());
-            monitor.observe(output, is_credible(measured_m))
-        });
-        let correction = match excitation {
-            Some(Excitation { informed: false, .. }) => self.law.hold(prediction),
-            _ => self.law.correct(prediction, measured_m),
-        };
+        let taught = self.models.learn(&self.strains, displacements_m, measured_m);
+        if let Some(change) = &taught.change {
+            self.rods.shift(change);
+            if let Some(washout) = &mut self.washout {
+                washout.shift(change);
+            }
+        }
         Estimation {
             field,
-            magnetization_a_per_m: self.grid.cubic(self.bank.magnetizations(), correction.shape_a_per_m),
-            correction,
+            magnetization_a_per_m: taught.magnetization_a_per_m,
+            correction: taught.correction,
             outlier,
-            excitation: excitation.unwrap_or_default(),
+            excitation: taught.excitation,
+            parameters: taught.parameters,
         }
     }
 }

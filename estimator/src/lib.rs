@@ -2,7 +2,8 @@
 //!
 //! A bank of models over the range of `a`, driven by the best knowledge of the coil field ([`Estimator`]); covers of their
 //! outputs over `a` ([`Covers`]); a law that corrects the estimate ([`Law`]: [`Folded`] with the scalar and
-//! the gradient law, [`GaussNewton`], [`MatrixLaw`], [`FixedShape`]).
+//! the gradient law, [`GaussNewton`], [`MatrixLaw`], [`FixedShape`]). Several parameters at once are estimated by one model with its
+//! derivatives ([`MultiParameterSettings`]).
 //! The paper's scalar and matrix forms stand beside them for simulations of any plant ([`Scalar`], [`Matrix`]).
 //! A monitor of what the motion can say about `a` ([`ExcitationMonitor`]) holds every law while that is too little, and a
 //! measurement that no such rod can give is left out.
@@ -22,6 +23,7 @@ mod grid;
 mod law;
 mod matrix;
 mod matrix_law;
+mod models;
 mod modes;
 mod multi_parameter;
 mod node;
@@ -48,15 +50,11 @@ pub use law::{Correction, Law, Prediction};
 pub use matrix::{Matrix, MatrixConstants};
 pub use matrix_law::MatrixLaw;
 pub use modes::{Mode, Modes};
-pub use multi_parameter::{
-    EstimatedParameter, Information, MeasuredOutput, MultiParameterEstimate, MultiParameterGaussNewton,
-    MultiParameterReport, MultiParameterSettings, MultiParameterUncertainty, OutputStage, PassReport, SensitiveOutput,
-    StrainLaw, estimate_parameters,
-};
+pub use multi_parameter::ParameterEstimates;
 pub use num_complex::Complex64;
 pub use scalar::{Form, Scalar, ScalarPlant, ScalarSettings};
 pub use settings::{
     EstimatorSettings, ExcitationSettings, FieldSource, GaussNewtonSettings, LawSettings, MinMaxSettings,
-    OutlierSettings, Tuning,
+    MultiParameterSettings, OutlierSettings, ParameterSettings, Tuning,
 };
 pub use smooth::SmoothPoint;

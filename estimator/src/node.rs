@@ -23,6 +23,28 @@ impl Block for Estimator {
 
 fn estimate(estimation: &Estimation, measured: bool) -> Estimate {
     let correction = &estimation.correction;
+    let (values, deviations, informed_directions) = match &estimation.parameters {
+        None => Default::default(),
+        Some(all) => (
+            all.hysteresis.parameters(),
+            all.deviations,
+            u64::from(all.informed_directions),
+        ),
+    };
+    let [
+        saturation_magnetization_a_per_m,
+        _,
+        pinning_a_per_m,
+        coupling,
+        reversibility,
+    ] = values;
+    let [
+        saturation_magnetization_deviation_a_per_m,
+        _,
+        pinning_deviation_a_per_m,
+        coupling_deviation,
+        reversibility_deviation,
+    ] = deviations;
     Estimate {
         shape_a_per_m: correction.shape_a_per_m,
         field_a_per_m: estimation.field.now_a_per_m,
@@ -37,6 +59,15 @@ fn estimate(estimation: &Estimation, measured: bool) -> Estimate {
         information_per_a2_per_m2: estimation.excitation.information_per_a2_per_m2,
         excitation_above_per_a_per_m: finite_inverse(estimation.excitation.least_error_above_a_per_m),
         excitation_below_per_a_per_m: finite_inverse(estimation.excitation.least_error_below_a_per_m),
+        saturation_magnetization_a_per_m,
+        pinning_a_per_m,
+        coupling,
+        reversibility,
+        saturation_magnetization_deviation_a_per_m,
+        pinning_deviation_a_per_m,
+        coupling_deviation,
+        reversibility_deviation,
+        informed_directions,
         status: status_word([
             (correction.adapting, Estimate::ADAPTING),
             (correction.at_edge, Estimate::AT_EDGE),

@@ -16,6 +16,8 @@ pub struct Rods {
     tick_s: f64,
     propagator: TwoPolePropagator,
     spring: Option<Spring>,
+    /// Rods that carry it: derivatives do not.
+    sprung: usize,
     motions: Vec<RodMotion>,
     displacements_m: Vec<f64>,
 }
@@ -32,23 +34,36 @@ impl Rods {
             tick_s,
             propagator: TwoPolePropagator::new(two_pole_per_strain, tick_s)?,
             spring: None,
+            sprung: 0,
             motions: vec![RodMotion::default(); members],
             displacements_m: vec![0.0; members],
         })
     }
 
-    /// The same under a load that stiffens.
-    pub fn with_spring(self, spring: Option<Spring>) -> Self {
-        Self { spring, ..self }
+    /// The same with the first `sprung` rods under a load that stiffens.
+    pub fn with_spring(self, spring: Option<Spring>, sprung: usize) -> Self {
+        Self { spring, sprung, ..self }
+    }
+
+    /// Moves the first rod by so much of each of the others, which are its derivatives.
+    pub fn shift(&mut self, change: &[f64]) {
+        let Some((value, derivatives)) = self.motions.split_first_mut() else {
+            return;
+        };
+        for (by, times) in derivatives.iter().zip(change) {
+            value.state.displacement_m += times * by.state.displacement_m;
+            value.state.velocity_m_per_s += times * by.state.velocity_m_per_s;
+            value.acceleration += times * by.acceleration;
+        }
     }
 
     /// Moves every rod one tick on; `strains` are those at its end, one per member.
     pub fn advance(&mut self, strains: &[f64]) {
         let gain = self.two_pole_per_strain.gain;
         let rods = self.motions.iter_mut().zip(&mut self.displacements_m).zip(strains);
-        for ((motion, displacement), strain) in rods {
+        for (index, ((motion, displacement), strain)) in rods.enumerate() {
             let mut reached = gain * strain;
-            if let Some(spring) = &self.spring {
+            if let Some(spring) = self.spring.as_ref().filter(|_| index < self.sprung) {
                 let coming_m = motion.state.displacement_m + self.tick_s * motion.state.velocity_m_per_s;
                 reached -= self.two_pole_per_strain.stiffness_per_s2 * spring.excess_m(coming_m);
             }

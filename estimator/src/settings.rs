@@ -4,12 +4,14 @@ mod bank;
 mod excitation;
 mod gauss_newton;
 mod min_max;
+mod multi_parameter;
 mod outlier;
 mod tuning;
 
 pub use excitation::ExcitationSettings;
 pub use gauss_newton::GaussNewtonSettings;
 pub use min_max::MinMaxSettings;
+pub use multi_parameter::{MultiParameterSettings, ParameterSettings};
 pub use outlier::OutlierSettings;
 pub use tuning::Tuning;
 
@@ -66,6 +68,8 @@ pub enum LawSettings {
     Gradient(MinMaxSettings),
     /// The paper's matrix law on the displacement and its rate.
     Matrix(MinMaxSettings),
+    /// Recursive Gauss-Newton over several of [Ms, a, k, α, c].
+    MultiParameter(MultiParameterSettings),
     /// The paper's scalar form on the displacement.
     Scalar(MinMaxSettings),
 }
@@ -79,6 +83,7 @@ enum SaidLaw {
     GaussNewton(GaussNewtonSettings),
     Gradient(Said),
     Matrix(Said),
+    MultiParameter(MultiParameterSettings),
     Scalar(Said),
 }
 
@@ -90,6 +95,7 @@ impl From<SaidLaw> for LawSettings {
             SaidLaw::GaussNewton(settings) => LawSettings::GaussNewton(settings),
             SaidLaw::Gradient(said) => LawSettings::Gradient(said.or(MinMaxSettings::without_window())),
             SaidLaw::Matrix(said) => LawSettings::Matrix(said.or(MinMaxSettings::matrix())),
+            SaidLaw::MultiParameter(settings) => LawSettings::MultiParameter(settings),
             SaidLaw::Scalar(said) => LawSettings::Scalar(said.or(MinMaxSettings::without_window())),
         }
     }
@@ -102,7 +108,7 @@ impl Default for LawSettings {
 }
 
 impl LawSettings {
-    /// Names of the laws that adapt, as [`LawSettings::named`] takes them.
+    /// Names of the laws that adapt `a` alone, as [`LawSettings::named`] takes them.
     pub const ADAPTIVE: [&'static str; 5] = ["folded", "gauss-newton", "matrix", "scalar", "gradient"];
 
     /// The same law, adapting no faster than so (1/s); those without a rate stay.
@@ -130,7 +136,7 @@ impl LawSettings {
     pub(crate) fn min_max(&self) -> Option<&MinMaxSettings> {
         match self {
             Self::Folded(own) | Self::Gradient(own) | Self::Matrix(own) | Self::Scalar(own) => Some(own),
-            Self::FixedShape { .. } | Self::GaussNewton(_) => None,
+            Self::FixedShape { .. } | Self::GaussNewton(_) | Self::MultiParameter(_) => None,
         }
     }
 
@@ -139,6 +145,7 @@ impl LawSettings {
         match self {
             Self::FixedShape { shape_a_per_m } => (*shape_a_per_m, *shape_a_per_m),
             Self::GaussNewton(own) => own.range_a_per_m,
+            Self::MultiParameter(own) => own.range_a_per_m(),
             Self::Folded(own) | Self::Gradient(own) | Self::Matrix(own) | Self::Scalar(own) => own.range_a_per_m,
         }
     }
@@ -149,6 +156,7 @@ impl LawSettings {
         match &mut self {
             Self::FixedShape { shape_a_per_m } => *shape_a_per_m = start_a_per_m,
             Self::GaussNewton(own) => own.start_a_per_m = start_a_per_m,
+            Self::MultiParameter(own) => own.start_a_per_m = start_a_per_m,
             Self::Folded(own) | Self::Gradient(own) | Self::Matrix(own) | Self::Scalar(own) => {
                 own.start_a_per_m = start_a_per_m;
             }
@@ -156,10 +164,10 @@ impl LawSettings {
         self
     }
 
-    /// Members of the law's bank.
+    /// Members of the law's bank; 1 where it has none.
     pub fn members(&self) -> usize {
         match self {
-            Self::FixedShape { .. } => 1,
+            Self::FixedShape { .. } | Self::MultiParameter(_) => 1,
             Self::GaussNewton(own) => own.members,
             Self::Folded(own) | Self::Gradient(own) | Self::Matrix(own) | Self::Scalar(own) => own.members,
         }
@@ -173,6 +181,7 @@ impl LawSettings {
         match self {
             Self::FixedShape { shape_a_per_m } => Invalid::unless_positive("shape_a_per_m", *shape_a_per_m, "A/m"),
             Self::GaussNewton(own) => own.validate(),
+            Self::MultiParameter(own) => own.validate(),
             Self::Folded(own) => own.validate(),
             Self::Gradient(own) | Self::Scalar(own) => own.validate_without_window(),
             Self::Matrix(own) => own.validate_matrix(),

@@ -39,6 +39,17 @@ impl Washout {
         &self.predicted_m
     }
 
+    /// Moves the first output's slow part by so much of each of the others', which are its derivatives.
+    pub fn shift(&mut self, change: &[f64]) {
+        if let Some((value, derivatives)) = self.slow_predicted_m.split_first_mut() {
+            *value += derivatives
+                .iter()
+                .zip(change)
+                .map(|(by, times)| times * by)
+                .sum::<f64>();
+        }
+    }
+
     /// The fast part of the measured one. What is not finite passes and leaves no trace.
     pub fn measured(&mut self, displacement_m: f64) -> f64 {
         if !displacement_m.is_finite() {

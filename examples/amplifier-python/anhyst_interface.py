@@ -110,16 +110,25 @@ class Estimate(ctypes.Structure):
         ("information_per_a2_per_m2", ctypes.c_double),  # 1/(A/m)^2: Fisher information about a in the recent motion; its inverse square root is the Cramér-Rao bound. 0: none.
         ("excitation_above_per_a_per_m", ctypes.c_double),  # 1/(A/m): Condition (19) holds for a true a above the estimate by more than the inverse of this; 0: for none.
         ("excitation_below_per_a_per_m", ctypes.c_double),  # 1/(A/m): The same for a true a below the estimate.
+        ("saturation_magnetization_a_per_m", ctypes.c_double),  # A/m: Estimated saturation magnetization; 0 where `a` alone is estimated, and so are all that follow.
+        ("pinning_a_per_m", ctypes.c_double),  # A/m: Estimated k.
+        ("coupling", ctypes.c_double),  # Estimated alpha.
+        ("reversibility", ctypes.c_double),  # Estimated c.
+        ("saturation_magnetization_deviation_a_per_m", ctypes.c_double),  # A/m: Standard deviation of Ms; 0 where it is held.
+        ("pinning_deviation_a_per_m", ctypes.c_double),  # A/m: That of k.
+        ("coupling_deviation", ctypes.c_double),  # That of alpha.
+        ("reversibility_deviation", ctypes.c_double),  # That of c.
+        ("informed_directions", ctypes.c_uint64),  # Directions of the parameters that the recent motion tells.
         ("status", ctypes.c_uint64),  # Bits: 1 adapting (outside the dead zone), 2 at an edge of the parameter's range, 4 held (nothing is learnt), 8 fixed by the scenario, 16 the measurement was left out, because it is too far from the predicted, 32 no usable measurement of this tick has come.
     ]
 
     @staticmethod
     def type_name() -> str:
         """The name by which iceoryx2 compares payloads."""
-        return "Estimate_0725d8eda3bf5249"
+        return "Estimate_da61998b13ef42f6"
 
 
-assert ctypes.sizeof(Estimate) == 128
+assert ctypes.sizeof(Estimate) == 200
 assert Estimate.tick.offset == 0
 assert Estimate.sent_ns.offset == 8
 assert Estimate.shape_a_per_m.offset == 16
@@ -135,7 +144,16 @@ assert Estimate.standard_deviation_a_per_m.offset == 88
 assert Estimate.information_per_a2_per_m2.offset == 96
 assert Estimate.excitation_above_per_a_per_m.offset == 104
 assert Estimate.excitation_below_per_a_per_m.offset == 112
-assert Estimate.status.offset == 120
+assert Estimate.saturation_magnetization_a_per_m.offset == 120
+assert Estimate.pinning_a_per_m.offset == 128
+assert Estimate.coupling.offset == 136
+assert Estimate.reversibility.offset == 144
+assert Estimate.saturation_magnetization_deviation_a_per_m.offset == 152
+assert Estimate.pinning_deviation_a_per_m.offset == 160
+assert Estimate.coupling_deviation.offset == 168
+assert Estimate.reversibility_deviation.offset == 176
+assert Estimate.informed_directions.offset == 184
+assert Estimate.status.offset == 192
 
 
 class Demand(ctypes.Structure):

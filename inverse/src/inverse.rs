@@ -1,9 +1,9 @@
 //! dH/dM = 1/F(H, M) from the state at t_k+1 to the magnetization demanded at t_k+2.
 //!
-//! F = dM/dH of the hysteresis with the estimated shape parameter; H field, M magnetization (A/m).
+//! F = dM/dH of the hysteresis with the estimated parameters; H field, M magnetization (A/m).
 //! What the estimator knows holds at t_k; the field at t_k+1 is on its way already, so the state is first carried there with
 //! the model, and the field decided now takes it from t_k+1 to t_k+2, which is what the demand is about.
-//! Assumptions: parameters other than `a` are known; the amplifier adds no further ticks of delay.
+//! Assumptions: parameters that are not estimated are known; the amplifier adds no further ticks of delay.
 //! Known effects of the actuator are turned round one by one: creep by solving its affine step for M, a constant field by
 //! taking it off, lags behind the command by leads, a warm coil by asking for more. Then all fields but the command are those in the material.
 //! Source: the paper's inverse compensator (section 1), started from the present state.
@@ -23,10 +23,25 @@ const CREDIBLE: f64 = 10.0;
 pub struct StateEstimate {
     /// Estimated shape parameter a, A/m.
     pub shape_a_per_m: f64,
+    /// The other parameters; none: the material's own.
+    pub others: Option<OtherParameters>,
     /// Field and magnetization at t_k.
     pub state: MagneticState,
     /// Field at t_k+1, A/m.
     pub next_field_a_per_m: f64,
+}
+
+/// Estimated parameters of the hysteresis beside `a`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OtherParameters {
+    /// Ms, A/m.
+    pub saturation_magnetization_a_per_m: f64,
+    /// k, A/m.
+    pub pinning_a_per_m: f64,
+    /// α, no unit.
+    pub coupling: f64,
+    /// c, no unit.
+    pub reversibility: f64,
 }
 
 /// What the controller wants at t_k+2.
@@ -197,7 +212,7 @@ impl Inverse {
         let (model, start) = match nominal {
             Some(state) => (self.hysteresis, state),
             None if self.structure == Structure::FromEstimate && self.credible(known) => {
-                let model = self.hysteresis.with_shape(known.shape_a_per_m);
+                let model = self.model(known);
                 (model, model.advance(known.state, known.next_field_a_per_m))
             }
             None => return None,
@@ -227,7 +242,7 @@ impl Inverse {
             }
             let command = match self.structure {
                 Structure::FromEstimate => {
-                    let model = self.hysteresis.with_shape(known.shape_a_per_m);
+                    let model = self.model(&known);
                     self.invert(&model, model.advance(known.state, known.next_field_a_per_m), wanted)
                 }
                 Structure::OwnMemory => {
@@ -235,7 +250,7 @@ impl Inverse {
                         field_a_per_m: self.last.coil_field_a_per_m,
                         magnetization_a_per_m: self.last.reached_magnetization_a_per_m,
                     };
-                    self.invert(&self.hysteresis.with_shape(known.shape_a_per_m), start, wanted)
+                    self.invert(&self.model(&known), start, wanted)
                 }
                 Structure::Gain => self.divide(wanted),
             };
@@ -246,6 +261,18 @@ impl Inverse {
         self.last
     }
 
+    /// The material as it is estimated.
+    fn model(&self, known: &StateEstimate) -> Hysteresis {
+        let material = self.hysteresis.with_shape(known.shape_a_per_m);
+        known.others.map_or(material, |others| Hysteresis {
+            saturation_magnetization_a_per_m: others.saturation_magnetization_a_per_m,
+            pinning_a_per_m: others.pinning_a_per_m,
+            coupling: others.coupling,
+            reversibility: others.reversibility,
+            ..material
+        })
+    }
+
     fn credible(&self, known: &StateEstimate) -> bool {
         let far = CREDIBLE * self.field_limit_a_per_m;
         let nominal = self.hysteresis.shape_a_per_m;
@@ -253,6 +280,18 @@ impl Inverse {
             && known.next_field_a_per_m.abs() <= far
             && known.state.magnetization_a_per_m.abs() <= CREDIBLE * self.hysteresis.saturation_magnetization_a_per_m
             && (nominal / CREDIBLE..=nominal * CREDIBLE).contains(&known.shape_a_per_m)
+            && known.others.is_none_or(|others| self.credible_material(&others, known))
+    }
+
+    /// Others than `a` do not change by themselves: far from the material's they are no knowledge either.
+    fn credible_material(&self, others: &OtherParameters, known: &StateEstimate) -> bool {
+        let near = |own: f64, nominal: f64| (nominal / CREDIBLE..=nominal * CREDIBLE).contains(&own);
+        let nominal = &self.hysteresis;
+        near(
+            others.saturation_magnetization_a_per_m,
+            nominal.saturation_magnetization_a_per_m,
+        ) && near(others.pinning_a_per_m, nominal.pinning_a_per_m)
+            && self.model(known).validate().is_ok()
     }
 
     fn invert(&mut self, model: &Hysteresis, start: MagneticState, wanted: MagnetizationDemand) -> Command {

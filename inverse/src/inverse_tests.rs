@@ -33,12 +33,32 @@ fn demand(k: u64) -> MagnetizationDemand {
 // of tick k. The plant here is the model itself, one tick of computing delay included.
 #[test]
 fn the_demand_is_met_two_ticks_later() {
+    let nominal = Hysteresis::terfenol_d();
+    meets_the_demand(nominal, None);
+    let others = OtherParameters {
+        saturation_magnetization_a_per_m: 7.5e5,
+        pinning_a_per_m: 4500.0,
+        coupling: -0.012,
+        reversibility: 0.2,
+    };
+    let estimated = Hysteresis {
+        saturation_magnetization_a_per_m: 7.5e5,
+        pinning_a_per_m: 4500.0,
+        coupling: -0.012,
+        reversibility: 0.2,
+        ..nominal
+    };
+    meets_the_demand(estimated, Some(others));
+}
+
+/// With a plant of this material, the inverse knowing the paper's and what is estimated beside `a`.
+fn meets_the_demand(model: Hysteresis, others: Option<OtherParameters>) {
     let settings = InverseSettings {
         field_limit_a_per_m: Some(LIMIT),
         ..InverseSettings::default()
     };
-    let model = Hysteresis::terfenol_d();
-    let mut inverse = Inverse::new(&settings, model, &AmplifierConstants::default(), 2.0 * LIMIT).unwrap();
+    let nominal = Hysteresis::terfenol_d();
+    let mut inverse = Inverse::new(&settings, nominal, &AmplifierConstants::default(), 2.0 * LIMIT).unwrap();
     let (mut state, mut on_its_way) = (MagneticState::default(), 0.0);
     let mut due = [0.0; 2];
     for k in 0..2000 {
@@ -46,6 +66,7 @@ fn the_demand_is_met_two_ticks_later() {
         assert!(k < 2 || error <= 1e-6 * 1.87e5, "tick {k}: {error} A/m");
         let known = StateEstimate {
             shape_a_per_m: model.shape_a_per_m,
+            others,
             state,
             next_field_a_per_m: on_its_way,
         };
@@ -164,6 +185,7 @@ proptest! {
         let mut inverse = inverse(structure);
         for [shape, field, magnetization, next, demand, rate] in words {
             let known = StateEstimate {
+                others: None,
                 shape_a_per_m: shape,
                 state: MagneticState { field_a_per_m: field, magnetization_a_per_m: magnetization },
                 next_field_a_per_m: next,
@@ -174,5 +196,32 @@ proptest! {
             prop_assert!(command.reached_magnetization_a_per_m.is_finite());
             prop_assert!(command.start_magnetization_a_per_m.is_finite());
         }
+    }
+}
+
+// Guards against an estimate gone astray: what no material is, or one ten times the believed, is not inverted.
+#[test]
+fn parameters_that_are_no_material_are_not_believed() {
+    let known = |pinning_a_per_m: f64, reversibility: f64| StateEstimate {
+        shape_a_per_m: 7012.0,
+        others: Some(OtherParameters {
+            saturation_magnetization_a_per_m: 7.65e5,
+            pinning_a_per_m,
+            coupling: -0.01,
+            reversibility,
+        }),
+        ..StateEstimate::default()
+    };
+    let mut own = inverse(Structure::FromEstimate);
+    let before = own.step(demand(100), known(4000.0, 0.18));
+    assert_ne!(before, Command::default());
+    for broken in [
+        known(f64::NAN, 0.18),
+        known(0.0, 0.18),
+        known(4e5, 0.18),
+        known(4000.0, 1.5),
+        known(4000.0, f64::NAN),
+    ] {
+        assert_eq!(own.step(demand(300), broken), before, "{broken:?}");
     }
 }

@@ -13,6 +13,6 @@ mod settings;
 
 pub use drive::Drive;
 pub use error::InverseError;
-pub use inverse::{Command, Inverse, MagnetizationDemand, StateEstimate};
+pub use inverse::{Command, Inverse, MagnetizationDemand, OtherParameters, StateEstimate};
 pub use nominal::BLEND_TICKS;
 pub use settings::{InverseSettings, Structure};

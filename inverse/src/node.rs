@@ -1,6 +1,6 @@
 //! The inverse in the loop: which tokens it reads and what it says.
 
-use crate::{Command, Inverse, MagnetizationDemand, StateEstimate};
+use crate::{Command, Inverse, MagnetizationDemand, OtherParameters, StateEstimate};
 use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, NodeId, Now, Previous, SafeField, status_word};
 use anhyst_model::MagneticState;
 
@@ -16,6 +16,13 @@ impl Block for Inverse {
         };
         let known = StateEstimate {
             shape_a_per_m: estimate.shape_a_per_m,
+            // A material without saturation: only `a` is estimated.
+            others: (estimate.saturation_magnetization_a_per_m > 0.0).then_some(OtherParameters {
+                saturation_magnetization_a_per_m: estimate.saturation_magnetization_a_per_m,
+                pinning_a_per_m: estimate.pinning_a_per_m,
+                coupling: estimate.coupling,
+                reversibility: estimate.reversibility,
+            }),
             state: MagneticState {
                 field_a_per_m: estimate.field_a_per_m,
                 magnetization_a_per_m: estimate.magnetization_a_per_m,

@@ -84,6 +84,24 @@ message! {
         excitation_above_per_a_per_m: f64 in "1/(A/m)",
         /// The same for a true a below the estimate.
         excitation_below_per_a_per_m: f64 in "1/(A/m)",
+        /// Estimated saturation magnetization; 0 where `a` alone is estimated, and so are all that follow.
+        saturation_magnetization_a_per_m: f64 in "A/m",
+        /// Estimated k.
+        pinning_a_per_m: f64 in "A/m",
+        /// Estimated alpha.
+        coupling: f64 in "",
+        /// Estimated c.
+        reversibility: f64 in "",
+        /// Standard deviation of Ms; 0 where it is held.
+        saturation_magnetization_deviation_a_per_m: f64 in "A/m",
+        /// That of k.
+        pinning_deviation_a_per_m: f64 in "A/m",
+        /// That of alpha.
+        coupling_deviation: f64 in "",
+        /// That of c.
+        reversibility_deviation: f64 in "",
+        /// Directions of the parameters that the recent motion tells.
+        informed_directions: u64 in "",
         /// Bits:
         status: u64 in "" {
             ADAPTING = 1 "adapting (outside the dead zone)",

@@ -32,6 +32,36 @@ const COIL_MARGIN: f64 = 1.01;
 /// Bits of the coil's status while the amplifier's own watchdog leads the field: on the way, there, on the way back.
 const WATCHDOG: u64 = CoilField::RAMPING | CoilField::SAFE | CoilField::RETURNING;
 
+/// Values of the parameters beside `a` and their standard deviations, 0 for those held.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct EstimatedParameters {
+    /// Ms, A/m.
+    pub saturation_magnetization_a_per_m: (f64, f64),
+    /// k, A/m.
+    pub pinning_a_per_m: (f64, f64),
+    /// α, no unit.
+    pub coupling: (f64, f64),
+    /// c, no unit.
+    pub reversibility: (f64, f64),
+    /// Directions of all five that the last motion told.
+    pub informed_directions: u64,
+}
+
+impl EstimatedParameters {
+    fn of(estimate: &Estimate) -> Option<Self> {
+        (estimate.saturation_magnetization_a_per_m > 0.0).then_some(Self {
+            saturation_magnetization_a_per_m: (
+                estimate.saturation_magnetization_a_per_m,
+                estimate.saturation_magnetization_deviation_a_per_m,
+            ),
+            pinning_a_per_m: (estimate.pinning_a_per_m, estimate.pinning_deviation_a_per_m),
+            coupling: (estimate.coupling, estimate.coupling_deviation),
+            reversibility: (estimate.reversibility, estimate.reversibility_deviation),
+            informed_directions: estimate.informed_directions,
+        })
+    }
+}
+
 /// What came of it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
@@ -58,6 +88,9 @@ pub struct Verdict {
     /// True shape parameter at the end.
     #[serde(with = "any_number")]
     pub a_true_a_per_m: f64,
+    /// What else was estimated, at the end.
+    #[serde(default)]
+    pub parameters: Option<EstimatedParameters>,
     /// Ticks without an error to judge: in real time, those that the controller left out.
     #[serde(default)]
     pub unjudged_ticks: u64,
@@ -161,6 +194,7 @@ impl Judge {
             verdict.watchdog_ticks += 1;
         }
         verdict.a_estimated_a_per_m = estimate.shape_a_per_m;
+        verdict.parameters = EstimatedParameters::of(estimate);
         verdict.a_true_a_per_m = truth.shape_a_per_m;
         verdict.a_final_error_a_per_m = estimate.shape_a_per_m - truth.shape_a_per_m;
         if time_s < self.expect.settling_s {

@@ -26,7 +26,8 @@ pub fn add(scribe: Scribe, scenario: &Scenario, folder: &RunFolder, rejoins: boo
 }
 
 fn run_info(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<RunInfo, RunError> {
-    let shape = scenario.material()?.hysteresis.shape_a_per_m;
+    let hysteresis = scenario.believed_model()?.material.hysteresis;
+    let shape = hysteresis.shape_a_per_m;
     let parameter_range = match scenario.estimator.law {
         LawSettings::FixedShape { .. } => [0.9 * shape, 1.1 * shape],
         adaptive => adaptive.range_a_per_m().into(),
@@ -46,6 +47,11 @@ fn run_info(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<Ru
         settling_time_s: scenario.expect.settling_s,
         period_s: period_s(&scenario.controller.trajectory),
         parameter_range,
+        material: [
+            hysteresis.saturation_magnetization_a_per_m,
+            hysteresis.pinning_a_per_m,
+            hysteresis.reversibility,
+        ],
         realtime: scenario.clock.realtime().is_some(),
         field_limit_a_per_m: scenario.guard.field_limit_a_per_m,
         events: Event::ALL

@@ -178,6 +178,15 @@ impl Summary {
             "a true, estimated",
             format!("{:.1}, {:.1} A/m", verdict.a_true_a_per_m, verdict.a_estimated_a_per_m),
         );
+        if let Some(own) = &verdict.parameters {
+            let ((ms, ms_off), (k, k_off), (c, c_off)) = (
+                own.saturation_magnetization_a_per_m,
+                own.pinning_a_per_m,
+                own.reversibility,
+            );
+            let told = format!("{ms:.0} ± {ms_off:.0} A/m, {k:.1} ± {k_off:.1} A/m, {c:.4} ± {c_off:.4}");
+            row("Ms, k, c estimated", told);
+        }
         row(
             "a error rms, final",
             format!(

@@ -177,6 +177,7 @@ fn run_info(path: PathBuf) -> RunInfo {
         settling_time_s: 0.5,
         period_s: Some(0.02),
         parameter_range: [6300.0, 7300.0],
+        material: [7.65e5, 4000.0, 0.18],
         field_limit_a_per_m: FIELD_LIMIT,
         events: vec![
             EventName {

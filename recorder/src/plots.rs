@@ -68,6 +68,11 @@ const CELSIUS: f64 = 273.15;
 /// What is drawn where nothing is known, A/m: wide against any range of `a` that matters, and finite.
 const NOTHING_KNOWN_A_PER_M: f64 = 100.0;
 
+/// By how much of what was believed an estimate has moved, %.
+fn percent(estimate: f64, believed: f64) -> f64 {
+    100.0 * (estimate / believed - 1.0)
+}
+
 /// The inverse of a token that says how well something is known.
 fn shown_deviation(per_a_per_m: f64) -> f64 {
     (1.0 / per_a_per_m).min(NOTHING_KNOWN_A_PER_M)
@@ -140,6 +145,29 @@ pub(crate) const PLOTS: &[Plot] = &[
                 line("true", GREEN, 3.0, |row, _| row.truth.shape_a_per_m),
             ),
             line("estimated", BLUE, 1.5, |row, _| row.estimate.shape_a_per_m),
+        ],
+    ),
+    lines(
+        "parameters",
+        &[
+            when(
+                |has| has.parameters,
+                line("Ms", VIOLET, 1.5, |row, run| {
+                    percent(row.estimate.saturation_magnetization_a_per_m, run.material[0])
+                }),
+            ),
+            when(
+                |has| has.parameters,
+                line("k", ORANGE, 1.5, |row, run| {
+                    percent(row.estimate.pinning_a_per_m, run.material[1])
+                }),
+            ),
+            when(
+                |has| has.parameters,
+                line("c", GREEN, 1.5, |row, run| {
+                    percent(row.estimate.reversibility, run.material[2])
+                }),
+            ),
         ],
     ),
     lines(

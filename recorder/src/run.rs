@@ -57,6 +57,8 @@ pub struct RunInfo {
     pub period_s: Option<f64>,
     /// Smallest and largest shape parameter a, in A/m.
     pub parameter_range: [f64; 2],
+    /// Ms (A/m), k (A/m) and c that the loop starts from.
+    pub material: [f64; 3],
     /// The clock on the wall decides when a tick begins: how the nodes keep time is recorded, too.
     pub realtime: bool,
     /// Largest field that the guard lets through.

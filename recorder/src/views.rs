@@ -146,6 +146,11 @@ fn left(desk: &mut Desk, layout: &Layout) -> ContainerLike {
         desk.plot("Shape parameter a [A/m]", &["/shape/**"], Span::Run),
         desk.plot("How well a is known [A/m]", &["/excitation"], Span::Run),
         desk.plot("Covers [µm]", &["/covers"], last),
+        desk.plot(
+            "Other parameters, against what was believed [%]",
+            &["/parameters"],
+            Span::Run,
+        ),
         desk.plot("Output error of the estimator [nm]", &["/output_error"], Span::Run),
     ]);
     Vertical::new([tracking.into(), error, shape.into()])

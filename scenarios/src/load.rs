@@ -98,11 +98,18 @@ fn follow_material(scenario: &mut Scenario, text: &str) {
     let Ok(material) = scenario.material() else {
         return;
     };
-    let factor = material.hysteresis.shape_a_per_m / DEFAULTS_ARE_FOR_A_PER_M;
+    let shape_a_per_m = material.hysteresis.shape_a_per_m;
+    let factor = shape_a_per_m / DEFAULTS_ARE_FOR_A_PER_M;
     let says = |name: &str| source::read(text).is_some_and(|place| place.has(&format!("estimator.law.{name}")));
     let (says_range, says_start) = (says("range_a_per_m"), says("start_a_per_m"));
     let (range, start) = match &mut scenario.estimator.law {
         LawSettings::FixedShape { .. } => return,
+        LawSettings::MultiParameter(own) => {
+            if !says_start {
+                own.start_a_per_m = shape_a_per_m;
+            }
+            return;
+        }
         LawSettings::GaussNewton(own) => (&mut own.range_a_per_m, &mut own.start_a_per_m),
         LawSettings::Folded(own) | LawSettings::Gradient(own) | LawSettings::Matrix(own) | LawSettings::Scalar(own) => {
             (&mut own.range_a_per_m, &mut own.start_a_per_m)

@@ -74,6 +74,7 @@ fn no_step_allocates() {
         ("milling_heavy.ron", vec![]),
         ("milling_measured_material.ron", vec![]),
         ("milling_pid_alone.ron", vec![]),
+        ("milling_parameters.ron", vec![]),
         ("realtime.ron", vec![]),
     ] {
         let given: Vec<&str> = settings.iter().map(String::as_str).collect();

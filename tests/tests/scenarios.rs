@@ -55,6 +55,15 @@ fn heavy_milling_holds_342_nm() {
     assert!(number(&summary, "temperature_peak_k") > 293.5, "{summary}");
 }
 
+/// k 10 % and c 6 % off: with `a` alone the error reaches 439 nm.
+#[test]
+fn another_material_is_learned_while_it_is_cut() {
+    let summary = run("scenarios/milling_parameters.ron");
+    assert_reached(&summary, 3.37e-9, 14.4e-9);
+    let k = summary["parameters"]["pinning_a_per_m"][0].as_f64().unwrap();
+    assert!((k - 4400.0).abs() < 15.0, "{summary}");
+}
+
 /// A rig as it is: without its learner it is off by a micrometre.
 #[test]
 fn a_rough_rig_is_cut_as_well() {

@@ -66,6 +66,7 @@ impl LawSettings {
                 tuning.tune(own);
             }
             LawSettings::Matrix(own) => tuning.tune(own),
+            LawSettings::MultiParameter(own) => own.start_a_per_m = start_a_per_m,
             LawSettings::GaussNewton(gauss_newton) => {
                 *gauss_newton = GaussNewtonSettings {
                     range_a_per_m,

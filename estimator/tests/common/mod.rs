@@ -1,6 +1,8 @@
 //! A plant made of the same physics as the estimator, in an open loop: a field is commanded, the plant moves, the
 //! estimator hears displacement and command.
 
+#![allow(dead_code, reason = "every test file uses a part of it")]
+
 use anhyst_estimator::{Estimation, Estimator, EstimatorSettings, LawSettings};
 use anhyst_model::{
     Amplifier, AmplifierConstants, MagneticState, Material, Noise, RodState, TwoPole, TwoPolePropagator,

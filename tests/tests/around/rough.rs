@@ -52,6 +52,21 @@ fn witness(plant: Plant, shape: f64, seed: u64) -> Witness {
     }
 }
 
+/// A plant whose k, c and Ms are so many times what is believed, with white noise on its sensors and nothing else.
+pub fn other_material([pinning, reversible, saturation]: [f64; 3]) -> Witness {
+    let usual = Material::TERFENOL_D;
+    let material = Material {
+        pinning_a_per_m: pinning * usual.pinning_a_per_m,
+        reversible_share: reversible * usual.reversible_share,
+        saturation_a_per_m: saturation * usual.saturation_a_per_m,
+        ..usual
+    };
+    Witness {
+        faults: None,
+        ..witness(Plant::new(material, Rod::PRINTED, Hidden::NOTHING, TICK_S), 1.0, 0)
+    }
+}
+
 /// Every constant a few per cent off, and a little of everything.
 pub fn rough(seed: u64) -> Witness {
     let mut noise = Noise::new(seed);
