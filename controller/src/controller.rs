@@ -136,7 +136,13 @@ impl Controller {
                     );
                     return Err(Invalid::new("learning", sentence));
                 }
-                Some(Learner::new(learning, shape.clone(), tick_s, reach_m))
+                let own = Learner::new(learning, shape.clone(), tick_s, reach_m);
+                Some(match &learning.from {
+                    None => own,
+                    Some(path) => own
+                        .remembering(&base_dir.join(path))
+                        .map_err(|refusal| refusal.within("learning"))?,
+                })
             }
         };
         Ok(Self {
@@ -293,6 +299,11 @@ impl Controller {
             learning: self.learner.as_ref().is_some_and(Learner::is_learning),
             taken_back: self.learner.as_ref().is_some_and(Learner::is_back),
         }
+    }
+
+    /// What the next run may begin with, as JSON.
+    pub(crate) fn learned(&self) -> Option<String> {
+        self.learner.as_ref().and_then(Learner::memory)
     }
 
     fn learned_m(&mut self, now_s: f64, then_s: f64, starting: bool, error_m: Option<f64>) -> f64 {

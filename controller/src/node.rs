@@ -47,4 +47,8 @@ impl Block for Controller {
             ..Demand::default()
         },)
     }
+
+    fn memory(&self) -> Option<String> {
+        self.learned()
+    }
 }

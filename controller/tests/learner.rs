@@ -3,8 +3,11 @@
 
 mod common;
 
-use anhyst_controller::{ControllerSettings, LearningSettings, PidSettings, SpeedChange, TrajectorySettings};
-use anhyst_ipc::Demand;
+use anhyst_controller::{
+    Controller, ControllerSettings, LearningSettings, PidSettings, SpeedChange, TrajectorySettings,
+};
+use anhyst_ipc::{Block, Demand};
+use anhyst_model::Material;
 use common::{Rig, TICK_S, largest, rms, settings};
 use std::f64::consts::TAU;
 
@@ -220,4 +223,49 @@ fn what_does_not_repeat_is_refused() {
         let settings: LearningSettings = ron::from_str(settings).unwrap();
         assert_eq!(settings.validate().unwrap_err().path, path);
     }
+}
+
+/// From run to run: the next begins where the last ended; on a rig that is not what it was, what was learned is taken back.
+#[test]
+fn the_next_run_begins_with_what_this_one_learned() {
+    let root = tempfile::tempdir().unwrap();
+    let path = root.path().join("learned.json");
+    let course = |settings: &ControllerSettings, sign: f64, ticks: u64| {
+        let mut rig = Rig::new(settings);
+        let force_n = |tick: u64| sign * heavy(TAU * 50.0 * tick as f64 * TICK_S);
+        let errors: Vec<f64> = (0..ticks)
+            .map(|tick| rig.step((force_n(tick), force_n(tick + 1))).0.error_m)
+            .collect();
+        (errors, rig.controller.memory())
+    };
+    let first = learning(profile(3000.0, Vec::new()));
+    let (errors, memory) = course(&first, 1.0, 30_000);
+    std::fs::write(&path, memory.unwrap()).unwrap();
+    let mut next = first.clone();
+    next.learning.as_mut().unwrap().from = Some(path.clone());
+    let (again, _) = course(&next, 1.0, 30_000);
+    let early = |errors: &[f64]| rms(between(errors, 0.05, 0.1));
+    println!(
+        "{:.3e} m at first, {:.3e} m in the next run",
+        early(&errors),
+        early(&again)
+    );
+    assert!(early(&again) < 0.05 * early(&errors));
+    let (other, _) = course(&next, -1.0, 60_000);
+    let last = |errors: &[f64]| rms(&errors[errors.len() - 4000..]);
+    println!("with the load turned round: {:.3e} m at the end", last(&other));
+    assert!(last(&other) < 0.01 * early(&errors));
+    // Files that are none of a run's.
+    let refusal = |text: &str| {
+        std::fs::write(&path, text).unwrap();
+        Controller::new(&next, common::rod(), &Material::terfenol_d(), TICK_S, root.path())
+            .unwrap_err()
+            .to_string()
+    };
+    assert!(refusal("{").contains("is not what a run has learned"));
+    let broken = r#"{"noise_m":0.0,"scatter_m":0.0,"base_m":-1.0,"speeds":[]}"#;
+    assert!(refusal(broken).contains("numbers in it that no run learns"));
+    std::fs::remove_file(&path).unwrap();
+    let absent = Controller::new(&next, common::rod(), &Material::terfenol_d(), TICK_S, root.path());
+    assert!(absent.unwrap_err().to_string().starts_with("learning.from: "));
 }

@@ -23,6 +23,10 @@ pub trait Block {
         let _ = tick;
         None
     }
+    /// What the next run may begin with, as JSON.
+    fn memory(&self) -> Option<String> {
+        None
+    }
 }
 
 /// The token of this tick.

@@ -24,6 +24,9 @@ pub struct NodeReport {
     /// The field that it gave, or said to be in the coil, last; none from nodes that say nothing about it.
     #[serde(default)]
     pub field_a_per_m: Option<f64>,
+    /// What its next run may begin with, as JSON.
+    #[serde(default)]
+    pub memory: Option<String>,
 }
 
 /// A node seen without its types: what a process runs, in loop order.
@@ -209,6 +212,7 @@ impl<B: Block> Stage for Node<B> {
             digest: self.watcher.digest.0,
             links: B::Inputs::reports(&self.receivers),
             field_a_per_m: self.watcher.field_a_per_m,
+            memory: self.block.memory(),
         }
     }
 }

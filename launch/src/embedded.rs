@@ -7,14 +7,23 @@ use crate::report::ProcessReport;
 use anhyst_ipc::NodeId;
 use anhyst_scenario::{Scenario, to_ron};
 
-/// Creates the run's folder with the effective scenario in it.
+/// Creates the run's folder with the effective scenario in it, and what its learner begins with.
 ///
 /// # Errors
 /// If the folder cannot be written, or another run writes to it.
 pub fn prepare(scenario: &Scenario, out: Option<&std::path::Path>) -> Result<RunFolder, RunError> {
     let refuse = |path: std::path::PathBuf| move |cause| RunError::Write { path, cause };
     let folder = RunFolder::create(out, &scenario.name)?;
-    let text = to_ron(scenario).map_err(|error| RunError::Setup(error.to_string()))?;
+    let mut written = scenario.clone();
+    if let Some(from) = written.controller.learning.as_mut().and_then(|own| own.from.as_mut()) {
+        // Its own copy: the next run may write over where it came from.
+        let own = std::path::absolute(folder.began_with()).map_err(refuse(folder.began_with()))?;
+        if *from != own {
+            std::fs::copy(&*from, &own).map_err(refuse(own.clone()))?;
+        }
+        *from = own;
+    }
+    let text = to_ron(&written).map_err(|error| RunError::Setup(error.to_string()))?;
     std::fs::write(folder.scenario(), text).map_err(refuse(folder.scenario()))?;
     Ok(folder)
 }

@@ -90,6 +90,16 @@ impl RunFolder {
         self.0.join("scenario.ron")
     }
 
+    /// What its learner has learned. An earlier run's stays until this one ends: it may begin with it.
+    pub fn learned(&self) -> PathBuf {
+        self.0.join("learned.json")
+    }
+
+    /// What its learner began with.
+    pub fn began_with(&self) -> PathBuf {
+        self.0.join("began_with.json")
+    }
+
     /// The machine-readable summary.
     pub fn summary(&self) -> PathBuf {
         self.0.join("summary.json")

@@ -50,6 +50,7 @@ impl Overheard {
             digest: self.digest.0,
             field_a_per_m: None,
             links: Vec::new(),
+            memory: None,
         }
     }
 

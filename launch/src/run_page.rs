@@ -11,7 +11,7 @@ use anhyst_report::table::Verdict;
 use anhyst_scenario::Scenario;
 
 impl Summary {
-    /// Of a run that has ended, written into its folder.
+    /// Of a run that has ended, written into its folder, with what was learned in it.
     ///
     /// # Errors
     /// If it cannot be written.
@@ -19,6 +19,10 @@ impl Summary {
         let summary = Self::new(scenario, reports);
         let refuse = |path| move |cause| RunError::Write { path, cause };
         summary.write(folder).map_err(refuse(folder.summary()))?;
+        let nodes = reports.iter().flat_map(|report| &report.nodes);
+        if let Some(memory) = nodes.filter_map(|node| node.memory.as_ref()).next() {
+            std::fs::write(folder.learned(), memory).map_err(refuse(folder.learned()))?;
+        }
         let page = page(scenario, &summary).html();
         std::fs::write(folder.page(), page).map_err(refuse(folder.page()))?;
         Ok(summary)

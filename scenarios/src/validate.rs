@@ -273,8 +273,12 @@ impl Scenario {
 
     /// Makes the scenario independent of where it lies: paths in it become absolute.
     pub fn anchor(&mut self, folder: &Path) {
+        let anchored = |file: &Path| std::path::absolute(folder.join(file)).unwrap_or_else(|_| folder.join(file));
         if let TrajectorySettings::Table { file, .. } = &mut self.controller.trajectory {
-            *file = std::path::absolute(folder.join(&*file)).unwrap_or_else(|_| folder.join(&*file));
+            *file = anchored(file);
+        }
+        if let Some(file) = self.controller.learning.as_mut().and_then(|own| own.from.as_mut()) {
+            *file = anchored(file);
         }
     }
 }

@@ -3,8 +3,9 @@
 mod around;
 
 use anhyst_scenario::{Scenario, load};
-use anhyst_tests::repository;
+use anhyst_tests::{Finished, LIMIT, repository};
 use around::{Cut, Witness, cut, guarded_cut, rough};
+use serde_json::Value;
 
 /// Of the floor: the same cut on the plant that the loop believes in, by the same sensor.
 const OF_FLOOR: f64 = 1.5;
@@ -134,4 +135,29 @@ fn no_wild_plant_diverges() {
         at(1.0)
     );
     assert!(at(1.0) <= 1.0, "worse with learner");
+}
+
+/// From run to run, and the same bits when the run is made again from its own folder after another has learned on.
+#[test]
+fn the_next_run_begins_with_what_the_last_learned() {
+    let root = tempfile::tempdir().unwrap();
+    let folder = |name: &str| root.path().join(name).display().to_string();
+    let run = |scenario: &str, out: &str, more: &[&str]| -> Value {
+        let mut arguments = vec!["run", scenario, "--embedded", "--no-recording", "--json", "--out", out];
+        for setting in more {
+            arguments.extend(["--set", setting]);
+        }
+        serde_json::from_str(&Finished::run(&arguments, LIMIT).out).unwrap()
+    };
+    let early = ["duration_s=2.0", "expect.settling_s=0.2"];
+    let (first, next) = (folder("first"), folder("next"));
+    let max_m = |summary: &Value| summary["error_max_m"].as_f64().unwrap();
+    let told = run("scenarios/milling_rough.ron", &first, &early);
+    let from = format!("controller.learning.from=\"{first}/learned.json\"");
+    let again = run("scenarios/milling_rough.ron", &next, &[early[0], early[1], &from]);
+    println!("{} m from 0.2 s on, then {} m", max_m(&told), max_m(&again));
+    assert!(max_m(&again) < 0.5 * max_m(&told));
+    run("scenarios/milling_rough.ron", &first, &[early[0], early[1], &from]);
+    let same = run(&format!("{next}/scenario.ron"), &folder("same"), &[]);
+    assert_eq!(same["digest"], again["digest"]);
 }

@@ -148,6 +148,7 @@ fn goes_on(out: &Path, alone: &AloneArguments) -> miette::Result<bool> {
 struct Best {
     scenario: Scenario,
     summary: Summary,
+    learned: PathBuf,
 }
 
 struct Work<'a> {
@@ -214,6 +215,7 @@ impl Work<'_> {
                 best = Some(Best {
                     scenario: scenario.clone(),
                     summary,
+                    learned: RunFolder::open(&folder).learned(),
                 });
             }
             let is_last = before_m.is_some_and(|before_m| error_m > (1.0 - BETTER) * before_m);
@@ -225,7 +227,12 @@ impl Work<'_> {
             };
             (scenario, believes) = (next, named);
         }
-        let Some(Best { scenario, summary }) = best else {
+        let Some(Best {
+            mut scenario,
+            summary,
+            learned,
+        }) = best
+        else {
             "not fit: the rig followed the small profile, but not the whole one, see the findings"
                 .clone_into(&mut self.result.sentence);
             return Ok(None);
@@ -247,6 +254,10 @@ impl Work<'_> {
             Si(summary.verdict.error_max_m, "m"),
             summary.sentence(scenario.expect.settling_s)
         );
+        if let Some(learning) = scenario.controller.learning.as_mut().filter(|_| learned.exists()) {
+            // From where `commissioned.ron` stands.
+            learning.from = learned.strip_prefix(self.out).ok().map(Path::to_path_buf);
+        }
         Ok(Some(scenario))
     }
 

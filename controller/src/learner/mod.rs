@@ -13,11 +13,12 @@
 //! Where after twelve cycles the error is still what it was before, and not the noise, nothing of it is to be learned: the Cₙ go, and it rests for 50 cycles, then 100, …
 //! A cycle with a missing measurement, a limited demand or a change of speed (above 0.1 %) says nothing: all is held.
 //! At another speed Cₙ stays, and Tₙ/model is read at the new frequency among those at the old ones; a speed within 1 % of an earlier one
-//! brings back what was learnt at it. A hum within 1/(cycle) of a harmonic is learned as if it were an error.
+//! brings back what was learnt at it, in an earlier run, too (`memory.rs`). A hum within 1/(cycle) of a harmonic is learned as if it were an error.
 //!
 //! Ports: in error e at t_k (m), turns at t_k and t_{k+2}; out u for t_{k+2} (m of quasi-static displacement). Source: higher harmonic control, with
 //! local identification (Johnson, NASA TP-1996, 1982).
 
+mod memory;
 mod settings;
 mod speeds;
 mod way;

@@ -2,6 +2,7 @@
 
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 const MAX_HARMONICS: u32 = 200;
 
@@ -15,6 +16,9 @@ pub struct LearningSettings {
     pub gain: f64,
     /// Largest |Cₙ| in m; none: half of what the reference moves either way.
     pub limit_m: Option<f64>,
+    /// What an earlier run has learned: `learned.json` in its folder; none: nothing is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from: Option<PathBuf>,
 }
 
 impl Default for LearningSettings {
@@ -23,6 +27,7 @@ impl Default for LearningSettings {
             harmonics: 40,
             gain: 0.8,
             limit_m: None,
+            from: None,
         }
     }
 }

@@ -19,10 +19,16 @@ pub(super) struct Kept {
     pub harmonics: Vec<Harmonic>,
 }
 
+impl Kept {
+    /// What was learnt here holds there.
+    pub fn is_near(&self, turns_per_s: f64) -> bool {
+        (self.turns_per_s / turns_per_s - 1.0).abs() < NEAR_SPEED
+    }
+}
+
 impl Learner {
     /// Makes the harmonics those of a speed; true if it was there before and has its amplitudes again.
     pub(super) fn arrive(&mut self, turns_per_s: f64) -> bool {
-        let is_near = |kept: &Kept, other: f64| (kept.turns_per_s / other - 1.0).abs() < NEAR_SPEED;
         let frequency_hz = |index: usize| (index + 1) as f64 * turns_per_s;
         let (leaving, last) = (self.turns_per_s, self.used.max(1) - 1);
         let most = libm::floor(HIGHEST / (self.tick_s * turns_per_s)) as usize;
@@ -33,14 +39,15 @@ impl Learner {
             for (index, own) in self.harmonics[..self.used].iter_mut().enumerate() {
                 own.way = Way::believed(model(&self.shape, index));
             }
+            self.recall(turns_per_s);
             return false;
         }
-        let left = self.kept.iter().position(|kept| is_near(kept, leaving)).unwrap_or(0);
+        let left = self.kept.iter().position(|kept| kept.is_near(leaving)).unwrap_or(0);
         self.kept[left].turns_per_s = leaving;
         self.kept[left].harmonics.copy_from_slice(&self.harmonics);
         // The one that was left longest ago stands first.
         self.kept[left..].rotate_left(1);
-        let known = self.kept.iter().find(|kept| is_near(kept, turns_per_s));
+        let known = self.kept.iter().find(|kept| kept.is_near(turns_per_s));
         let old = self.kept.last().map_or(&[][..], |kept| &kept.harmonics);
         for (index, own) in self.harmonics[..self.used].iter_mut().enumerate() {
             if let Some(known) = known {

@@ -57,6 +57,13 @@ impl Way {
         }
     }
 
+    /// All of it are numbers, and T is one to divide by.
+    pub fn is_finite(&self) -> bool {
+        let all = [self.model, self.way, self.error_m, self.change_m, self.pet];
+        let sizes = all.iter().map(|own| own.square()).chain([self.pee, self.ptt]);
+        sizes.sum::<f64>().is_finite() && self.way.square() > 0.0
+    }
+
     /// How far the last change moved the displacement, m.
     pub fn moved_m(&self) -> f64 {
         self.way.times(self.change_m).magnitude()
