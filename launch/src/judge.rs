@@ -1,8 +1,11 @@
-//! Judges a cut while it runs: error is the reference minus the true displacement, after the settling time.
+//! Judges a cut while it runs: error is the reference minus the true displacement, after the settling time; at the samples, and half a
+//! tick before each, where the feedback does not look.
 
 use crate::any_number;
+use crate::error_between::{Between, ErrorBetween};
 use crate::error_course::{ErrorCourse, ErrorWindow};
 use crate::noticed::Noticing;
+use anhyst_controller::Trajectory;
 use anhyst_guard::Event;
 use anhyst_ipc::{CoilField, Demand, Estimate, Measurement, SafeField, Truth};
 use anhyst_report::number::Si;
@@ -22,7 +25,12 @@ pub struct Judge {
     shape_error_sum_of_squares: f64,
     #[serde(default)]
     course: ErrorCourse,
+    #[serde(default)]
+    between: Between,
     noticing: Option<Noticing>,
+    /// Not written down: a table may be long, and whoever goes on has it.
+    #[serde(skip)]
+    trajectory: Option<Trajectory>,
     verdict: Verdict,
 }
 
@@ -44,6 +52,9 @@ pub struct Verdict {
     /// When the largest error occurred.
     #[serde(with = "any_number")]
     pub error_max_at_s: f64,
+    /// Error half a tick before each sample; none where the plant does not say where it was, or somebody else says what is wanted.
+    #[serde(default)]
+    pub between: Option<ErrorBetween>,
     /// When the tolerance was first exceeded, if it was.
     pub first_exceeded_at_s: Option<f64>,
     /// Estimated minus true shape parameter at the end.
@@ -103,7 +114,7 @@ pub struct Verdict {
 }
 
 /// A value that is no number exceeds every limit: it must never pass for a good result.
-fn exceeds(value: f64, limit: f64) -> bool {
+pub(crate) fn exceeds(value: f64, limit: f64) -> bool {
     value > limit || value.is_nan()
 }
 
@@ -118,7 +129,9 @@ impl Judge {
             sum_of_squares_m2: 0.0,
             shape_error_sum_of_squares: 0.0,
             course: ErrorCourse::default(),
+            between: Between::default(),
             noticing: None,
+            trajectory: None,
             verdict: Verdict::default(),
         }
     }
@@ -126,6 +139,20 @@ impl Judge {
     /// The same, listening to what is worth telling beside the verdict.
     pub fn noticing(self, noticing: Option<Noticing>) -> Self {
         Self { noticing, ..self }
+    }
+
+    /// The same, knowing what is wanted at any time.
+    pub fn following(mut self, trajectory: Option<Trajectory>) -> Self {
+        self.trajectory = trajectory;
+        self
+    }
+
+    /// What another judge has written down, with what only this one knows.
+    pub fn going_on(self, noted: Self) -> Self {
+        Self {
+            trajectory: self.trajectory,
+            ..noted
+        }
     }
 
     /// Looks at one tick.
@@ -139,7 +166,7 @@ impl Judge {
     ) {
         let time_s = tick as f64 * self.tick_s;
         if let Some(noticing) = &mut self.noticing {
-            noticing.hear(tick, measured, demand, field);
+            noticing.hear(tick, measured, (estimate, demand), field);
         }
         let verdict = &mut self.verdict;
         verdict.field_peak_a_per_m = verdict.field_peak_a_per_m.max(field.field_a_per_m.abs());
@@ -180,8 +207,17 @@ impl Judge {
             (verdict.error_max_m, verdict.error_max_at_s) = (error_m.abs(), time_s);
         }
         let tolerance_m = self.expect.tolerance_m;
-        if tolerance_m.is_some_and(|most| exceeds(error_m.abs(), most)) && verdict.first_exceeded_at_s.is_none() {
-            verdict.first_exceeded_at_s = Some(time_s);
+        let mut largest = (error_m.abs(), time_s);
+        let then_s = time_s - 0.5 * self.tick_s;
+        if let Some(trajectory) = self.trajectory.as_ref().filter(|_| then_s >= self.expect.settling_s) {
+            let between_m = (trajectory.at(then_s).position_m - truth.displacement_between_m).abs();
+            self.between.observe(then_s, between_m);
+            if exceeds(between_m, largest.0) {
+                largest = (between_m, then_s);
+            }
+        }
+        if tolerance_m.is_some_and(|most| exceeds(largest.0, most)) && verdict.first_exceeded_at_s.is_none() {
+            verdict.first_exceeded_at_s = Some(largest.1);
         }
     }
 
@@ -193,6 +229,7 @@ impl Judge {
             a_error_rms_a_per_m: mean(self.shape_error_sum_of_squares),
             judged_ticks: self.samples,
             error_course: self.course.windows(self.tick_s),
+            between: self.between.error(),
             coil_late: self.noticing.as_ref().and_then(Noticing::late),
             noticed: self.noticing.as_ref().map(Noticing::sentences).unwrap_or_default(),
             ..self.verdict.clone()
@@ -208,6 +245,12 @@ impl Verdict {
             .take_while(|tick| *tick as f64 * tick_s >= expect.settling_s);
         let unjudged_ticks = (due.count() as u64).saturating_sub(self.judged_ticks);
         Self { unjudged_ticks, ..self }
+    }
+
+    /// The largest error, at the samples or between them, and when it was.
+    pub fn largest_error(&self) -> (f64, f64) {
+        let between = self.between.filter(|own| exceeds(own.max_m, self.error_max_m));
+        between.map_or((self.error_max_m, self.error_max_at_s), |own| (own.max_m, own.max_at_s))
     }
 
     /// The name of the first event that the guard raised.
@@ -240,10 +283,16 @@ impl Verdict {
                 "the field went beyond the guard's limit in {ticks} ticks, up to {peak:.2} kA/m"
             ));
         }
-        if let Some(most) = expect.tolerance_m.filter(|most| exceeds(self.error_max_m, *most)) {
-            let (max, at, most) = (Si(self.error_max_m, "m"), self.error_max_at_s, Si(most, "m"));
+        let (largest_m, at) = self.largest_error();
+        if let Some(most) = expect.tolerance_m.filter(|most| exceeds(largest_m, *most)) {
+            let between = if exceeds(largest_m, self.error_max_m) {
+                ", between the samples,"
+            } else {
+                ""
+            };
+            let (max, most) = (Si(largest_m, "m"), Si(most, "m"));
             failures.push(format!(
-                "largest error {max} at {at:.4} s exceeds the tolerance of {most}"
+                "largest error {max} at {at:.4} s{between} exceeds the tolerance of {most}"
             ));
         }
         if let Some(limit) = expect.error_rms_m.filter(|limit| exceeds(self.error_rms_m, *limit)) {

@@ -9,6 +9,7 @@ pub mod claim;
 pub mod disk;
 pub mod embedded;
 pub mod error;
+pub mod error_between;
 pub mod error_course;
 pub mod external;
 mod fault_injector;

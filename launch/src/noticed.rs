@@ -1,7 +1,8 @@
-//! What a run shows beside its verdict: a coil that follows otherwise than believed, what the guard saw, what was learned in vain.
+//! What a run shows beside its verdict: a coil that follows otherwise than believed, what the guard saw, what was learned in vain, an
+//! estimate that went as far as it may.
 
 use anhyst_guard::{BelievedCoil, Event, Following, GainAndShift};
-use anhyst_ipc::{Demand, Measurement, NodeId, SafeField};
+use anhyst_ipc::{Demand, Estimate, Measurement, NodeId, SafeField};
 use anhyst_scenario::{Late, Scenario};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -17,6 +18,8 @@ const SHIFT_TICKS: f64 = 0.1;
 const UNLIKE: f64 = 0.02;
 /// Only a delay that is as near to whole ticks is one of the amplifier's.
 const WHOLE_TICK: f64 = 0.15;
+/// An estimate that stays at an end of its range so long, s, is not on its way through.
+const AT_EDGE_S: f64 = 0.1;
 /// And by so many standard deviations.
 const DEVIATIONS: f64 = 5.0;
 
@@ -34,6 +37,18 @@ pub struct Noticing {
     given_a_per_m: f64,
     events: Vec<(u64, u64)>,
     taken_back_ticks: u64,
+    at_edge: AtEdge,
+}
+
+/// The estimate at an end of its range.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct AtEdge {
+    /// In a row until now, the longest row, and all.
+    now_ticks: u64,
+    longest_ticks: u64,
+    ticks: u64,
+    /// Where it was last.
+    shape_a_per_m: f64,
 }
 
 impl Noticing {
@@ -51,10 +66,17 @@ impl Noticing {
             given_a_per_m: 0.0,
             events: Vec::new(),
             taken_back_ticks: 0,
+            at_edge: AtEdge::default(),
         })
     }
 
-    pub fn hear(&mut self, tick: u64, measured: &Measurement, demand: &Demand, field: &SafeField) {
+    pub fn hear(
+        &mut self,
+        tick: u64,
+        measured: &Measurement,
+        (estimate, demand): (&Estimate, &Demand),
+        field: &SafeField,
+    ) {
         let acts = SafeField::RAMPING | SafeField::SAFE | SafeField::HOLDING;
         // A field on its way to safety is given alike, but is no example of the cut.
         if field.status & acts == 0 {
@@ -66,6 +88,7 @@ impl Noticing {
             self.events.push((field.event, tick));
         }
         self.taken_back_ticks += u64::from(demand.status & Demand::TAKEN_BACK != 0);
+        self.at_edge.hear(estimate);
     }
 
     /// As sentences, with what to paste.
@@ -80,6 +103,14 @@ impl Noticing {
             all.push(format!(
                 "learning made it no better, and what was learned was taken back, for {} ticks: see controller.learning",
                 self.taken_back_ticks
+            ));
+        }
+        if self.at_edge.longest_ticks as f64 * self.tick_s >= AT_EDGE_S {
+            all.push(format!(
+                "the estimate of a stood at the end of its range, {:.1} A/m, for {:.2} s: widen estimator.law.range_a_per_m; where a cannot \
+                 be beyond it, the model errs elsewhere, see anhyst diagnose",
+                self.at_edge.shape_a_per_m,
+                self.at_edge.ticks as f64 * self.tick_s
             ));
         }
         all
@@ -159,6 +190,19 @@ impl Noticing {
                 format!("{bandwidth_hz} Hz in all fit, AmplifierBandwidth(time_constant_s: {own_s:.2e}) in `effects`")
             }
         }
+    }
+}
+
+impl AtEdge {
+    fn hear(&mut self, estimate: &Estimate) {
+        if estimate.status & Estimate::AT_EDGE == 0 {
+            self.now_ticks = 0;
+            return;
+        }
+        self.now_ticks += 1;
+        self.ticks += 1;
+        self.longest_ticks = self.longest_ticks.max(self.now_ticks);
+        self.shape_a_per_m = estimate.shape_a_per_m;
     }
 }
 

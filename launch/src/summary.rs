@@ -27,7 +27,7 @@ pub struct Summary {
     pub first_event_name: Option<String>,
     /// The workpiece's tolerance, if one is stated.
     pub tolerance_m: Option<f64>,
-    /// Tolerance minus largest error.
+    /// Tolerance minus largest error, at the samples and between them.
     pub tolerance_margin_m: Option<f64>,
     /// Field limit.
     pub field_limit_a_per_m: f64,
@@ -70,7 +70,8 @@ impl Summary {
             ticks().min()
         };
         let ticks = ticks.unwrap_or_default();
-        let verdict = verdict.of_ticks(ticks, scenario.tick_s, &scenario.expect);
+        let mut verdict = verdict.of_ticks(ticks, scenario.tick_s, &scenario.expect);
+        verdict.noticed.extend(scenario.warnings());
         let failures = verdict.failures(&scenario.expect);
         let loop_s = reports.iter().map(|report| report.loop_s).fold(0.0, f64::max);
         let ticks_per_s = if loop_s > 0.0 { ticks as f64 / loop_s } else { 0.0 };
@@ -81,7 +82,7 @@ impl Summary {
             failures,
             first_event_name: verdict.first_event_name().map(str::to_owned),
             tolerance_m: scenario.expect.tolerance_m,
-            tolerance_margin_m: scenario.expect.tolerance_m.map(|most| most - verdict.error_max_m),
+            tolerance_margin_m: scenario.expect.tolerance_m.map(|most| most - verdict.largest_error().0),
             field_limit_a_per_m: scenario.guard.field_limit_a_per_m,
             verdict,
             ticks,
@@ -122,21 +123,19 @@ impl Summary {
     /// None in practice: every summary has a JSON form.
     pub fn for_programs(&self) -> serde_json::Result<serde_json::Value> {
         let mut summary = serde_json::to_value(self)?;
-        let figures = summary.as_object_mut().into_iter().flatten();
-        for (_, figure) in figures.filter(|(_, figure)| matches!(figure.as_str(), Some("inf" | "-inf" | "NaN"))) {
-            *figure = serde_json::Value::Null;
-        }
+        finite(&mut summary);
         Ok(summary)
     }
 
     /// The verdict, in a sentence; whatever is not tracking is not called so.
     pub fn sentence(&self, settling_s: f64) -> String {
         let length = |metres: f64| Si(metres, "m").to_string();
-        let most = length(self.verdict.error_max_m);
+        let most = length(self.verdict.largest_error().0);
+        let between = self.verdict.between.map_or("", |_| ", between the samples, too");
         match self.tolerance_m {
             _ if !self.failures.is_empty() => format!("NOT held: {}", self.failures.join("; ")),
             Some(tolerance_m) => format!(
-                "held: every error after {settling_s} s is within ±{}",
+                "held: every error after {settling_s} s is within ±{}{between}",
                 length(tolerance_m)
             ),
             None => format!(
@@ -168,6 +167,13 @@ impl Summary {
             "error max",
             format!("{} at {:.3} s", length(verdict.error_max_m), verdict.error_max_at_s),
         );
+        if let Some(between) = verdict.between {
+            let (rms, max) = (length(between.rms_m), length(between.max_m));
+            row(
+                "between samples rms, max",
+                format!("{rms}, {max} at {:.3} s", between.max_at_s),
+            );
+        }
         if let (Some(tolerance_m), Some(margin_m)) = (self.tolerance_m, self.tolerance_margin_m) {
             row(
                 "tolerance, margin",
@@ -237,5 +243,16 @@ impl Summary {
             ]);
         }
         Some(table)
+    }
+}
+
+/// Puts null where a figure is no finite number.
+fn finite(value: &mut serde_json::Value) {
+    use serde_json::Value;
+    match value {
+        Value::String(text) if matches!(text.as_str(), "inf" | "-inf" | "NaN") => *value = Value::Null,
+        Value::Array(values) => values.iter_mut().for_each(finite),
+        Value::Object(fields) => fields.values_mut().for_each(finite),
+        _ => {}
     }
 }

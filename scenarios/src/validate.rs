@@ -82,17 +82,17 @@ impl Scenario {
         Ok(())
     }
 
-    /// A loop that stands still must miss its tolerance.
+    /// A loop that stands still must miss its tolerance, wherever it stands.
     fn validate_tolerance(&self) -> Result<(), Invalid> {
         let (Some(tolerance_m), None) = (self.expect.tolerance_m, self.inverse.drive) else {
             return Ok(());
         };
-        let size_m = self.controller()?.size_m(self.duration_s);
-        let Some(size_m) = size_m.filter(|size_m| tolerance_m > *size_m) else {
+        let stroke_m = self.controller()?.stroke_m(self.expect.settling_s, self.duration_s);
+        let Some(stroke_m) = stroke_m.filter(|stroke_m| tolerance_m > *stroke_m) else {
             return Ok(());
         };
         let sentence = format!(
-            "{tolerance_m} m is more than the profile itself goes from 0, {size_m:.3e} m: a loop that stands still would hold it; leave it out where nothing is to be judged"
+            "{tolerance_m} m is more than the profile's own stroke, ±{stroke_m:.3e} m: a loop that stands still would hold it; leave it out where nothing is to be judged"
         );
         Err(Invalid::new("expect.tolerance_m", sentence))
     }

@@ -170,6 +170,22 @@ impl TrajectorySettings {
     }
 }
 
+impl TrajectorySettings {
+    /// Refuses what a run of so long would silently leave out.
+    pub(crate) fn validate_within(&self, duration_s: f64) -> Result<(), Invalid> {
+        let Self::Profile { speed_changes, .. } = self else {
+            return Ok(());
+        };
+        let late = speed_changes.iter().position(|change| change.at_s >= duration_s);
+        late.map_or(Ok(()), |place| {
+            let at_s = speed_changes[place].at_s;
+            let sentence =
+                format!("{at_s} s is not before the run's end, {duration_s} s: this change would never come");
+            Err(Invalid::new(format!("speed_changes.{place}.at_s"), sentence))
+        })
+    }
+}
+
 /// Refuses what a blend does in fewer than four ticks: the hold's correction sees its fourth derivative.
 fn unless_turned(path: &str, what: &str, length_s: f64, remedy: &str, tick_s: f64) -> Result<(), Invalid> {
     let least_s = 4.0 * tick_s;
