@@ -2,6 +2,7 @@
 //! tick before each, where the feedback does not look.
 
 use crate::any_number;
+use crate::course::{CourseJudge, CourseVerdict, Instant, counts};
 use crate::error_between::{Between, ErrorBetween};
 use crate::error_course::{ErrorCourse, ErrorWindow};
 use crate::noticed::Noticing;
@@ -27,6 +28,8 @@ pub struct Judge {
     course: ErrorCourse,
     #[serde(default)]
     between: Between,
+    #[serde(default)]
+    trajectory_judge: Option<CourseJudge>,
     noticing: Option<Noticing>,
     /// Not written down: a table may be long, and whoever goes on has it.
     #[serde(skip)]
@@ -55,6 +58,9 @@ pub struct Verdict {
     /// Error half a tick before each sample; none where the plant does not say where it was, or somebody else says what is wanted.
     #[serde(default)]
     pub between: Option<ErrorBetween>,
+    /// What matters about this kind of trajectory; none where that is its error alone.
+    #[serde(default)]
+    pub trajectory: Option<CourseVerdict>,
     /// When the tolerance was first exceeded, if it was.
     pub first_exceeded_at_s: Option<f64>,
     /// Estimated minus true shape parameter at the end.
@@ -72,6 +78,9 @@ pub struct Verdict {
     /// Ticks without an error to judge: in real time, those that the controller left out.
     #[serde(default)]
     pub unjudged_ticks: u64,
+    /// Ticks of turns, ways back and settling steps, whose error does not count.
+    #[serde(default)]
+    pub uncounted_ticks: u64,
     /// Ticks that were judged.
     #[serde(default)]
     pub judged_ticks: u64,
@@ -130,6 +139,7 @@ impl Judge {
             shape_error_sum_of_squares: 0.0,
             course: ErrorCourse::default(),
             between: Between::default(),
+            trajectory_judge: None,
             noticing: None,
             trajectory: None,
             verdict: Verdict::default(),
@@ -143,6 +153,9 @@ impl Judge {
 
     /// The same, knowing what is wanted at any time.
     pub fn following(mut self, trajectory: Option<Trajectory>) -> Self {
+        self.trajectory_judge = trajectory
+            .as_ref()
+            .and_then(|own| CourseJudge::new(own, &self.expect, self.tick_s));
         self.trajectory = trajectory;
         self
     }
@@ -199,6 +212,25 @@ impl Judge {
             return;
         }
         let error_m = demand.reference_m - truth.displacement_m;
+        let then_s = time_s - 0.5 * self.tick_s;
+        let mut between_m = None;
+        if let Some(trajectory) = &self.trajectory {
+            if let Some(judge) = &mut self.trajectory_judge {
+                let instant = Instant {
+                    time_s,
+                    reference_m: demand.reference_m,
+                    displacement_m: truth.displacement_m,
+                };
+                judge.observe(trajectory, instant);
+            }
+            if !counts(trajectory, &self.expect, time_s) {
+                verdict.uncounted_ticks += 1;
+                return;
+            }
+            if then_s >= self.expect.settling_s && counts(trajectory, &self.expect, then_s) {
+                between_m = Some((trajectory.at(then_s).position_m - truth.displacement_between_m).abs());
+            }
+        }
         self.samples += 1;
         self.course.observe(tick, error_m);
         self.sum_of_squares_m2 += error_m * error_m;
@@ -208,9 +240,7 @@ impl Judge {
         }
         let tolerance_m = self.expect.tolerance_m;
         let mut largest = (error_m.abs(), time_s);
-        let then_s = time_s - 0.5 * self.tick_s;
-        if let Some(trajectory) = self.trajectory.as_ref().filter(|_| then_s >= self.expect.settling_s) {
-            let between_m = (trajectory.at(then_s).position_m - truth.displacement_between_m).abs();
+        if let Some(between_m) = between_m {
             self.between.observe(then_s, between_m);
             if exceeds(between_m, largest.0) {
                 largest = (between_m, then_s);
@@ -230,6 +260,7 @@ impl Judge {
             judged_ticks: self.samples,
             error_course: self.course.windows(self.tick_s),
             between: self.between.error(),
+            trajectory: self.trajectory_judge.as_ref().map(CourseJudge::verdict),
             coil_late: self.noticing.as_ref().and_then(Noticing::late),
             noticed: self.noticing.as_ref().map(Noticing::sentences).unwrap_or_default(),
             ..self.verdict.clone()
@@ -243,7 +274,7 @@ impl Verdict {
         let due = (0..ticks)
             .rev()
             .take_while(|tick| *tick as f64 * tick_s >= expect.settling_s);
-        let unjudged_ticks = (due.count() as u64).saturating_sub(self.judged_ticks);
+        let unjudged_ticks = (due.count() as u64).saturating_sub(self.judged_ticks + self.uncounted_ticks);
         Self { unjudged_ticks, ..self }
     }
 
@@ -299,6 +330,7 @@ impl Verdict {
             let (rms, limit) = (Si(self.error_rms_m, "m"), Si(limit, "m"));
             failures.push(format!("error rms {rms} exceeds {limit}"));
         }
+        failures.extend(self.trajectory.iter().flat_map(|own| own.failures(expect)));
         let faulty = Event::from_number(self.first_event).filter(|event| event.is_fault());
         if let Some(event) = faulty.filter(|_| !failures.is_empty()) {
             failures.insert(0, format!("the guard saw {event} in tick {}", self.first_event_tick));
@@ -317,12 +349,11 @@ impl Verdict {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use anhyst_controller::TrajectorySettings;
 
     const EXPECT: Expect = Expect {
         tolerance_m: Some(1e-6),
-        settling_s: 0.0,
-        error_rms_m: None,
-        a_final_error_a_per_m: None,
+        ..Expect::NONE
     };
 
     // Guards against a verdict on nothing: with every demand late no error is judged, and that is no success.
@@ -381,6 +412,41 @@ mod tests {
         }
         let verdict = judge.verdict();
         assert_eq!((verdict.watchdog_ticks, verdict.first_watchdog_tick), (3, 1));
+    }
+
+    /// Guards the truth between the samples: a tip that is right at every sample and elsewhere between them does not hold.
+    #[test]
+    fn an_error_between_the_samples_is_judged() {
+        let trajectory = || Trajectory::load(&TrajectorySettings::Rest, 0.0, 1e-3, std::path::Path::new(".")).unwrap();
+        for (displacement_between_m, told) in [
+            (0.9e-6, ""),
+            (2e-6, "2.000 µm at 0.0065 s, between the samples,"),
+            (f64::NAN, "NaN"),
+        ] {
+            let mut judge = Judge::new(EXPECT, 1e-3, 1e4).following(Some(trajectory()));
+            for tick in 0..10 {
+                let truth = Truth {
+                    tick,
+                    displacement_between_m: if tick == 7 { displacement_between_m } else { 0.0 },
+                    ..Truth::default()
+                };
+                let demand = Demand {
+                    tick,
+                    ..Demand::default()
+                };
+                let fields = (&SafeField::default(), &CoilField::default());
+                let (measured, estimate) = (Measurement::default(), Estimate::default());
+                judge.observe(tick, (&measured, &truth), &estimate, &demand, fields);
+            }
+            let verdict = judge.verdict();
+            let failures = verdict.failures(&EXPECT);
+            assert_eq!(failures.len(), usize::from(!told.is_empty()), "{failures:?}");
+            assert!(failures.iter().all(|own| own.contains(told)), "{failures:?}");
+            assert_eq!(verdict.first_exceeded_at_s.is_some(), !told.is_empty());
+            // Before the first sample there is nothing; rms over the nine others.
+            let rms_m = verdict.between.unwrap().rms_m;
+            assert!((rms_m - displacement_between_m / 3.0).abs() < 1e-12 || rms_m.is_nan());
+        }
     }
 
     // Guards that a cut whose field was beyond every limit, or no number, is never called good, however small its error.

@@ -6,6 +6,7 @@ pub mod across;
 mod any_number;
 pub mod assemble;
 pub mod claim;
+pub mod course;
 pub mod disk;
 pub mod embedded;
 pub mod error;

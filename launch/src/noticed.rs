@@ -18,10 +18,12 @@ const SHIFT_TICKS: f64 = 0.1;
 const UNLIKE: f64 = 0.02;
 /// Only a delay that is as near to whole ticks is one of the amplifier's.
 const WHOLE_TICK: f64 = 0.15;
-/// An estimate that stays at an end of its range so long, s, is not on its way through.
-const AT_EDGE_S: f64 = 0.1;
 /// And by so many standard deviations.
 const DEVIATIONS: f64 = 5.0;
+/// An estimate that stays at an end of its range so long, s, is not on its way through.
+const AT_EDGE_S: f64 = 0.1;
+/// Of the range: noise takes the estimate off its end again and again.
+const NEAR_EDGE: f64 = 0.01;
 
 /// What listens.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -41,8 +43,9 @@ pub struct Noticing {
 }
 
 /// The estimate at an end of its range.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct AtEdge {
+    range_a_per_m: (f64, f64),
     /// In a row until now, the longest row, and all.
     now_ticks: u64,
     longest_ticks: u64,
@@ -66,7 +69,7 @@ impl Noticing {
             given_a_per_m: 0.0,
             events: Vec::new(),
             taken_back_ticks: 0,
-            at_edge: AtEdge::default(),
+            at_edge: AtEdge::of(scenario.estimator.law.range_a_per_m()),
         })
     }
 
@@ -107,7 +110,7 @@ impl Noticing {
         }
         if self.at_edge.longest_ticks as f64 * self.tick_s >= AT_EDGE_S {
             all.push(format!(
-                "the estimate of a stood at the end of its range, {:.1} A/m, for {:.2} s: widen estimator.law.range_a_per_m; where a cannot \
+                "the estimate of a stood at the end of its range, near {:.0} A/m, for {:.2} s: widen estimator.law.range_a_per_m; where a cannot \
                  be beyond it, the model errs elsewhere, see anhyst diagnose",
                 self.at_edge.shape_a_per_m,
                 self.at_edge.ticks as f64 * self.tick_s
@@ -194,8 +197,22 @@ impl Noticing {
 }
 
 impl AtEdge {
+    fn of(range_a_per_m: (f64, f64)) -> Self {
+        Self {
+            range_a_per_m,
+            now_ticks: 0,
+            longest_ticks: 0,
+            ticks: 0,
+            shape_a_per_m: 0.0,
+        }
+    }
+
     fn hear(&mut self, estimate: &Estimate) {
-        if estimate.status & Estimate::AT_EDGE == 0 {
+        let (lower, upper) = self.range_a_per_m;
+        let near = NEAR_EDGE * (upper - lower);
+        // A fixed estimate has no range to be at the end of.
+        let inside = estimate.shape_a_per_m > lower + near && estimate.shape_a_per_m < upper - near;
+        if inside || near <= 0.0 {
             self.now_ticks = 0;
             return;
         }

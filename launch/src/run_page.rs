@@ -48,6 +48,9 @@ fn page(scenario: &Scenario, summary: &Summary) -> Page {
     let mut page = Page::new(&format!("Run of {}", scenario.name), &sentence)
         .section(run.table(summary.figures()))
         .fact("digest", &summary.digest);
+    if let Some(trajectory) = &summary.verdict.trajectory {
+        page = page.section(trajectory.section());
+    }
     if let Some(latencies) = summary.latency_table() {
         page = page.section(Section::new("Latencies, µs").table(latencies));
     }

@@ -147,6 +147,10 @@ impl Summary {
     /// The table for people.
     pub fn table(&self) -> String {
         let mut text = self.figures().terminal();
+        if let Some(trajectory) = &self.verdict.trajectory {
+            text.push_str("\n\n");
+            text.push_str(&trajectory.terminal());
+        }
         if let Some(realtime) = &self.realtime {
             text.push_str("\n\nreal time\n");
             text.push_str(&crate::summary_realtime::table(realtime));
@@ -172,6 +176,12 @@ impl Summary {
             row(
                 "between samples rms, max",
                 format!("{rms}, {max} at {:.3} s", between.max_at_s),
+            );
+        }
+        if verdict.uncounted_ticks > 0 {
+            row(
+                "not counted (turns, settling)",
+                format!("{} ticks", verdict.uncounted_ticks),
             );
         }
         if let (Some(tolerance_m), Some(margin_m)) = (self.tolerance_m, self.tolerance_margin_m) {

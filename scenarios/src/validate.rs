@@ -67,6 +67,7 @@ impl Scenario {
             .map_err(|invalid| invalid.within("controller"))?;
         self.validate_monitors()?;
         self.validate_stability()?;
+        self.validate_course()?;
         self.validate_tolerance()?;
         self.validate_reach(&material.hysteresis)
     }
@@ -78,6 +79,36 @@ impl Scenario {
             let sentence =
                 format!("{limit_k} K cannot be watched: no thermometer is fitted, give plant.sensors.temperature");
             return Err(Invalid::new("guard.monitors.temperature_limit_k", sentence));
+        }
+        Ok(())
+    }
+
+    /// What is expected of a trajectory must be something that it has.
+    fn validate_course(&self) -> Result<(), Invalid> {
+        use TrajectorySettings::{Raster, Sawtooth, Steps, Sweep, Triangle};
+        let expect = &self.expect;
+        let trajectory = &self.controller.trajectory;
+        let steps = matches!(trajectory, Steps(_));
+        let lines = matches!(trajectory, Triangle(_) | Sawtooth(_) | Raster(_));
+        let sweep = matches!(trajectory, Sweep(_));
+        for (path, limit, unit, has, whose) in [
+            ("expect.step_settling_s", expect.step_settling_s, "s", steps, "Steps"),
+            ("expect.overshoot", expect.overshoot, "", steps, "Steps"),
+            (
+                "expect.nonlinearity",
+                expect.nonlinearity,
+                "",
+                lines,
+                "Triangle, Sawtooth and Raster",
+            ),
+            ("expect.bandwidth_hz", expect.bandwidth_hz, "Hz", sweep, "Sweep"),
+        ] {
+            let Some(limit) = limit else { continue };
+            Invalid::unless_positive(path, limit, unit)?;
+            if !has {
+                let sentence = format!("this is for the trajectories {whose}; the scenario has another one");
+                return Err(Invalid::new(path, sentence));
+            }
         }
         Ok(())
     }

@@ -128,9 +128,14 @@ impl Scan {
         self.period_s().recip()
     }
 
-    /// Time on a line that is judged.
+    /// Time on a line that is judged; where both ways are, they take as long.
     pub fn line_s(&self) -> f64 {
-        self.rise_s.max(if self.both_ways { self.fall_s } else { 0.0 }) - self.turn_s
+        self.rise_s - self.turn_s
+    }
+
+    /// Length of a line, m.
+    pub fn line_m(&self) -> f64 {
+        2.0 * self.amplitude_m * (1.0 - self.turn_s / self.rise_s)
     }
 
     /// Where on a line; none in a turn, and on a way back that is of no use.

@@ -35,6 +35,7 @@ const MOST_POINTS: usize = 65_536;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct LinesJudge {
     tick_s: f64,
+    line_s: f64,
     /// Which points of a line are kept.
     stride: u64,
     number: Option<u64>,
@@ -43,8 +44,6 @@ pub(crate) struct LinesJudge {
     seen: u64,
     /// Time since the line's beginning (s), error (m).
     points: Vec<(f64, f64)>,
-    /// Reference at the line's first and last point.
-    ends_m: (f64, f64),
     verdict: LinesVerdict,
 }
 
@@ -59,8 +58,11 @@ impl LinesJudge {
             whole: false,
             seen: 0,
             points: Vec::with_capacity(points / stride + 1),
-            ends_m: (0.0, 0.0),
-            verdict: LinesVerdict::default(),
+            line_s: scan.line_s(),
+            verdict: LinesVerdict {
+                length_m: scan.line_m(),
+                ..LinesVerdict::default()
+            },
         }
     }
 
@@ -71,7 +73,6 @@ impl LinesJudge {
             self.finish();
             self.number = line.map(|line| line.number);
             self.whole = line.is_some_and(|line| line.since_s < 1.001 * self.tick_s);
-            self.ends_m.0 = now.reference_m;
         }
         let Some(line) = line else {
             if exceeds(error_m.abs(), self.verdict.turn_error_max_m) {
@@ -79,7 +80,6 @@ impl LinesJudge {
             }
             return;
         };
-        self.ends_m.1 = now.reference_m;
         if self.seen % self.stride == 0 {
             self.points.push((line.since_s, error_m));
         }
@@ -91,10 +91,8 @@ impl LinesJudge {
         let fit = Fit::of(&self.points).filter(|_| self.whole);
         if let Some(fit) = fit {
             let own = &mut self.verdict;
-            let span_s = self.points[self.points.len() - 1].0 - self.points[0].0;
-            let length_m = self.ends_m.1 - self.ends_m.0;
+            let speed_error = fit.slope_m_per_s * self.line_s / own.length_m;
             own.lines += 1;
-            own.length_m = length_m.abs();
             let worst = |worst: &mut f64, value: f64| {
                 if exceeds(value.abs(), *worst) {
                     *worst = value.abs();
@@ -102,7 +100,7 @@ impl LinesJudge {
             };
             worst(&mut own.nonlinearity_m, fit.left_m);
             worst(&mut own.offset_m, fit.offset_m);
-            worst(&mut own.speed_error, fit.slope_m_per_s * span_s / length_m);
+            worst(&mut own.speed_error, speed_error);
         }
         self.points.clear();
         (self.seen, self.whole) = (0, false);
@@ -212,7 +210,10 @@ mod tests {
             (own.nonlinearity_m, 5e-9 * 2.0 / PI),
             (own.turn_error_max_m, 1e-6),
         ] {
-            assert!((found / expected - 1.0).abs() < 2e-3, "{found} against {expected}: {own:?}");
+            assert!(
+                (found / expected - 1.0).abs() < 2e-3,
+                "{found} against {expected}: {own:?}"
+            );
         }
         let failures = |most: f64| {
             let expect = Expect {

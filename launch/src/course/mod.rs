@@ -59,7 +59,7 @@ impl CourseJudge {
             Course::Path => return None,
             Course::Steps(steps) => Self::Steps(StepsJudge::new(steps, expect.tolerance_m, tick_s)),
             Course::Scan(scan) => Self::Lines(LinesJudge::new(scan, tick_s)),
-            Course::Sweep(_) => Self::Sweep(SweepJudge::default()),
+            Course::Sweep(sweep) => Self::Sweep(SweepJudge::new(sweep)),
             Course::Multisine(multisine) => Self::Multisine(MultisineJudge::new(multisine)),
         })
     }

@@ -121,7 +121,10 @@ mod tests {
         for line in &own.lines {
             let phase_deg = -360.0 * line.frequency_hz * 3e-4;
             assert!((line.gain.unwrap() - 0.9).abs() < 1e-9, "{line:?}");
-            assert!((line.phase_deg.unwrap() - phase_deg).abs() < 1e-6, "{line:?}, not {phase_deg}");
+            assert!(
+                (line.phase_deg.unwrap() - phase_deg).abs() < 1e-6,
+                "{line:?}, not {phase_deg}"
+            );
         }
     }
 }

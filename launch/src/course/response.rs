@@ -15,18 +15,14 @@ pub(super) struct Response {
 
 impl Response {
     pub fn observe(&mut self, angle: f64, reference_m: f64, displacement_m: f64) {
-        let (sine, cosine) = libm::sincos(angle);
-        for (sum, own) in [
-            (&mut self.squares[0], sine * sine),
-            (&mut self.squares[1], sine * cosine),
-            (&mut self.squares[2], cosine * cosine),
-            (&mut self.reference[0], reference_m * sine),
-            (&mut self.reference[1], reference_m * cosine),
-            (&mut self.displacement[0], displacement_m * sine),
-            (&mut self.displacement[1], displacement_m * cosine),
-        ] {
-            *sum += own;
-        }
+        let (sine, cosine) = angle.sin_cos();
+        let add = |sums: &mut [f64], values: &[f64]| sums.iter_mut().zip(values).for_each(|(sum, own)| *sum += own);
+        add(&mut self.squares, &[sine * sine, sine * cosine, cosine * cosine]);
+        add(&mut self.reference, &[reference_m * sine, reference_m * cosine]);
+        add(
+            &mut self.displacement,
+            &[displacement_m * sine, displacement_m * cosine],
+        );
     }
 
     /// Gain, and phase in rad (negative: late); none where there was nothing to respond to.
@@ -37,7 +33,7 @@ impl Response {
         let ((ra, rb), (ya, yb)) = (phasor(self.reference), phasor(self.displacement));
         let power = ra * ra + rb * rb;
         let (real, imaginary) = ((ya * ra + yb * rb) / power, (yb * ra - ya * rb) / power);
-        let gain = libm::hypot(real, imaginary);
-        gain.is_finite().then(|| (gain, libm::atan2(imaginary, real)))
+        let gain = real.hypot(imaginary);
+        gain.is_finite().then(|| (gain, imaginary.atan2(real)))
     }
 }

@@ -82,7 +82,9 @@ impl StepsJudge {
         };
         let goes_on = self.seen.filter(|seen| seen.place == place && seen.since_s <= since_s);
         let mut seen = goes_on.unwrap_or_else(|| {
-            self.steps = self.with_seen();
+            if let Some(seen) = self.seen {
+                seen.told(&mut self.steps, self.tolerance_m, self.tick_s);
+            }
             Seen {
                 place,
                 since_s,
@@ -105,28 +107,31 @@ impl StepsJudge {
         self.seen = Some(seen);
     }
 
-    /// The steps, the one that is seen just now included.
-    fn with_seen(&self) -> Vec<StepVerdict> {
-        let mut steps = self.steps.clone();
-        if let Some(seen) = self.seen.filter(|seen| seen.whole) {
-            let step = &mut steps[seen.place];
-            step.times += 1;
-            if exceeds(seen.beyond_m, step.overshoot_m) {
-                step.overshoot_m = seen.beyond_m;
-            }
-            let settled_s = seen.outside_s.map_or(0.0, |outside_s| outside_s + self.tick_s);
-            if settled_s > seen.since_s {
-                step.unsettled += 1;
-            } else if self.tolerance_m.is_some() {
-                step.settling_s = Some(step.settling_s.unwrap_or(0.0).max(settled_s));
-            }
-        }
-        steps
-    }
-
+    /// The one that is seen just now included.
     pub fn verdict(&self) -> StepsVerdict {
-        StepsVerdict {
-            steps: self.with_seen(),
+        let mut steps = self.steps.clone();
+        if let Some(seen) = self.seen {
+            seen.told(&mut steps, self.tolerance_m, self.tick_s);
+        }
+        StepsVerdict { steps }
+    }
+}
+
+impl Seen {
+    fn told(&self, steps: &mut [StepVerdict], tolerance_m: Option<f64>, tick_s: f64) {
+        if !self.whole {
+            return;
+        }
+        let step = &mut steps[self.place];
+        step.times += 1;
+        if exceeds(self.beyond_m, step.overshoot_m) {
+            step.overshoot_m = self.beyond_m;
+        }
+        let settled_s = self.outside_s.map_or(0.0, |outside_s| outside_s + tick_s);
+        if settled_s > self.since_s {
+            step.unsettled += 1;
+        } else if tolerance_m.is_some() {
+            step.settling_s = Some(step.settling_s.unwrap_or(0.0).max(settled_s));
         }
     }
 }
@@ -217,9 +222,15 @@ mod tests {
         let half_turn_s = PI / (omega * slowed);
         for step in &verdict.steps {
             assert!(step.times >= 2 && step.unsettled == 0, "{step:?}");
-            assert!((step.overshoot() / overshoot - 1.0).abs() < 1e-3, "{step:?}, not {overshoot}");
+            assert!(
+                (step.overshoot() / overshoot - 1.0).abs() < 1e-3,
+                "{step:?}, not {overshoot}"
+            );
             let settling_s = step.settling_s.unwrap();
-            assert!((envelope_s - half_turn_s..=envelope_s + TICK_S).contains(&settling_s), "{settling_s} s, {envelope_s} s");
+            assert!(
+                (envelope_s - half_turn_s..=envelope_s + TICK_S).contains(&settling_s),
+                "{settling_s} s, {envelope_s} s"
+            );
             // Exactly: outside at the last tick before, inside from there on.
             let off = |time_s: f64| 20e-6 * (response(time_s) - 1.0).abs();
             assert!(off(settling_s - 1.5 * TICK_S) > 0.4e-6 && off(settling_s + TICK_S) < 0.4e-6);

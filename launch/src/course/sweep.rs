@@ -38,7 +38,7 @@ pub struct Band {
     pub phase_deg: Option<f64>,
 }
 
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct SweepJudge {
     bands: Vec<Seen>,
     highest_hz: f64,
@@ -54,23 +54,32 @@ struct Seen {
     response: Response,
 }
 
+/// How many bands above the lowest frequency.
+fn band(sweep: &Sweep, frequency_hz: f64) -> f64 {
+    BANDS * (frequency_hz / sweep.from_hz.min(sweep.to_hz)).log2()
+}
+
 impl SweepJudge {
+    pub fn new(sweep: &Sweep) -> Self {
+        let bands = band(sweep, sweep.from_hz.max(sweep.to_hz)).ceil().max(1.0);
+        Self {
+            bands: vec![Seen::default(); bands as usize],
+            highest_hz: 0.0,
+        }
+    }
+
     pub fn observe(&mut self, sweep: &Sweep, now: Instant) {
         let Some((angle, frequency_hz)) = sweep.angle_and_frequency_hz(now.time_s) else {
             return;
         };
-        let lowest_hz = sweep.from_hz.min(sweep.to_hz);
-        let place = (BANDS * libm::log2(frequency_hz / lowest_hz)).max(0.0) as usize;
-        if self.bands.len() <= place {
-            self.bands.resize(place + 1, Seen::default());
-        }
+        let place = (band(sweep, frequency_hz).max(0.0) as usize).min(self.bands.len() - 1);
         let band = &mut self.bands[place];
         let error_m = (now.reference_m - now.displacement_m).abs();
         if exceeds(error_m, band.error_max_m) {
             band.error_max_m = error_m;
         }
         band.instants += 1;
-        band.logarithms += libm::log(frequency_hz);
+        band.logarithms += frequency_hz.ln();
         let [reference_m, displacement_m] = [now.reference_m, now.displacement_m].map(|own| own - sweep.mean_m);
         band.response.observe(angle, reference_m, displacement_m);
         self.highest_hz = self.highest_hz.max(frequency_hz);
@@ -82,7 +91,7 @@ impl SweepJudge {
             .map(|band| {
                 let response = band.response.gain_and_phase();
                 Band {
-                    frequency_hz: libm::exp(band.logarithms / band.instants as f64),
+                    frequency_hz: (band.logarithms / band.instants as f64).exp(),
                     error_max_m: band.error_max_m,
                     gain: response.map(|(gain, _)| gain),
                     phase_deg: response.map(|(_, phase)| phase.to_degrees()),
@@ -99,14 +108,17 @@ impl SweepJudge {
 
 /// Where the gain falls below −3 dB first, between the middles of two bands along the logarithm.
 fn bandwidth_hz(bands: &[Band]) -> Option<f64> {
-    let gains: Vec<(f64, f64)> = bands.iter().filter_map(|band| Some((band.frequency_hz, band.gain?))).collect();
+    let gains: Vec<(f64, f64)> = bands
+        .iter()
+        .filter_map(|band| Some((band.frequency_hz, band.gain?)))
+        .collect();
     let below = gains.iter().position(|(_, gain)| *gain < HALF_POWER)?;
     let (to_hz, to) = gains[below];
     let Some((from_hz, from)) = below.checked_sub(1).map(|before| gains[before]) else {
         return Some(to_hz);
     };
     let part = (from - HALF_POWER) / (from - to);
-    Some(from_hz * libm::pow(to_hz / from_hz, part))
+    Some(from_hz * (to_hz / from_hz).powf(part))
 }
 
 impl SweepVerdict {
@@ -146,7 +158,13 @@ mod tests {
             spacing: Spacing::Logarithmic,
             taper_s: Some(0.5),
         };
-        let trajectory = Trajectory::load(&TrajectorySettings::Sweep(sweep), 0.0, tick_s, std::path::Path::new(".")).unwrap();
+        let trajectory = Trajectory::load(
+            &TrajectorySettings::Sweep(sweep),
+            0.0,
+            tick_s,
+            std::path::Path::new("."),
+        )
+        .unwrap();
         let mut judge = CourseJudge::new(&trajectory, &Expect::NONE, tick_s).unwrap();
         let corner = TAU * 200.0;
         let decay = (-corner * tick_s).exp();
@@ -174,7 +192,10 @@ mod tests {
             let ratio = band.frequency_hz / 200.0;
             let (gain, phase_deg) = ((1.0 + ratio * ratio).sqrt().recip(), -ratio.atan().to_degrees());
             assert!((band.gain.unwrap() - gain).abs() < 0.01, "{band:?}, not {gain}");
-            assert!((band.phase_deg.unwrap() - phase_deg).abs() < 1.0, "{band:?}, not {phase_deg}");
+            assert!(
+                (band.phase_deg.unwrap() - phase_deg).abs() < 1.0,
+                "{band:?}, not {phase_deg}"
+            );
         }
         let bandwidth_hz = own.bandwidth_hz.unwrap();
         assert!((bandwidth_hz / 200.0 - 1.0).abs() < 0.01, "{bandwidth_hz} Hz");
