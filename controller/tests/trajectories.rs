@@ -350,6 +350,29 @@ fn bad_numbers_are_refused_where_they_stand() {
     }
 }
 
+/// A change of speed that never comes is refused, and is left out of a shorter run.
+#[test]
+fn a_change_of_speed_after_the_end_is_refused() {
+    let change = |at_s: f64| SpeedChange {
+        at_s,
+        rpm: 4200.0,
+        over_s: 0.05,
+    };
+    let settings = common::settings(TrajectorySettings::Profile {
+        spindle_rpm: 3000.0,
+        mean_m: 0.0,
+        lobes: vec![(1, 30e-6, 0.0)],
+        speed_changes: vec![change(1.0), change(2.0)],
+    });
+    assert_eq!(settings.validate(TICK_S, 2.1), Ok(()));
+    let refusal = settings.validate(TICK_S, 2.0).unwrap_err();
+    assert_eq!(refusal.path, "trajectory.speed_changes.1.at_s");
+    let TrajectorySettings::Profile { speed_changes, .. } = settings.trajectory.within(2.0) else {
+        panic!("no profile")
+    };
+    assert_eq!(speed_changes, vec![change(1.0)]);
+}
+
 /// A smooth start begins with everything at rest at 0, whatever the trajectory.
 #[test]
 fn starts_begin_at_rest() {

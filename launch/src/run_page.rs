@@ -34,9 +34,9 @@ fn page(scenario: &Scenario, summary: &Summary) -> Page {
         (false, true) => (Verdict::Note, "not judged"),
     };
     let mut run = Section::new("Verdict").badge(verdict, word).paragraph(&sentence);
-    let noticed = &summary.verdict.noticed;
-    if !noticed.is_empty() {
-        run = run.block(Block::List(noticed.clone()));
+    let told = [&summary.verdict.noticed[..], &summary.warnings].concat();
+    if !told.is_empty() {
+        run = run.block(Block::List(told));
     }
     let course = &summary.verdict.error_course;
     if !course.is_empty() {

@@ -19,6 +19,9 @@ pub struct Summary {
     pub held: bool,
     /// What did not hold.
     pub failures: Vec<String>,
+    /// What could have been told before the run, as sentences.
+    #[serde(default)]
+    pub warnings: Vec<String>,
     /// Error, estimate, field.
     #[serde(flatten)]
     pub verdict: Verdict,
@@ -70,8 +73,7 @@ impl Summary {
             ticks().min()
         };
         let ticks = ticks.unwrap_or_default();
-        let mut verdict = verdict.of_ticks(ticks, scenario.tick_s, &scenario.expect);
-        verdict.noticed.extend(scenario.warnings());
+        let verdict = verdict.of_ticks(ticks, scenario.tick_s, &scenario.expect);
         let failures = verdict.failures(&scenario.expect);
         let loop_s = reports.iter().map(|report| report.loop_s).fold(0.0, f64::max);
         let ticks_per_s = if loop_s > 0.0 { ticks as f64 / loop_s } else { 0.0 };
@@ -80,6 +82,7 @@ impl Summary {
             scenario: scenario.name.clone(),
             held: failures.is_empty() && scenario.expect.tolerance_m.is_some(),
             failures,
+            warnings: scenario.warnings(),
             first_event_name: verdict.first_event_name().map(str::to_owned),
             tolerance_m: scenario.expect.tolerance_m,
             tolerance_margin_m: scenario.expect.tolerance_m.map(|most| most - verdict.largest_error().0),

@@ -233,7 +233,7 @@ fn a_tick_that_is_long_for_the_rod_is_warned_of() {
     slowed.iter().for_each(|setting| arguments.extend(["--set", setting]));
     let finished = Finished::run(&arguments, LIMIT).expect(0);
     assert!(
-        finished.out.contains("noticed: the tick of 200 µs is long for the rod"),
+        finished.out.contains("warning: the tick of 200 µs is long for the rod"),
         "{}",
         finished.out
     );

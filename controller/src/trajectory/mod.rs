@@ -171,6 +171,15 @@ impl TrajectorySettings {
 }
 
 impl TrajectorySettings {
+    /// The same motion, without what comes after a run of so long.
+    #[must_use]
+    pub fn within(mut self, duration_s: f64) -> Self {
+        if let Self::Profile { speed_changes, .. } = &mut self {
+            speed_changes.retain(|change| change.at_s < duration_s);
+        }
+        self
+    }
+
     /// Refuses what a run of so long would silently leave out.
     pub(crate) fn validate_within(&self, duration_s: f64) -> Result<(), Invalid> {
         let Self::Profile { speed_changes, .. } = self else {
