@@ -198,6 +198,19 @@ impl Controller {
         (farthest_m > 0.0).then_some(farthest_m + LEAST_SIZE * (highest_m - lowest_m))
     }
 
+    /// What a loop that stands still where it is best misses in a run from here on, m: half of the way between the reference's ends. Of
+    /// a reference that stands still itself, how far it is from 0; none where that is 0.
+    pub fn stroke_m(&self, from_s: f64, duration_s: f64) -> Option<f64> {
+        let places = self.ticks(duration_s).filter(|time_s| *time_s >= from_s);
+        let ends = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high): (f64, f64), time_s| {
+            let own_m = self.trajectory.at(time_s).position_m;
+            (low.min(own_m), high.max(own_m))
+        });
+        let half_m = 0.5 * (ends.1 - ends.0);
+        let stroke_m = if half_m > ROUNDING_M { half_m } else { ends.1.abs() };
+        (stroke_m > 0.0).then_some(stroke_m)
+    }
+
     /// Refuses a trajectory that asks for more than the saturated rod can give, or for what no magnetization gives.
     ///
     /// # Errors

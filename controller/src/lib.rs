@@ -24,4 +24,7 @@ pub use loop_shape::LoopShape;
 pub use pid::{DerivativeOn, Pid, PidOutput, PidSettings};
 pub use settings::ControllerSettings;
 pub use strain_law::StrainLaw;
-pub use trajectory::{Motion, SpeedChange, Trajectory, TrajectorySettings};
+pub use trajectory::{
+    Course, Lines, Motion, Multisine, MultisineSettings, OnLine, RasterSettings, SawtoothSettings, Scan, Spacing,
+    SpeedChange, Step, Steps, StepsSettings, Sweep, Trajectory, TrajectorySettings, TriangleSettings,
+};

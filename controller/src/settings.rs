@@ -38,7 +38,9 @@ impl ControllerSettings {
     /// The first refusal, with value and limit.
     pub fn validate(&self, tick_s: f64, duration_s: f64) -> Result<(), Invalid> {
         Invalid::unless_between("start_s", self.start_s, 0.0, duration_s, "s")?;
-        self.validate_parts(tick_s)
+        self.validate_parts(tick_s)?;
+        let within = self.trajectory.validate_within(duration_s);
+        within.map_err(|refusal| refusal.within("trajectory"))
     }
 
     /// All that can be said without the length of the run.

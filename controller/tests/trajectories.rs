@@ -221,6 +221,37 @@ fn spline_converges_with_the_sixth_order() {
     }
 }
 
+/// The unit in a column's name: the same way in milliseconds and micrometres, however it is written.
+#[test]
+fn tables_have_their_units_in_their_names() {
+    let rows = |factors: (f64, f64)| -> String {
+        (0..=40)
+            .map(|row| {
+                let part = f64::from(row) / 40.0;
+                let (time_s, position_m) = (0.02 * part, 40e-6 * (TAU * part).sin());
+                format!("{:.17e},{:.17e}\n", time_s * factors.0, position_m * factors.1)
+            })
+            .collect()
+    };
+    let read = |header: &str, factors: (f64, f64)| {
+        let file = table(&format!("{header}\n{}", rows(factors)));
+        load(&table_settings(&file, true), 0.0)
+    };
+    let plain = read("time_s,position_m", (1.0, 1.0));
+    for (header, factors) in [
+        ("time_ms,position_um", (1e3, 1e6)),
+        ("Time [ms], Position [µm]", (1e3, 1e6)),
+        ("t_us,displacement_nm", (1e6, 1e9)),
+        ("t (s),position (mm)", (1.0, 1e3)),
+    ] {
+        let other = read(header, factors);
+        for index in 0..500 {
+            let [one, two] = [&plain, &other].map(|own| own.at(f64::from(index) * 7e-5).position_m);
+            assert!((one - two).abs() < 1e-17, "{header}: {one} m, {two} m");
+        }
+    }
+}
+
 /// A table that cannot be used is refused with file, row and column.
 #[test]
 fn tables_are_refused_with_row_and_column() {
@@ -237,9 +268,14 @@ fn tables_are_refused_with_row_and_column() {
             "row 4, column time_s: 0.1 s does not come after",
         ),
         (
-            "time_s,position_um\n0,0\n0.1,1\n",
+            "time_s,position_furlong\n0,0\n0.1,1\n",
             false,
-            "row 1 has no column \"position_m\", only: time_s, position_um",
+            "row 1 has no column \"position_m\" (or with another unit: m, mm, um, nm), only: time_s, position_furlong",
+        ),
+        (
+            "time_s,t_ms,position_um\n0,0,0\n0.1,100,1\n",
+            false,
+            "row 1 has both \"time_s\" and \"t_ms\": which of them is the time is not clear",
         ),
         ("time_s,position_m\n0,0\n0.1\n", false, "line: 3"),
         ("time_s,position_m\n", false, "it has no rows"),
@@ -312,6 +348,29 @@ fn bad_numbers_are_refused_where_they_stand() {
     for (settings, path) in cases {
         assert_eq!(settings.validate(TICK_S).unwrap_err().path, path);
     }
+}
+
+/// A change of speed that never comes is refused, and is left out of a shorter run.
+#[test]
+fn a_change_of_speed_after_the_end_is_refused() {
+    let change = |at_s: f64| SpeedChange {
+        at_s,
+        rpm: 4200.0,
+        over_s: 0.05,
+    };
+    let settings = common::settings(TrajectorySettings::Profile {
+        spindle_rpm: 3000.0,
+        mean_m: 0.0,
+        lobes: vec![(1, 30e-6, 0.0)],
+        speed_changes: vec![change(1.0), change(2.0)],
+    });
+    assert_eq!(settings.validate(TICK_S, 2.1), Ok(()));
+    let refusal = settings.validate(TICK_S, 2.0).unwrap_err();
+    assert_eq!(refusal.path, "trajectory.speed_changes.1.at_s");
+    let TrajectorySettings::Profile { speed_changes, .. } = settings.trajectory.within(2.0) else {
+        panic!("no profile")
+    };
+    assert_eq!(speed_changes, vec![change(1.0)]);
 }
 
 /// A smooth start begins with everything at rest at 0, whatever the trajectory.

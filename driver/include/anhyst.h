@@ -14,7 +14,7 @@ extern "C" {
 #endif
 
 /* Hash of all layouts below: the library refuses a program that was compiled against others. */
-#define ANHYST_LAYOUTS UINT64_C(0x124b75c11da6228c)
+#define ANHYST_LAYOUTS UINT64_C(0xc57f8c9aae042e52)
 
 /* Numbers of the channels. */
 #define ANHYST_MEASUREMENT 0u
@@ -61,8 +61,9 @@ typedef struct {
     double shape_a_per_m; /* A/m: True shape parameter a of the anhysteretic curve. */
     double temperature_k; /* K: True temperature of the rod. */
     double cutting_force_n; /* N: Force of the cut on the rod's tip, positive against the rod. */
+    double displacement_between_m; /* m: True displacement of the rod's tip half a tick before t_k; at t_0 that of t_0. */
 } AnhystTruth;
-ANHYST_ASSERT(sizeof(AnhystTruth) == 64, "size of AnhystTruth");
+ANHYST_ASSERT(sizeof(AnhystTruth) == 72, "size of AnhystTruth");
 ANHYST_ASSERT(offsetof(AnhystTruth, tick) == 0, "offset of tick");
 ANHYST_ASSERT(offsetof(AnhystTruth, sent_ns) == 8, "offset of sent_ns");
 ANHYST_ASSERT(offsetof(AnhystTruth, displacement_m) == 16, "offset of displacement_m");
@@ -71,6 +72,7 @@ ANHYST_ASSERT(offsetof(AnhystTruth, magnetization_a_per_m) == 32, "offset of mag
 ANHYST_ASSERT(offsetof(AnhystTruth, shape_a_per_m) == 40, "offset of shape_a_per_m");
 ANHYST_ASSERT(offsetof(AnhystTruth, temperature_k) == 48, "offset of temperature_k");
 ANHYST_ASSERT(offsetof(AnhystTruth, cutting_force_n) == 56, "offset of cutting_force_n");
+ANHYST_ASSERT(offsetof(AnhystTruth, displacement_between_m) == 64, "offset of displacement_between_m");
 
 /* What the estimator knows at `t_k`: the parameter, the magnetic state, and how sure it is.
    Sent by estimator. */

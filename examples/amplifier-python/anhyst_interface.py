@@ -69,15 +69,16 @@ class Truth(ctypes.Structure):
         ("shape_a_per_m", ctypes.c_double),  # A/m: True shape parameter a of the anhysteretic curve.
         ("temperature_k", ctypes.c_double),  # K: True temperature of the rod.
         ("cutting_force_n", ctypes.c_double),  # N: Force of the cut on the rod's tip, positive against the rod.
+        ("displacement_between_m", ctypes.c_double),  # m: True displacement of the rod's tip half a tick before t_k; at t_0 that of t_0.
     ]
 
     @staticmethod
     def type_name() -> str:
         """The name by which iceoryx2 compares payloads."""
-        return "Truth_51f0b50a44e338d9"
+        return "Truth_13511e45e345eecb"
 
 
-assert ctypes.sizeof(Truth) == 64
+assert ctypes.sizeof(Truth) == 72
 assert Truth.tick.offset == 0
 assert Truth.sent_ns.offset == 8
 assert Truth.displacement_m.offset == 16
@@ -86,6 +87,7 @@ assert Truth.magnetization_a_per_m.offset == 32
 assert Truth.shape_a_per_m.offset == 40
 assert Truth.temperature_k.offset == 48
 assert Truth.cutting_force_n.offset == 56
+assert Truth.displacement_between_m.offset == 64
 
 
 class Estimate(ctypes.Structure):

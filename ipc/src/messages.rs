@@ -52,6 +52,8 @@ message! {
         temperature_k: f64 in "K",
         /// Force of the cut on the rod's tip, positive against the rod.
         cutting_force_n: f64 in "N",
+        /// True displacement of the rod's tip half a tick before t_k; at t_0 that of t_0.
+        displacement_between_m: f64 in "m",
     }
 }
 

@@ -7,6 +7,7 @@ use crate::noticed::Noticing;
 use crate::overheard::Overheard;
 use crate::report::ProcessReport;
 use crate::scribe::Scribe;
+use anhyst_controller::Trajectory;
 use anhyst_estimator::Estimator;
 use anhyst_guard::Guard;
 use anhyst_inverse::{Drive, Inverse};
@@ -108,7 +109,9 @@ pub fn scribe(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<
     let foreign = scenario.external_nodes().into_iter();
     let overheard = foreign.map(|node| Overheard::new(node, scenario.ticks())).collect();
     let limit_a_per_m = scenario.guard.field_limit_a_per_m;
-    let judge = Judge::new(scenario.expect, scenario.tick_s, limit_a_per_m).noticing(Noticing::new(scenario));
+    let judge = Judge::new(scenario.expect, scenario.tick_s, limit_a_per_m)
+        .noticing(Noticing::new(scenario))
+        .following(followed(scenario)?);
     let scribe = Scribe::new(judge).with_overheard(overheard);
     let restarted = scenario
         .clock
@@ -130,6 +133,16 @@ pub fn scribe(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<
             "this build has no recorder (cargo feature `recorder`): run with --no-recording".into(),
         ))
     }
+}
+
+/// The trajectory, where all know it: nobody else's controller follows another one, and nobody else's plant keeps where it was
+/// between its samples to itself.
+fn followed(scenario: &Scenario) -> Result<Option<Trajectory>, RunError> {
+    let external = scenario.external_nodes();
+    if external.contains(&NodeId::Controller) || external.contains(&NodeId::Plant) {
+        return Ok(None);
+    }
+    Ok(Some(scenario.controller()?.trajectory().clone()))
 }
 
 /// Closes the recording, if there is one, and notes what it holds.

@@ -1,8 +1,12 @@
-//! Judges a cut while it runs: error is the reference minus the true displacement, after the settling time.
+//! Judges a cut while it runs: error is the reference minus the true displacement, after the settling time; at the samples, and half a
+//! tick before each, where the feedback does not look.
 
 use crate::any_number;
+use crate::course::{CourseJudge, CourseVerdict, Instant, counts};
+use crate::error_between::{Between, ErrorBetween};
 use crate::error_course::{ErrorCourse, ErrorWindow};
 use crate::noticed::Noticing;
+use anhyst_controller::Trajectory;
 use anhyst_guard::Event;
 use anhyst_ipc::{CoilField, Demand, Estimate, Measurement, SafeField, Truth};
 use anhyst_report::number::Si;
@@ -22,7 +26,14 @@ pub struct Judge {
     shape_error_sum_of_squares: f64,
     #[serde(default)]
     course: ErrorCourse,
+    #[serde(default)]
+    between: Between,
+    #[serde(default)]
+    trajectory_judge: Option<CourseJudge>,
     noticing: Option<Noticing>,
+    /// Not written down: a table may be long, and whoever goes on has it.
+    #[serde(skip)]
+    trajectory: Option<Trajectory>,
     verdict: Verdict,
 }
 
@@ -74,6 +85,12 @@ pub struct Verdict {
     /// When the largest error occurred.
     #[serde(with = "any_number")]
     pub error_max_at_s: f64,
+    /// Error half a tick before each sample; none where the plant does not say where it was, or somebody else says what is wanted.
+    #[serde(default)]
+    pub between: Option<ErrorBetween>,
+    /// What matters about this kind of trajectory; none where that is its error alone.
+    #[serde(default)]
+    pub trajectory: Option<CourseVerdict>,
     /// When the tolerance was first exceeded, if it was.
     pub first_exceeded_at_s: Option<f64>,
     /// Estimated minus true shape parameter at the end.
@@ -94,6 +111,9 @@ pub struct Verdict {
     /// Ticks without an error to judge: in real time, those that the controller left out.
     #[serde(default)]
     pub unjudged_ticks: u64,
+    /// Ticks of turns, ways back and settling steps, whose error does not count.
+    #[serde(default)]
+    pub uncounted_ticks: u64,
     /// Ticks that were judged.
     #[serde(default)]
     pub judged_ticks: u64,
@@ -136,7 +156,7 @@ pub struct Verdict {
 }
 
 /// A value that is no number exceeds every limit: it must never pass for a good result.
-fn exceeds(value: f64, limit: f64) -> bool {
+pub(crate) fn exceeds(value: f64, limit: f64) -> bool {
     value > limit || value.is_nan()
 }
 
@@ -151,7 +171,10 @@ impl Judge {
             sum_of_squares_m2: 0.0,
             shape_error_sum_of_squares: 0.0,
             course: ErrorCourse::default(),
+            between: Between::default(),
+            trajectory_judge: None,
             noticing: None,
+            trajectory: None,
             verdict: Verdict::default(),
         }
     }
@@ -159,6 +182,23 @@ impl Judge {
     /// The same, listening to what is worth telling beside the verdict.
     pub fn noticing(self, noticing: Option<Noticing>) -> Self {
         Self { noticing, ..self }
+    }
+
+    /// The same, knowing what is wanted at any time.
+    pub fn following(mut self, trajectory: Option<Trajectory>) -> Self {
+        self.trajectory_judge = trajectory
+            .as_ref()
+            .and_then(|own| CourseJudge::new(own, &self.expect, self.tick_s));
+        self.trajectory = trajectory;
+        self
+    }
+
+    /// What another judge has written down, with what only this one knows.
+    pub fn going_on(self, noted: Self) -> Self {
+        Self {
+            trajectory: self.trajectory,
+            ..noted
+        }
     }
 
     /// Looks at one tick.
@@ -172,7 +212,7 @@ impl Judge {
     ) {
         let time_s = tick as f64 * self.tick_s;
         if let Some(noticing) = &mut self.noticing {
-            noticing.hear(tick, measured, demand, field);
+            noticing.hear(tick, measured, (estimate, demand), field);
         }
         let verdict = &mut self.verdict;
         verdict.field_peak_a_per_m = verdict.field_peak_a_per_m.max(field.field_a_per_m.abs());
@@ -206,6 +246,25 @@ impl Judge {
             return;
         }
         let error_m = demand.reference_m - truth.displacement_m;
+        let then_s = time_s - 0.5 * self.tick_s;
+        let mut between_m = None;
+        if let Some(trajectory) = &self.trajectory {
+            if let Some(judge) = &mut self.trajectory_judge {
+                let instant = Instant {
+                    time_s,
+                    reference_m: demand.reference_m,
+                    displacement_m: truth.displacement_m,
+                };
+                judge.observe(trajectory, instant);
+            }
+            if !counts(trajectory, &self.expect, time_s) {
+                verdict.uncounted_ticks += 1;
+                return;
+            }
+            if then_s >= self.expect.settling_s && counts(trajectory, &self.expect, then_s) {
+                between_m = Some((trajectory.at(then_s).position_m - truth.displacement_between_m).abs());
+            }
+        }
         self.samples += 1;
         self.course.observe(tick, error_m);
         self.sum_of_squares_m2 += error_m * error_m;
@@ -214,8 +273,15 @@ impl Judge {
             (verdict.error_max_m, verdict.error_max_at_s) = (error_m.abs(), time_s);
         }
         let tolerance_m = self.expect.tolerance_m;
-        if tolerance_m.is_some_and(|most| exceeds(error_m.abs(), most)) && verdict.first_exceeded_at_s.is_none() {
-            verdict.first_exceeded_at_s = Some(time_s);
+        let mut largest = (error_m.abs(), time_s);
+        if let Some(between_m) = between_m {
+            self.between.observe(then_s, between_m);
+            if exceeds(between_m, largest.0) {
+                largest = (between_m, then_s);
+            }
+        }
+        if tolerance_m.is_some_and(|most| exceeds(largest.0, most)) && verdict.first_exceeded_at_s.is_none() {
+            verdict.first_exceeded_at_s = Some(largest.1);
         }
     }
 
@@ -227,6 +293,8 @@ impl Judge {
             a_error_rms_a_per_m: mean(self.shape_error_sum_of_squares),
             judged_ticks: self.samples,
             error_course: self.course.windows(self.tick_s),
+            between: self.between.error(),
+            trajectory: self.trajectory_judge.as_ref().map(CourseJudge::verdict),
             coil_late: self.noticing.as_ref().and_then(Noticing::late),
             noticed: self.noticing.as_ref().map(Noticing::sentences).unwrap_or_default(),
             ..self.verdict.clone()
@@ -240,8 +308,14 @@ impl Verdict {
         let due = (0..ticks)
             .rev()
             .take_while(|tick| *tick as f64 * tick_s >= expect.settling_s);
-        let unjudged_ticks = (due.count() as u64).saturating_sub(self.judged_ticks);
+        let unjudged_ticks = (due.count() as u64).saturating_sub(self.judged_ticks + self.uncounted_ticks);
         Self { unjudged_ticks, ..self }
+    }
+
+    /// The largest error, at the samples or between them, and when it was.
+    pub fn largest_error(&self) -> (f64, f64) {
+        let between = self.between.filter(|own| exceeds(own.max_m, self.error_max_m));
+        between.map_or((self.error_max_m, self.error_max_at_s), |own| (own.max_m, own.max_at_s))
     }
 
     /// The name of the first event that the guard raised.
@@ -274,16 +348,23 @@ impl Verdict {
                 "the field went beyond the guard's limit in {ticks} ticks, up to {peak:.2} kA/m"
             ));
         }
-        if let Some(most) = expect.tolerance_m.filter(|most| exceeds(self.error_max_m, *most)) {
-            let (max, at, most) = (Si(self.error_max_m, "m"), self.error_max_at_s, Si(most, "m"));
+        let (largest_m, at) = self.largest_error();
+        if let Some(most) = expect.tolerance_m.filter(|most| exceeds(largest_m, *most)) {
+            let between = if exceeds(largest_m, self.error_max_m) {
+                ", between the samples,"
+            } else {
+                ""
+            };
+            let (max, most) = (Si(largest_m, "m"), Si(most, "m"));
             failures.push(format!(
-                "largest error {max} at {at:.4} s exceeds the tolerance of {most}"
+                "largest error {max} at {at:.4} s{between} exceeds the tolerance of {most}"
             ));
         }
         if let Some(limit) = expect.error_rms_m.filter(|limit| exceeds(self.error_rms_m, *limit)) {
             let (rms, limit) = (Si(self.error_rms_m, "m"), Si(limit, "m"));
             failures.push(format!("error rms {rms} exceeds {limit}"));
         }
+        failures.extend(self.trajectory.iter().flat_map(|own| own.failures(expect)));
         let faulty = Event::from_number(self.first_event).filter(|event| event.is_fault());
         if let Some(event) = faulty.filter(|_| !failures.is_empty()) {
             failures.insert(0, format!("the guard saw {event} in tick {}", self.first_event_tick));
@@ -302,12 +383,11 @@ impl Verdict {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use anhyst_controller::TrajectorySettings;
 
     const EXPECT: Expect = Expect {
         tolerance_m: Some(1e-6),
-        settling_s: 0.0,
-        error_rms_m: None,
-        a_final_error_a_per_m: None,
+        ..Expect::NONE
     };
 
     // Guards against a verdict on nothing: with every demand late no error is judged, and that is no success.
@@ -366,6 +446,41 @@ mod tests {
         }
         let verdict = judge.verdict();
         assert_eq!((verdict.watchdog_ticks, verdict.first_watchdog_tick), (3, 1));
+    }
+
+    /// Guards the truth between the samples: a tip that is right at every sample and elsewhere between them does not hold.
+    #[test]
+    fn an_error_between_the_samples_is_judged() {
+        let trajectory = || Trajectory::load(&TrajectorySettings::Rest, 0.0, 1e-3, std::path::Path::new(".")).unwrap();
+        for (displacement_between_m, told) in [
+            (0.9e-6, ""),
+            (2e-6, "2.000 µm at 0.0065 s, between the samples,"),
+            (f64::NAN, "NaN"),
+        ] {
+            let mut judge = Judge::new(EXPECT, 1e-3, 1e4).following(Some(trajectory()));
+            for tick in 0..10 {
+                let truth = Truth {
+                    tick,
+                    displacement_between_m: if tick == 7 { displacement_between_m } else { 0.0 },
+                    ..Truth::default()
+                };
+                let demand = Demand {
+                    tick,
+                    ..Demand::default()
+                };
+                let fields = (&SafeField::default(), &CoilField::default());
+                let (measured, estimate) = (Measurement::default(), Estimate::default());
+                judge.observe(tick, (&measured, &truth), &estimate, &demand, fields);
+            }
+            let verdict = judge.verdict();
+            let failures = verdict.failures(&EXPECT);
+            assert_eq!(failures.len(), usize::from(!told.is_empty()), "{failures:?}");
+            assert!(failures.iter().all(|own| own.contains(told)), "{failures:?}");
+            assert_eq!(verdict.first_exceeded_at_s.is_some(), !told.is_empty());
+            // Before the first sample there is nothing; rms over the nine others.
+            let rms_m = verdict.between.unwrap().rms_m;
+            assert!((rms_m - displacement_between_m / 3.0).abs() < 1e-12 || rms_m.is_nan());
+        }
     }
 
     // Guards that a cut whose field was beyond every limit, or no number, is never called good, however small its error.

@@ -1,7 +1,8 @@
-//! What a run shows beside its verdict: a coil that follows otherwise than believed, what the guard saw, what was learned in vain.
+//! What a run shows beside its verdict: a coil that follows otherwise than believed, what the guard saw, what was learned in vain, an
+//! estimate that went as far as it may.
 
 use anhyst_guard::{BelievedCoil, Event, Following, GainAndShift};
-use anhyst_ipc::{Demand, Measurement, NodeId, SafeField};
+use anhyst_ipc::{Demand, Estimate, Measurement, NodeId, SafeField};
 use anhyst_scenario::{Late, Scenario};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -19,6 +20,10 @@ const UNLIKE: f64 = 0.02;
 const WHOLE_TICK: f64 = 0.15;
 /// And by so many standard deviations.
 const DEVIATIONS: f64 = 5.0;
+/// An estimate that stays at an end of its range so long, s, is not on its way through.
+const AT_EDGE_S: f64 = 0.1;
+/// Of the range: noise takes the estimate off its end again and again.
+const NEAR_EDGE: f64 = 0.01;
 
 /// What listens.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -34,6 +39,19 @@ pub struct Noticing {
     given_a_per_m: f64,
     events: Vec<(u64, u64)>,
     taken_back_ticks: u64,
+    at_edge: AtEdge,
+}
+
+/// The estimate at an end of its range.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct AtEdge {
+    range_a_per_m: (f64, f64),
+    /// In a row until now, the longest row, and all.
+    now_ticks: u64,
+    longest_ticks: u64,
+    ticks: u64,
+    /// Where it was last.
+    shape_a_per_m: f64,
 }
 
 impl Noticing {
@@ -51,10 +69,17 @@ impl Noticing {
             given_a_per_m: 0.0,
             events: Vec::new(),
             taken_back_ticks: 0,
+            at_edge: AtEdge::of(scenario.estimator.law.range_a_per_m()),
         })
     }
 
-    pub fn hear(&mut self, tick: u64, measured: &Measurement, demand: &Demand, field: &SafeField) {
+    pub fn hear(
+        &mut self,
+        tick: u64,
+        measured: &Measurement,
+        (estimate, demand): (&Estimate, &Demand),
+        field: &SafeField,
+    ) {
         let acts = SafeField::RAMPING | SafeField::SAFE | SafeField::HOLDING;
         // A field on its way to safety is given alike, but is no example of the cut.
         if field.status & acts == 0 {
@@ -66,6 +91,7 @@ impl Noticing {
             self.events.push((field.event, tick));
         }
         self.taken_back_ticks += u64::from(demand.status & Demand::TAKEN_BACK != 0);
+        self.at_edge.hear(estimate);
     }
 
     /// As sentences, with what to paste.
@@ -80,6 +106,14 @@ impl Noticing {
             all.push(format!(
                 "learning made it no better, and what was learned was taken back, for {} ticks: see controller.learning",
                 self.taken_back_ticks
+            ));
+        }
+        if self.at_edge.longest_ticks as f64 * self.tick_s >= AT_EDGE_S {
+            all.push(format!(
+                "the estimate of a stood at the end of its range, near {:.0} A/m, for {:.2} s: widen estimator.law.range_a_per_m; where a cannot \
+                 be beyond it, the model errs elsewhere, see anhyst diagnose",
+                self.at_edge.shape_a_per_m,
+                self.at_edge.ticks as f64 * self.tick_s
             ));
         }
         all
@@ -159,6 +193,33 @@ impl Noticing {
                 format!("{bandwidth_hz} Hz in all fit, AmplifierBandwidth(time_constant_s: {own_s:.2e}) in `effects`")
             }
         }
+    }
+}
+
+impl AtEdge {
+    fn of(range_a_per_m: (f64, f64)) -> Self {
+        Self {
+            range_a_per_m,
+            now_ticks: 0,
+            longest_ticks: 0,
+            ticks: 0,
+            shape_a_per_m: 0.0,
+        }
+    }
+
+    fn hear(&mut self, estimate: &Estimate) {
+        let (lower, upper) = self.range_a_per_m;
+        let near = NEAR_EDGE * (upper - lower);
+        // A fixed estimate has no range to be at the end of.
+        let inside = estimate.shape_a_per_m > lower + near && estimate.shape_a_per_m < upper - near;
+        if inside || near <= 0.0 {
+            self.now_ticks = 0;
+            return;
+        }
+        self.now_ticks += 1;
+        self.ticks += 1;
+        self.longest_ticks = self.longest_ticks.max(self.now_ticks);
+        self.shape_a_per_m = estimate.shape_a_per_m;
     }
 }
 

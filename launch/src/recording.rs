@@ -77,7 +77,9 @@ fn period_s(trajectory: &TrajectorySettings) -> Option<f64> {
         TrajectorySettings::Profile { spindle_rpm, lobes, .. } => {
             slowest(&mut lobes.iter().map(|(lobe, _, _)| f64::from(*lobe) * spindle_rpm / 60.0))
         }
-        TrajectorySettings::Rest | TrajectorySettings::SmoothRamps { .. } | TrajectorySettings::Table { .. } => None,
+        TrajectorySettings::Triangle(own) => Some(own.frequency_hz),
+        TrajectorySettings::Sawtooth(own) => Some(own.frequency_hz),
+        _ => None,
     };
     frequency_hz.map(|hz| 1.0 / hz)
 }

@@ -38,9 +38,9 @@ fn page(scenario: &Scenario, summary: &Summary) -> Page {
         (false, true) => (Verdict::Note, "not judged"),
     };
     let mut run = Section::new("Verdict").badge(verdict, word).paragraph(&sentence);
-    let noticed = &summary.verdict.noticed;
-    if !noticed.is_empty() {
-        run = run.block(Block::List(noticed.clone()));
+    let told = [&summary.verdict.noticed[..], &summary.warnings].concat();
+    if !told.is_empty() {
+        run = run.block(Block::List(told));
     }
     let course = &summary.verdict.error_course;
     if !course.is_empty() {
@@ -52,6 +52,9 @@ fn page(scenario: &Scenario, summary: &Summary) -> Page {
     let mut page = Page::new(&format!("Run of {}", scenario.name), &sentence)
         .section(run.table(summary.figures()))
         .fact("digest", &summary.digest);
+    if let Some(trajectory) = &summary.verdict.trajectory {
+        page = page.section(trajectory.section());
+    }
     if let Some(latencies) = summary.latency_table() {
         page = page.section(Section::new("Latencies, µs").table(latencies));
     }

@@ -45,7 +45,7 @@ impl Scribe {
     pub fn with_notes(mut self, path: PathBuf, again: bool) -> Self {
         let noted = std::fs::read(&path).ok().filter(|_| again);
         if let Some(judge) = noted.and_then(|text| serde_json::from_slice(&text).ok()) {
-            self.judge = judge;
+            self.judge = self.judge.going_on(judge);
         }
         Self {
             notes: Some(path),

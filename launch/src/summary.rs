@@ -19,6 +19,9 @@ pub struct Summary {
     pub held: bool,
     /// What did not hold.
     pub failures: Vec<String>,
+    /// What could have been told before the run, as sentences.
+    #[serde(default)]
+    pub warnings: Vec<String>,
     /// Error, estimate, field.
     #[serde(flatten)]
     pub verdict: Verdict,
@@ -27,7 +30,7 @@ pub struct Summary {
     pub first_event_name: Option<String>,
     /// The workpiece's tolerance, if one is stated.
     pub tolerance_m: Option<f64>,
-    /// Tolerance minus largest error.
+    /// Tolerance minus largest error, at the samples and between them.
     pub tolerance_margin_m: Option<f64>,
     /// Field limit.
     pub field_limit_a_per_m: f64,
@@ -79,9 +82,10 @@ impl Summary {
             scenario: scenario.name.clone(),
             held: failures.is_empty() && scenario.expect.tolerance_m.is_some(),
             failures,
+            warnings: scenario.warnings(),
             first_event_name: verdict.first_event_name().map(str::to_owned),
             tolerance_m: scenario.expect.tolerance_m,
-            tolerance_margin_m: scenario.expect.tolerance_m.map(|most| most - verdict.error_max_m),
+            tolerance_margin_m: scenario.expect.tolerance_m.map(|most| most - verdict.largest_error().0),
             field_limit_a_per_m: scenario.guard.field_limit_a_per_m,
             verdict,
             ticks,
@@ -122,21 +126,19 @@ impl Summary {
     /// None in practice: every summary has a JSON form.
     pub fn for_programs(&self) -> serde_json::Result<serde_json::Value> {
         let mut summary = serde_json::to_value(self)?;
-        let figures = summary.as_object_mut().into_iter().flatten();
-        for (_, figure) in figures.filter(|(_, figure)| matches!(figure.as_str(), Some("inf" | "-inf" | "NaN"))) {
-            *figure = serde_json::Value::Null;
-        }
+        finite(&mut summary);
         Ok(summary)
     }
 
     /// The verdict, in a sentence; whatever is not tracking is not called so.
     pub fn sentence(&self, settling_s: f64) -> String {
         let length = |metres: f64| Si(metres, "m").to_string();
-        let most = length(self.verdict.error_max_m);
+        let most = length(self.verdict.largest_error().0);
+        let between = self.verdict.between.map_or("", |_| ", between the samples, too");
         match self.tolerance_m {
             _ if !self.failures.is_empty() => format!("NOT held: {}", self.failures.join("; ")),
             Some(tolerance_m) => format!(
-                "held: every error after {settling_s} s is within ±{}",
+                "held: every error after {settling_s} s is within ±{}{between}",
                 length(tolerance_m)
             ),
             None => format!(
@@ -148,6 +150,10 @@ impl Summary {
     /// The table for people.
     pub fn table(&self) -> String {
         let mut text = self.figures().terminal();
+        if let Some(trajectory) = &self.verdict.trajectory {
+            text.push_str("\n\n");
+            text.push_str(&trajectory.terminal());
+        }
         if let Some(realtime) = &self.realtime {
             text.push_str("\n\nreal time\n");
             text.push_str(&crate::summary_realtime::table(realtime));
@@ -168,6 +174,19 @@ impl Summary {
             "error max",
             format!("{} at {:.3} s", length(verdict.error_max_m), verdict.error_max_at_s),
         );
+        if let Some(between) = verdict.between {
+            let (rms, max) = (length(between.rms_m), length(between.max_m));
+            row(
+                "between samples rms, max",
+                format!("{rms}, {max} at {:.3} s", between.max_at_s),
+            );
+        }
+        if verdict.uncounted_ticks > 0 {
+            row(
+                "not counted (turns, settling)",
+                format!("{} ticks", verdict.uncounted_ticks),
+            );
+        }
         if let (Some(tolerance_m), Some(margin_m)) = (self.tolerance_m, self.tolerance_margin_m) {
             row(
                 "tolerance, margin",
@@ -246,5 +265,16 @@ impl Summary {
             ]);
         }
         Some(table)
+    }
+}
+
+/// Puts null where a figure is no finite number.
+fn finite(value: &mut serde_json::Value) {
+    use serde_json::Value;
+    match value {
+        Value::String(text) if matches!(text.as_str(), "inf" | "-inf" | "NaN") => *value = Value::Null,
+        Value::Array(values) => values.iter_mut().for_each(finite),
+        Value::Object(fields) => fields.values_mut().for_each(finite),
+        _ => {}
     }
 }

@@ -175,6 +175,7 @@ impl PlantNode {
             shape_a_per_m: state.shape_a_per_m,
             temperature_k: state.temperature_k,
             cutting_force_n: state.cutting_force_n,
+            displacement_between_m: state.displacement_between_m,
             ..Truth::default()
         };
         (measurement, truth)

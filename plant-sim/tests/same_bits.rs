@@ -55,7 +55,7 @@ fn plant(settings: &PlantSettings, seed: u64) -> Plant {
 }
 
 /// The bits of everything that a plant says over some ticks.
-fn bits(plant: &mut Plant, ticks: std::ops::Range<u32>) -> Vec<[u64; 9]> {
+fn bits(plant: &mut Plant, ticks: std::ops::Range<u32>) -> Vec<[u64; 10]> {
     ticks
         .map(|k| {
             plant.advance(9_000.0 * libm::sin(0.0157 * f64::from(k)));
@@ -65,6 +65,7 @@ fn bits(plant: &mut Plant, ticks: std::ops::Range<u32>) -> Vec<[u64; 9]> {
                 readings.field_a_per_m,
                 readings.temperature_k,
                 state.displacement_m,
+                state.displacement_between_m,
                 state.magnetic.field_a_per_m,
                 state.magnetic.magnetization_a_per_m,
                 state.shape_a_per_m,

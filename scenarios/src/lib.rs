@@ -13,6 +13,7 @@ mod misread;
 mod scenario;
 mod source;
 mod validate;
+mod warnings;
 mod wiring;
 
 pub use belief::Late;

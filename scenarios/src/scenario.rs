@@ -171,6 +171,32 @@ pub struct Expect {
     /// Largest final error of the estimated shape parameter.
     #[serde(default)]
     pub a_final_error_a_per_m: Option<f64>,
+    /// Of steps: so long after its beginning a step has settled; before, its error does not count. None: it counts all the time.
+    #[serde(default)]
+    pub step_settling_s: Option<f64>,
+    /// Of steps: largest overshoot, as a share of the step.
+    #[serde(default)]
+    pub overshoot: Option<f64>,
+    /// Of lines: largest distance from a straight line, as a share of the line.
+    #[serde(default)]
+    pub nonlinearity: Option<f64>,
+    /// Of a sweep: up to here the gain is at least -3 dB.
+    #[serde(default)]
+    pub bandwidth_hz: Option<f64>,
+}
+
+impl Expect {
+    /// Nothing, from the first tick on.
+    pub const NONE: Self = Self {
+        tolerance_m: None,
+        settling_s: 0.0,
+        error_rms_m: None,
+        a_final_error_a_per_m: None,
+        step_settling_s: None,
+        overshoot: None,
+        nonlinearity: None,
+        bandwidth_hz: None,
+    };
 }
 
 impl Scenario {

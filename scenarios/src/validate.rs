@@ -67,6 +67,7 @@ impl Scenario {
             .map_err(|invalid| invalid.within("controller"))?;
         self.validate_monitors()?;
         self.validate_stability()?;
+        self.validate_course()?;
         self.validate_tolerance()?;
         self.validate_reach(&material.hysteresis)
     }
@@ -82,17 +83,47 @@ impl Scenario {
         Ok(())
     }
 
-    /// A loop that stands still must miss its tolerance.
+    /// What is expected of a trajectory must be something that it has.
+    fn validate_course(&self) -> Result<(), Invalid> {
+        use TrajectorySettings::{Raster, Sawtooth, Steps, Sweep, Triangle};
+        let expect = &self.expect;
+        let trajectory = &self.controller.trajectory;
+        let steps = matches!(trajectory, Steps(_));
+        let lines = matches!(trajectory, Triangle(_) | Sawtooth(_) | Raster(_));
+        let sweep = matches!(trajectory, Sweep(_));
+        for (path, limit, unit, has, whose) in [
+            ("expect.step_settling_s", expect.step_settling_s, "s", steps, "Steps"),
+            ("expect.overshoot", expect.overshoot, "", steps, "Steps"),
+            (
+                "expect.nonlinearity",
+                expect.nonlinearity,
+                "",
+                lines,
+                "Triangle, Sawtooth and Raster",
+            ),
+            ("expect.bandwidth_hz", expect.bandwidth_hz, "Hz", sweep, "Sweep"),
+        ] {
+            let Some(limit) = limit else { continue };
+            Invalid::unless_positive(path, limit, unit)?;
+            if !has {
+                let sentence = format!("this is for the trajectories {whose}; the scenario has another one");
+                return Err(Invalid::new(path, sentence));
+            }
+        }
+        Ok(())
+    }
+
+    /// A loop that stands still must miss its tolerance, wherever it stands.
     fn validate_tolerance(&self) -> Result<(), Invalid> {
         let (Some(tolerance_m), None) = (self.expect.tolerance_m, self.inverse.drive) else {
             return Ok(());
         };
-        let size_m = self.controller()?.size_m(self.duration_s);
-        let Some(size_m) = size_m.filter(|size_m| tolerance_m > *size_m) else {
+        let stroke_m = self.controller()?.stroke_m(self.expect.settling_s, self.duration_s);
+        let Some(stroke_m) = stroke_m.filter(|stroke_m| tolerance_m > *stroke_m) else {
             return Ok(());
         };
         let sentence = format!(
-            "{tolerance_m} m is more than the profile itself goes from 0, {size_m:.3e} m: a loop that stands still would hold it; leave it out where nothing is to be judged"
+            "{tolerance_m} m is more than the profile's own stroke, ±{stroke_m:.3e} m: a loop that stands still would hold it; leave it out where nothing is to be judged"
         );
         Err(Invalid::new("expect.tolerance_m", sentence))
     }

@@ -31,7 +31,7 @@ fn bad_scenarios_are_refused_with_place_value_and_limit() {
     )
     .unwrap();
     let line_of = |needle: &str| good.lines().position(|line| line.contains(needle)).unwrap() + 1;
-    let cases: [(&str, &str, &str, &[&str]); 14] = [
+    let cases: [(&str, &str, &str, &[&str]); 18] = [
         (
             "from_a_per_m: 6400.0",
             "from_a_per_m: 6100.0",
@@ -55,6 +55,31 @@ fn bad_scenarios_are_refused_with_place_value_and_limit() {
             "lobes: [(1, 4e-3, 0.0)",
             "trajectory:",
             &["the rod needs a quasi-static displacement of"],
+        ),
+        // A loop that stands still at the mean would hold it.
+        (
+            "lobes: [(1, 40e-6, 0.0), (3, 12e-6, 0.0)]",
+            "mean_m: 30e-6, lobes: [(1, 15e-9, 0.0)]",
+            "tolerance_m",
+            &["0.00000002 m is more than the profile's own stroke, ±1.500e-8 m"],
+        ),
+        (
+            "lobes: [(1, 40e-6, 0.0), (3, 12e-6, 0.0)]",
+            "lobes: [(1, 40e-6, 0.0)], speed_changes: [(at_s: 5, rpm: 3600, over_s: 0.1)]",
+            "trajectory:",
+            &["speed_changes.0.at_s: 5 s is not before the run's end, 4.5 s"],
+        ),
+        (
+            "Profile(spindle_rpm: 3000.0, lobes: [(1, 40e-6, 0.0), (3, 12e-6, 0.0)])",
+            "Sweep(amplitude_m: 1e-6, from_hz: 10, to_hz: 6000, over_s: 2)",
+            "trajectory:",
+            &["trajectory.to_hz: frequency 6000 Hz must be above 0 Hz and at most 5000 Hz"],
+        ),
+        (
+            "settling_s: 0.5",
+            "settling_s: 0.5, overshoot: 0.1",
+            "settling_s",
+            &["expect.overshoot: this is for the trajectories Steps"],
         ),
         ("seed: 1,", "sede: 1,", "seed: 1,", &["sede", "is `seed` meant?"]),
         (

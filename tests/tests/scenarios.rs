@@ -42,6 +42,11 @@ fn milling_holds_20_nm_while_a_drifts() {
     assert!(number(&summary, "a_final_error_a_per_m").abs() < 2.6, "{summary}");
     // Lag while a rises by 200 A/m per second.
     assert!(number(&summary, "a_error_rms_a_per_m") < 2.6, "{summary}");
+    let between = &summary["between"];
+    assert!(
+        number(between, "rms_m") <= 1.5 * 3.26e-9 && number(between, "max_m") <= 20e-9,
+        "{summary}"
+    );
     assert_eq!(summary["held"], true);
     assert_eq!(summary["ticks"], 90_000);
     assert_eq!(summary["lost_tokens"], 0);
@@ -109,6 +114,137 @@ fn the_adaptive_loop_beats_a_fixed_inverse_and_a_pid_alone() {
     assert!(
         feedforward_only > fixed_inverse,
         "{feedforward_only} m against {fixed_inverse} m"
+    );
+}
+
+/// Steps: settled when the reference is, 1.5 times the overshoot that is reached.
+#[test]
+fn steps_settle_without_overshoot() {
+    let summary = run("scenarios/steps.ron");
+    assert_reached(&summary, 3.15e-9, 13.4e-9);
+    let steps = summary["trajectory"]["steps"].as_array().unwrap();
+    assert_eq!(
+        (steps.len(), &summary["trajectory"]["kind"]),
+        (4, &Value::from("steps"))
+    );
+    for step in steps {
+        assert!(
+            number(step, "settling_s") < 5e-3 && number(step, "overshoot_m") < 20e-9,
+            "{step}"
+        );
+        assert!(
+            number(step, "times") >= 4.0 && number(step, "unsettled") == 0.0,
+            "{step}"
+        );
+    }
+    // Between a step's beginning and its settling nothing counts: 5 ms of every 55 ms.
+    let share = number(&summary, "uncounted_ticks") / 20_000.0;
+    assert!((0.08..0.1).contains(&share), "{summary}");
+}
+
+/// Lines: straight to 1.5 times what is reached; triangle and sawtooth alike, and turns are left out of it.
+#[test]
+fn lines_are_straight() {
+    for (file, lines, length_m, uncounted) in [
+        ("raster", 30.0, 60e-6, 13.0 / 33.0),
+        ("triangle", 39.0, 64e-6, 0.2),
+        ("sawtooth", 19.0, 70e-6, 0.3),
+    ] {
+        let summary = run(&format!("scenarios/{file}.ron"));
+        assert_reached(&summary, 3.15e-9, 13.4e-9);
+        let found = &summary["trajectory"];
+        assert_eq!(number(found, "lines"), lines, "{found}");
+        assert!((number(found, "length_m") / length_m - 1.0).abs() < 1e-9, "{found}");
+        assert!(number(found, "nonlinearity_m") < 1.5 * 12.9e-9, "{found}");
+        assert!(
+            number(found, "speed_error") < 1.5e-4 && number(found, "offset_m") < 2e-9,
+            "{found}"
+        );
+        let share = number(&summary, "uncounted_ticks") / 20_000.0;
+        assert!((share - uncounted).abs() < 0.02, "{file}: {share}");
+    }
+}
+
+/// Over frequency: the feedforward makes the loop follow all of the sweep, and every line of the multisine, as it is.
+#[test]
+fn sweeps_and_multisines_tell_gain_and_phase() {
+    for (file, kind, list, count) in [("sweep", "sweep", "bands", 20), ("multisine", "multisine", "lines", 40)] {
+        let summary = run(&format!("scenarios/{file}.ron"));
+        assert_reached(&summary, 3.15e-9, 13.4e-9);
+        let found = &summary["trajectory"];
+        assert_eq!(found["kind"], kind);
+        let list = found[list].as_array().unwrap();
+        assert_eq!(list.len(), count, "{found}");
+        for own in list {
+            assert!((number(own, "gain") - 1.0).abs() < 1e-3, "{own}");
+            assert!(number(own, "phase_deg").abs() < 0.05, "{own}");
+        }
+    }
+}
+
+#[test]
+fn a_table_in_its_own_units_is_followed() {
+    assert_reached(&run("scenarios/table.ron"), 3.25e-9, 14.9e-9);
+}
+
+/// Guards the summary against silence about an estimate that cannot go where it wants to: the rod's a is beyond its range.
+#[test]
+fn an_estimate_at_the_end_of_its_range_is_told() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run");
+    let beyond = "plant.shape=Thermal(reference_a_per_m: 7600, reference_temperature_k: 293)";
+    let arguments = [
+        "run",
+        "scenarios/milling.ron",
+        "--embedded",
+        "--no-recording",
+        "--set",
+        beyond,
+    ];
+    let short = ["--set", "duration_s=1", "--out", &out.to_string_lossy()];
+    let finished = Finished::run(&[&arguments[..], &short].concat(), LIMIT).expect(1);
+    let told = "noticed: the estimate of a stood at the end of its range, near 7300 A/m, for ";
+    assert!(finished.out.contains(told), "{}", finished.out);
+}
+
+/// Guards the warning: 2 kHz for a rod of 1275 Hz, said by `check` and by `run`; the shipped cut at 20 kHz is not warned of.
+#[test]
+fn a_tick_that_is_long_for_the_rod_is_warned_of() {
+    let check = |scenario: &str| {
+        let finished = Finished::run(&["check", scenario, "--json"], LIMIT).expect(0);
+        serde_json::from_str::<Value>(&finished.out).unwrap()
+    };
+    let slow = check("scenarios/realtime.ron");
+    assert!((number(&slow, "samples_per_resonance") - 1.57).abs() < 0.01, "{slow}");
+    let warning = slow["warnings"][0].as_str().unwrap();
+    assert!(
+        warning.contains("long for the rod, 1.6 samples in a period of its resonance at 1275 Hz"),
+        "{warning}"
+    );
+    assert_eq!(check("scenarios/milling.ron")["warnings"], Value::Array(Vec::new()));
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run");
+    let slowed = [
+        "tick_s=2e-4",
+        "controller.feedback=None",
+        "duration_s=0.6",
+        "expect.tolerance_m=None",
+    ];
+    let out_text = out.to_string_lossy();
+    let mut arguments = vec![
+        "run",
+        "scenarios/milling.ron",
+        "--embedded",
+        "--no-recording",
+        "--out",
+        &out_text,
+    ];
+    slowed.iter().for_each(|setting| arguments.extend(["--set", setting]));
+    let finished = Finished::run(&arguments, LIMIT).expect(0);
+    assert!(
+        finished.out.contains("warning: the tick of 200 µs is long for the rod"),
+        "{}",
+        finished.out
     );
 }
 

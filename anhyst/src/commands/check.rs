@@ -40,6 +40,8 @@ pub fn run(arguments: &CheckArguments) -> miette::Result<Ending> {
                 "ticks": ticks,
                 "tick_s": scenario.tick_s,
                 "processes": processes,
+                "samples_per_resonance": scenario.samples_per_resonance(),
+                "warnings": scenario.warnings(),
             });
             crate::say!("{finding:#}");
             return Ok(Ending::Held);
@@ -50,6 +52,9 @@ pub fn run(arguments: &CheckArguments) -> miette::Result<Ending> {
             scenario.tick_s * 1e6,
             if processes == 1 { "process" } else { "processes" }
         );
+        for warning in scenario.warnings() {
+            crate::say!("warning: {warning}");
+        }
     }
     Ok(Ending::Held)
 }

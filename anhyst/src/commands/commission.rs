@@ -276,6 +276,7 @@ impl Work<'_> {
             ) = (None, None, None);
             small.controller.trajectory = small.controller.trajectory.scaled(SMALL);
             small.duration_s = small.duration_s.min(small.controller.start_s + SMALL_S);
+            small.controller.trajectory = small.controller.trajectory.within(small.duration_s);
             small.expect.settling_s = small.controller.start_s.min(0.5 * small.duration_s);
             small.guard.monitors.coil = CoilWatching::On;
             let (summary, _) = self.step(attempt, &small)?;

@@ -162,6 +162,9 @@ fn finish(
         for noticed in &summary.verdict.noticed {
             crate::say!("noticed: {noticed}");
         }
+        for warning in &summary.warnings {
+            crate::say!("warning: {warning}");
+        }
         crate::say!("{}", summary.table());
         if let Some(latencies) = summary.latencies().filter(|_| with_latencies) {
             crate::say!("\n{latencies}");

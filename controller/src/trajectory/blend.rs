@@ -1,8 +1,13 @@
 //! S(s) = s⁵(126 − 420s + 540s² − 315s³ + 70s⁴): from 0 at s = 0 to 1 at s = 1, with S⁽¹⁾ to S⁽⁴⁾ zero at both ends.
 //!
-//! It is the integral of 630·q⁴ with q = s(1 − s), which gives its derivatives in closed form. Steepest at s = 1/2: S' = 2.46.
+//! It is the integral of 630·q⁴ with q = s(1 − s), which gives its derivatives in closed form. Steepest at s = 1/2, S' = 630/256;
+//! most curved at s = (1 ± 1/√7)/2, |S″| = 9.372.
 
 use super::jet::Jet;
+
+/// Largest S' and |S″|.
+pub(super) const STEEPEST: f64 = 630.0 / 256.0;
+pub(super) const MOST_CURVED: f64 = 9.372_023;
 
 /// S and its derivatives with respect to s; constant outside [0, 1].
 fn unit(s: f64) -> [f64; 5] {
@@ -55,5 +60,12 @@ pub(crate) struct Blend {
 impl Blend {
     pub fn at(&self, time_s: f64) -> Jet {
         Jet::from_scaled(unit((time_s - self.from_s) / self.length_s), self.length_s)
+    }
+
+    /// Its integral: 0 before, time since its middle after; a corner of a straight line, rounded.
+    pub fn integral_at(&self, time_s: f64) -> Jet {
+        let Jet([value, first, second, third, _]) = self.at(time_s);
+        let own = self.length_s * area((time_s - self.from_s) / self.length_s);
+        Jet([own, value, first, second, third])
     }
 }

@@ -33,9 +33,14 @@ impl Harmonics {
 
     /// Of the longest turn that all terms repeat with, at most `MOST_LOBES` times the slowest; none if there is none.
     pub fn turns_per_s(&self) -> Option<f64> {
+        self.turns_per_s_within(MOST_LOBES)
+    }
+
+    /// The same with so many lobes at most.
+    pub fn turns_per_s_within(&self, most_lobes: u32) -> Option<f64> {
         let frequencies = self.terms.iter().map(|(_, omega, _)| omega / TAU);
         let slowest = frequencies.clone().reduce(f64::min)?;
-        (1..=MOST_LOBES).map(|lobe| slowest / f64::from(lobe)).find(|base| {
+        (1..=most_lobes).map(|lobe| slowest / f64::from(lobe)).find(|base| {
             let mut lobes = frequencies.clone().map(|frequency| frequency / base);
             lobes.all(|lobes| (lobes - libm::round(lobes)).abs() < WHOLE)
         })

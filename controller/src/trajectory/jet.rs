@@ -36,6 +36,19 @@ impl Jet {
         Self(std::array::from_fn(|n| self.0[n] + other.0[n]))
     }
 
+    /// The sine of an angle (Faà di Bruno).
+    pub fn sine(self) -> Self {
+        let Self([angle, a, b, c, d]) = self;
+        let (sine, cosine) = libm::sincos(angle);
+        Self([
+            sine,
+            cosine * a,
+            cosine * b - sine * a * a,
+            cosine * (c - a * a * a) - 3.0 * sine * a * b,
+            cosine * (d - 6.0 * a * a * b) + sine * (a * a * a * a - 3.0 * b * b - 4.0 * a * c),
+        ])
+    }
+
     pub fn times(self, other: Self) -> Self {
         Self(std::array::from_fn(|n| {
             (0..=n).map(|i| BINOMIAL[n][i] * self.0[i] * other.0[n - i]).sum()

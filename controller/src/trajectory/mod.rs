@@ -6,10 +6,14 @@
 mod blend;
 mod harmonics;
 mod jet;
+mod multisine;
 mod profile;
 mod ramps;
+mod scan;
 mod spindle;
 mod spline;
+mod steps;
+mod sweep;
 mod table;
 
 use anhyst_ipc::Invalid;
@@ -23,7 +27,11 @@ use std::path::{Path, PathBuf};
 use table::Table;
 
 pub(crate) use blend::blend;
+pub use multisine::{Lines, Multisine, MultisineSettings};
+pub use scan::{OnLine, RasterSettings, SawtoothSettings, Scan, TriangleSettings};
 pub use spindle::SpeedChange;
+pub use steps::{Step, Steps, StepsSettings};
+pub use sweep::{Spacing, Sweep};
 
 /// Position and its time derivatives.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -75,7 +83,19 @@ pub enum TrajectorySettings {
         /// Time in s (rising), position in m.
         points: Vec<(f64, f64)>,
     },
-    /// A CSV file with columns `time_s` (rising) and `position_m`, joined by a quintic spline.
+    /// From level to level, standing still in each.
+    Steps(StepsSettings),
+    /// Up and down at one speed, with rounded corners.
+    Triangle(TriangleSettings),
+    /// Up at one speed and faster back, with rounded corners.
+    Sawtooth(SawtoothSettings),
+    /// Line after line of a stated length, with turns outside it.
+    Raster(RasterSettings),
+    /// A sine whose frequency goes from one to another.
+    Sweep(Sweep),
+    /// Sines of many frequencies at once.
+    Multisine(MultisineSettings),
+    /// A CSV file with columns of time (rising) and position, each with its unit in its name, joined by a quintic spline.
     Table {
         /// Path, relative to the scenario's folder.
         file: PathBuf,
@@ -100,6 +120,27 @@ impl TrajectorySettings {
                 lobes.iter_mut().for_each(|lobe| lobe.1 *= factor);
             }
             Self::SmoothRamps { points } => points.iter_mut().for_each(|point| point.1 *= factor),
+            Self::Steps(own) => own.levels_m.iter_mut().for_each(|level_m| *level_m *= factor),
+            Self::Triangle(TriangleSettings {
+                mean_m, amplitude_m, ..
+            })
+            | Self::Sawtooth(SawtoothSettings {
+                mean_m, amplitude_m, ..
+            })
+            | Self::Sweep(Sweep {
+                mean_m, amplitude_m, ..
+            })
+            | Self::Multisine(MultisineSettings {
+                mean_m, amplitude_m, ..
+            })
+            | Self::Raster(RasterSettings {
+                mean_m,
+                length_m: amplitude_m,
+                ..
+            }) => {
+                *mean_m *= factor;
+                *amplitude_m *= factor;
+            }
         }
         self
     }
@@ -119,8 +160,49 @@ impl TrajectorySettings {
                 speed_changes,
             } => profile::validate(*spindle_rpm, *mean_m, lobes, speed_changes, tick_s),
             Self::SmoothRamps { points } => ramps::validate(points, tick_s),
+            Self::Steps(own) => own.validate(tick_s),
+            Self::Triangle(own) => own.validate(tick_s),
+            Self::Sawtooth(own) => own.validate(tick_s),
+            Self::Raster(own) => own.validate(tick_s),
+            Self::Sweep(own) => own.validate(tick_s),
+            Self::Multisine(own) => own.validate(tick_s),
         }
     }
+}
+
+impl TrajectorySettings {
+    /// The same motion, without what comes after a run of so long.
+    #[must_use]
+    pub fn within(mut self, duration_s: f64) -> Self {
+        if let Self::Profile { speed_changes, .. } = &mut self {
+            speed_changes.retain(|change| change.at_s < duration_s);
+        }
+        self
+    }
+
+    /// Refuses what a run of so long would silently leave out.
+    pub(crate) fn validate_within(&self, duration_s: f64) -> Result<(), Invalid> {
+        let Self::Profile { speed_changes, .. } = self else {
+            return Ok(());
+        };
+        let late = speed_changes.iter().position(|change| change.at_s >= duration_s);
+        late.map_or(Ok(()), |place| {
+            let at_s = speed_changes[place].at_s;
+            let sentence =
+                format!("{at_s} s is not before the run's end, {duration_s} s: this change would never come");
+            Err(Invalid::new(format!("speed_changes.{place}.at_s"), sentence))
+        })
+    }
+}
+
+/// Refuses what a blend does in fewer than four ticks: the hold's correction sees its fourth derivative.
+fn unless_turned(path: &str, what: &str, length_s: f64, remedy: &str, tick_s: f64) -> Result<(), Invalid> {
+    let least_s = 4.0 * tick_s;
+    if length_s >= least_s {
+        return Ok(());
+    }
+    let sentence = format!("{what} would take {length_s} s; it takes four ticks, {least_s} s, at least: see {remedy}");
+    Err(Invalid::new(path, sentence))
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -129,7 +211,26 @@ enum Kind {
     Harmonics(Harmonics),
     Turning(Turning),
     SmoothRamps(SmoothRamps),
+    Steps(Steps),
+    Scan(Scan),
+    Sweep(Sweep),
+    Multisine(Multisine),
     Table(Table),
+}
+
+/// What matters about a trajectory beyond where it is: what it is judged by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Course<'a> {
+    /// Where it is, and nothing else.
+    Path,
+    /// Settling and overshoot.
+    Steps(&'a Steps),
+    /// Straight lines.
+    Scan(&'a Scan),
+    /// Frequency after frequency.
+    Sweep(&'a Sweep),
+    /// Many frequencies at once.
+    Multisine(&'a Multisine),
 }
 
 /// A trajectory, ready to be evaluated: S(t/start)·r(t), with S the smooth blend from 0 to 1.
@@ -163,6 +264,12 @@ impl Trajectory {
                 speed_changes,
             } => Kind::Turning(Turning::new(*spindle_rpm, speed_changes, *mean_m, lobes)),
             TrajectorySettings::SmoothRamps { points } => Kind::SmoothRamps(SmoothRamps::new(points)),
+            TrajectorySettings::Steps(own) => Kind::Steps(Steps::new(own)),
+            TrajectorySettings::Triangle(own) => Kind::Scan(Scan::triangle(own)),
+            TrajectorySettings::Sawtooth(own) => Kind::Scan(Scan::sawtooth(own)),
+            TrajectorySettings::Raster(own) => Kind::Scan(Scan::raster(own)),
+            TrajectorySettings::Sweep(own) => Kind::Sweep(*own),
+            TrajectorySettings::Multisine(own) => Kind::Multisine(Multisine::new(own)),
             TrajectorySettings::Table { file, repeat } => Kind::Table(Table::load(&base_dir.join(file), *repeat)?),
         };
         Ok(Self { kind, start_s })
@@ -175,6 +282,10 @@ impl Trajectory {
             Kind::Harmonics(harmonics) => harmonics.at(time_s),
             Kind::Turning(turning) => turning.at(time_s),
             Kind::SmoothRamps(ramps) => ramps.at(time_s),
+            Kind::Steps(steps) => steps.at(time_s),
+            Kind::Scan(scan) => scan.at(time_s),
+            Kind::Sweep(sweep) => sweep.at(time_s),
+            Kind::Multisine(multisine) => multisine.at(time_s),
             Kind::Table(table) => table.at(time_s),
         };
         let Jet(
@@ -205,10 +316,24 @@ impl Trajectory {
         }
     }
 
+    /// What it is judged by.
+    pub fn course(&self) -> Course<'_> {
+        match &self.kind {
+            Kind::Steps(steps) => Course::Steps(steps),
+            Kind::Scan(scan) => Course::Scan(scan),
+            Kind::Sweep(sweep) => Course::Sweep(sweep),
+            Kind::Multisine(multisine) => Course::Multisine(multisine),
+            Kind::Rest | Kind::Harmonics(_) | Kind::Turning(_) | Kind::SmoothRamps(_) | Kind::Table(_) => Course::Path,
+        }
+    }
+
     /// Turns of what repeats, at a time; none where nothing does.
     pub fn turns(&self, time_s: f64) -> Option<f64> {
         match &self.kind {
-            Kind::Rest | Kind::SmoothRamps(_) => None,
+            Kind::Rest | Kind::SmoothRamps(_) | Kind::Sweep(_) => None,
+            Kind::Steps(steps) => Some(steps.turns_per_s()? * time_s),
+            Kind::Scan(scan) => Some(scan.turns_per_s() * time_s),
+            Kind::Multisine(multisine) => Some(multisine.turns_per_s()? * time_s),
             Kind::Harmonics(harmonics) => Some(harmonics.turns_per_s()? * time_s),
             Kind::Turning(turning) => Some(turning.turns(time_s)),
             Kind::Table(table) => Some(table.turns_per_s()? * time_s),

@@ -1,6 +1,6 @@
 //! r(t) = mean + Σ A·sin(n·θ(t) + φ),  θ' = 2π·speed: a workpiece whose speed changes.
 //!
-//! From one speed to the next by the blend S of `blend.rs`, so that θ has five continuous derivatives. Those of r by the chain rule (Faà di Bruno).
+//! From one speed to the next by the blend S of `blend.rs`, so that θ has five continuous derivatives.
 
 use super::blend::{Blend, area};
 use super::jet::Jet;
@@ -82,18 +82,8 @@ impl Turning {
         self.lobes
             .iter()
             .fold(Jet::constant(self.mean_m), |sum, &(lobe, amplitude_m, phase)| {
-                let n = f64::from(lobe);
-                let (sine, cosine) = libm::sincos(n * TAU * turns + phase);
-                // Derivatives of the sine by the angle.
-                let [f1, f2, f3, f4] = [n * cosine, -n * n * sine, -n * n * n * cosine, n * n * n * n * sine];
-                let by_time = [
-                    sine,
-                    f1 * a,
-                    f2 * a * a + f1 * b,
-                    f3 * a * a * a + 3.0 * f2 * a * b + f1 * c,
-                    f4 * a * a * a * a + 6.0 * f3 * a * a * b + f2 * (3.0 * b * b + 4.0 * a * c) + f1 * d,
-                ];
-                sum.plus(Jet(by_time).scaled(amplitude_m))
+                let angle = Jet([TAU * turns, a, b, c, d]).scaled(f64::from(lobe));
+                sum.plus(angle.plus(Jet::constant(phase)).sine().scaled(amplitude_m))
             })
     }
 }

@@ -1,5 +1,6 @@
-//! r(t) through the rows (`time_s`, `position_m`) of a CSV file, by the spline of `spline.rs`.
+//! r(t) through the rows (time, position) of a CSV file, by the spline of `spline.rs`.
 //!
+//! A column is named by its quantity and its unit, as measured tables are: `time_s`, `t_ms`, `position_um`, `Position [nm]`.
 //! Without `repeat`: before the first and after the last row the tip stands still; r, r', r'' are continuous everywhere, r''' and
 //! r'''' everywhere but in those two rows. With `repeat`: all five are continuous everywhere, the joint included.
 //! A spline passes through every row: noise of a measured profile comes back as accelerations, so smooth it before.
@@ -106,35 +107,93 @@ fn read(path: &Path) -> Result<Vec<(f64, f64)>, String> {
         .headers()
         .map_err(|error| format!("cannot be read: {error}"))?
         .clone();
-    let column = |name: &str| {
-        header.iter().position(|title| title == name).ok_or_else(|| {
-            format!(
-                "row 1 has no column \"{name}\", only: {}",
-                header.iter().collect::<Vec<_>>().join(", ")
-            )
-        })
-    };
-    let (time_column, position_column) = (column("time_s")?, column("position_m")?);
+    let (time, position) = (TIME.column_of(&header)?, POSITION.column_of(&header)?);
     let mut rows: Vec<(f64, f64)> = Vec::new();
     for record in reader.records() {
         let record = record.map_err(|error| format!("cannot be read: {error}"))?;
         let row = record.position().map_or(0, csv::Position::line);
-        let number = |column: usize, name: &str| {
-            let text = record.get(column).unwrap_or("");
+        let number = |column: &Column| {
+            let text = record.get(column.place).unwrap_or("");
             text.parse()
                 .ok()
-                .filter(|value: &f64| value.is_finite())
-                .ok_or_else(|| format!("row {row}, column {name}: \"{text}\" is not a finite number"))
+                .map(|value: f64| value * column.factor)
+                .filter(|value| value.is_finite())
+                .ok_or_else(|| format!("row {row}, column {}: \"{text}\" is not a finite number", column.name))
         };
-        let (time_s, position_m) = (number(time_column, "time_s")?, number(position_column, "position_m")?);
+        let (time_s, position_m) = (number(&time)?, number(&position)?);
         if let Some(&(before_s, _)) = rows.last()
             && time_s <= before_s
         {
             return Err(format!(
-                "row {row}, column time_s: {time_s} s does not come after the row before, {before_s} s"
+                "row {row}, column {}: {time_s} s does not come after the row before, {before_s} s",
+                time.name
             ));
         }
         rows.push((time_s, position_m));
     }
     Ok(rows)
+}
+
+/// What a column holds: the words for it, its units with their factors to SI, and what the column is called otherwise.
+struct Quantity {
+    words: &'static [&'static str],
+    units: &'static [(&'static str, f64)],
+    usual: &'static str,
+}
+
+const TIME: Quantity = Quantity {
+    words: &["time", "t"],
+    units: &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6)],
+    usual: "time_s",
+};
+
+const POSITION: Quantity = Quantity {
+    words: &["position", "displacement"],
+    units: &[("m", 1.0), ("mm", 1e-3), ("um", 1e-6), ("nm", 1e-9)],
+    usual: "position_m",
+};
+
+/// A column that was found.
+struct Column {
+    place: usize,
+    name: String,
+    factor: f64,
+}
+
+impl Quantity {
+    fn column_of(&self, header: &csv::StringRecord) -> Result<Column, String> {
+        let mut found = header.iter().enumerate().filter_map(|(place, name)| {
+            Some(Column {
+                place,
+                name: name.to_owned(),
+                factor: self.factor_of(name)?,
+            })
+        });
+        let names = || header.iter().collect::<Vec<_>>().join(", ");
+        let Some(column) = found.next() else {
+            let units: Vec<_> = self.units.iter().map(|(unit, _)| *unit).collect();
+            return Err(format!(
+                "row 1 has no column \"{}\" (or with another unit: {}), only: {}",
+                self.usual,
+                units.join(", "),
+                names()
+            ));
+        };
+        match found.next() {
+            None => Ok(column),
+            Some(other) => Err(format!(
+                "row 1 has both \"{}\" and \"{}\": which of them is the {} is not clear",
+                column.name, other.name, self.words[0]
+            )),
+        }
+    }
+
+    /// Of `time_ms`, `Time [ms]` or `time (ms)`.
+    fn factor_of(&self, name: &str) -> Option<f64> {
+        let name = name.to_lowercase().replace(['µ', 'μ'], "u");
+        let (word, unit) = name.trim_end_matches([']', ')']).rsplit_once(['_', '[', '('])?;
+        let known = self.words.contains(&word.trim());
+        let unit = self.units.iter().find(|(own, _)| known && *own == unit.trim());
+        unit.map(|(_, factor)| *factor)
+    }
 }
