@@ -5,7 +5,7 @@
 //! with its parts, its rate (A/(m s)), the error (m) and the state of the integrator (m).
 
 use crate::anti_windup::Applied;
-use crate::effects::{KnownEffects, delay_and_lag_s};
+use crate::effects::KnownEffects;
 use crate::learner::{self, Learner, Turns};
 use crate::pid::is_measured;
 use crate::{ControllerSettings, Feedforward, LoopShape, Pid, StrainLaw, Trajectory};
@@ -117,8 +117,7 @@ impl Controller {
             .map_err(|refusal| refusal.within("trajectory"))?;
         let known = KnownEffects::new(effects, tick_s)
             .map_err(|error| Invalid::new("", error.to_string()).within("effects"))?;
-        let (delay_s, lag_s) = delay_and_lag_s(effects);
-        let shape = LoopShape::new(&rod, settings.feedback.as_ref(), tick_s).with_delay_and_lag(delay_s, lag_s);
+        let shape = LoopShape::new(&rod, settings.feedback.as_ref(), tick_s).with_effects(effects);
         shape.validate()?;
         let law = StrainLaw::new(&rod, material);
         let learner = match &settings.learning {

@@ -97,10 +97,21 @@ impl Scenario {
         Err(Invalid::new("expect.tolerance_m", sentence))
     }
 
-    /// What the controller alone cannot know: the amplifier adds ticks of delay to its loop.
+    /// The linear loop that the PID closes, with all delay that is known: also the amplifier's, of which the controller alone
+    /// does not know.
+    ///
+    /// # Errors
+    /// If the rod's constants cannot be used.
+    pub fn loop_shape(&self) -> Result<LoopShape, Invalid> {
+        let (_, rod) = self.believed()?;
+        let shape = LoopShape::new(&rod, self.controller.feedback.as_ref(), self.tick_s);
+        Ok(shape
+            .with_effects(&self.effects)
+            .with_amplifier_delay(self.amplifier.delay_ticks))
+    }
+
     fn validate_stability(&self) -> Result<(), Invalid> {
-        LoopShape::new(&self.two_pole()?, self.controller.feedback.as_ref(), self.tick_s)
-            .with_amplifier_delay(self.amplifier.delay_ticks)
+        self.loop_shape()?
             .validate()
             .map_err(|invalid| invalid.within("controller"))
     }
