@@ -1,6 +1,7 @@
 //! From a scenario to blocks: the one place that knows all nodes.
 
 use crate::error::RunError;
+use crate::error_spectrum::ErrorSpectrum;
 use crate::folder::RunFolder;
 use crate::judge::Judge;
 use crate::noticed::Noticing;
@@ -108,7 +109,9 @@ pub fn scribe(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<
     let foreign = scenario.external_nodes().into_iter();
     let overheard = foreign.map(|node| Overheard::new(node, scenario.ticks())).collect();
     let limit_a_per_m = scenario.guard.field_limit_a_per_m;
-    let judge = Judge::new(scenario.expect, scenario.tick_s, limit_a_per_m).noticing(Noticing::new(scenario));
+    let judge = Judge::new(scenario.expect, scenario.tick_s, limit_a_per_m)
+        .noticing(Noticing::new(scenario))
+        .with_spectrum(ErrorSpectrum::new(scenario));
     let scribe = Scribe::new(judge).with_overheard(overheard);
     let restarted = scenario
         .clock

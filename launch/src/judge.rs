@@ -2,6 +2,7 @@
 
 use crate::any_number;
 use crate::error_course::{ErrorCourse, ErrorWindow};
+use crate::error_spectrum::{ErrorLine, ErrorSpectrum, SpectrumBand};
 use crate::noticed::Noticing;
 use anhyst_guard::Event;
 use anhyst_ipc::{CoilField, Demand, Estimate, Measurement, SafeField, Truth};
@@ -22,6 +23,8 @@ pub struct Judge {
     shape_error_sum_of_squares: f64,
     #[serde(default)]
     course: ErrorCourse,
+    #[serde(default)]
+    spectrum: Option<ErrorSpectrum>,
     noticing: Option<Noticing>,
     verdict: Verdict,
 }
@@ -100,6 +103,12 @@ pub struct Verdict {
     /// The error over time, in at most 256 windows.
     #[serde(default)]
     pub error_course: Vec<ErrorWindow>,
+    /// The strongest lines of the error, at most eight.
+    #[serde(default)]
+    pub error_lines: Vec<ErrorLine>,
+    /// Spectra of error and sensor, in at most 400 bands.
+    #[serde(default)]
+    pub error_spectrum: Vec<SpectrumBand>,
 }
 
 /// A value that is no number exceeds every limit: it must never pass for a good result.
@@ -118,6 +127,7 @@ impl Judge {
             sum_of_squares_m2: 0.0,
             shape_error_sum_of_squares: 0.0,
             course: ErrorCourse::default(),
+            spectrum: None,
             noticing: None,
             verdict: Verdict::default(),
         }
@@ -126,6 +136,11 @@ impl Judge {
     /// The same, listening to what is worth telling beside the verdict.
     pub fn noticing(self, noticing: Option<Noticing>) -> Self {
         Self { noticing, ..self }
+    }
+
+    /// The same, with the spectrum of the error.
+    pub fn with_spectrum(self, spectrum: Option<ErrorSpectrum>) -> Self {
+        Self { spectrum, ..self }
     }
 
     /// Looks at one tick.
@@ -169,11 +184,17 @@ impl Judge {
         if demand.tick != truth.tick {
             // In real time a controller may leave a tick out; its last reference is not that of now.
             verdict.unjudged_ticks += 1;
+            if let Some(spectrum) = &mut self.spectrum {
+                spectrum.observe(None);
+            }
             return;
         }
         let error_m = demand.reference_m - truth.displacement_m;
         self.samples += 1;
         self.course.observe(tick, error_m);
+        if let Some(spectrum) = &mut self.spectrum {
+            spectrum.observe(Some([error_m, measured.displacement_m - truth.displacement_m]));
+        }
         self.sum_of_squares_m2 += error_m * error_m;
         self.shape_error_sum_of_squares += verdict.a_final_error_a_per_m * verdict.a_final_error_a_per_m;
         if exceeds(error_m.abs(), verdict.error_max_m) {
@@ -193,6 +214,8 @@ impl Judge {
             a_error_rms_a_per_m: mean(self.shape_error_sum_of_squares),
             judged_ticks: self.samples,
             error_course: self.course.windows(self.tick_s),
+            error_lines: self.spectrum.as_ref().map(ErrorSpectrum::lines).unwrap_or_default(),
+            error_spectrum: self.spectrum.as_ref().map(ErrorSpectrum::bands).unwrap_or_default(),
             coil_late: self.noticing.as_ref().and_then(Noticing::late),
             noticed: self.noticing.as_ref().map(Noticing::sentences).unwrap_or_default(),
             ..self.verdict.clone()
