@@ -16,6 +16,7 @@ mod pid;
 mod settings;
 mod strain_law;
 mod trajectory;
+mod tuning;
 
 pub use anti_windup::{AntiWindup, Applied};
 pub use controller::{Controller, Peak};
@@ -27,3 +28,4 @@ pub use pid::{DerivativeOn, Pid, PidOutput, PidSettings};
 pub use settings::ControllerSettings;
 pub use strain_law::StrainLaw;
 pub use trajectory::{Motion, SpeedChange, Trajectory, TrajectorySettings};
+pub use tuning::change_over_s;

@@ -69,7 +69,11 @@ fn spare_rad(open: Complex) -> f64 {
 
 fn larger(most: Largest, value: f64, omega: f64) -> Largest {
     let frequency_hz = omega / TAU;
-    if value > most.value { Largest { value, frequency_hz } } else { most }
+    if value > most.value {
+        Largest { value, frequency_hz }
+    } else {
+        most
+    }
 }
 
 /// The lesser of what is there.

@@ -111,6 +111,7 @@ pub fn scribe(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<
     let limit_a_per_m = scenario.guard.field_limit_a_per_m;
     let judge = Judge::new(scenario.expect, scenario.tick_s, limit_a_per_m)
         .noticing(Noticing::new(scenario))
+        .with_changes(&scenario.changes)
         .with_spectrum(ErrorSpectrum::new(scenario));
     let scribe = Scribe::new(judge).with_overheard(overheard);
     let restarted = scenario

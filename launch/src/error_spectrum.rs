@@ -283,7 +283,12 @@ mod tests {
         }
         assert_eq!(found.lines(), []);
         let bands = found.bands();
-        assert!(bands.len() <= BANDS && bands.iter().all(|own| own.sensor_m_per_sqrt_hz > own.error_m_per_sqrt_hz));
+        assert!(
+            bands.len() <= BANDS
+                && bands
+                    .iter()
+                    .all(|own| own.sensor_m_per_sqrt_hz > own.error_m_per_sqrt_hz)
+        );
     }
 
     /// Guards the names: lines between bins and on them come with their frequency, amplitude and harmonic, the strongest first.

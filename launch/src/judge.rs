@@ -5,7 +5,7 @@ use crate::error_course::{ErrorCourse, ErrorWindow};
 use crate::error_spectrum::{ErrorLine, ErrorSpectrum, SpectrumBand};
 use crate::noticed::Noticing;
 use anhyst_guard::Event;
-use anhyst_ipc::{CoilField, Demand, Estimate, Measurement, SafeField, Truth};
+use anhyst_ipc::{Change, CoilField, Demand, Estimate, MAX_CHANGES, Measurement, SafeField, Truth, Tunable};
 use anhyst_report::number::Si;
 use anhyst_scenario::{Expect, Late};
 use serde::{Deserialize, Serialize};
@@ -25,6 +25,9 @@ pub struct Judge {
     course: ErrorCourse,
     #[serde(default)]
     spectrum: Option<ErrorSpectrum>,
+    /// Changes of the tolerance: from which tick on which.
+    #[serde(default)]
+    tolerances: Vec<(u64, f64)>,
     noticing: Option<Noticing>,
     verdict: Verdict,
 }
@@ -47,6 +50,9 @@ pub struct Verdict {
     /// When the largest error occurred.
     #[serde(with = "any_number")]
     pub error_max_at_s: f64,
+    /// Least margin to the tolerance; none where none is stated.
+    #[serde(default)]
+    pub least: Option<LeastMargin>,
     /// When the tolerance was first exceeded, if it was.
     pub first_exceeded_at_s: Option<f64>,
     /// Estimated minus true shape parameter at the end.
@@ -111,6 +117,16 @@ pub struct Verdict {
     pub error_spectrum: Vec<SpectrumBand>,
 }
 
+/// Where an error came nearest to the tolerance in force, or went farthest beyond it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct LeastMargin {
+    /// Tolerance less error; below 0 it was exceeded.
+    #[serde(with = "any_number")]
+    pub margin_m: f64,
+    pub at_s: f64,
+    pub tolerance_m: f64,
+}
+
 /// A value that is no number exceeds every limit: it must never pass for a good result.
 fn exceeds(value: f64, limit: f64) -> bool {
     value > limit || value.is_nan()
@@ -128,6 +144,7 @@ impl Judge {
             shape_error_sum_of_squares: 0.0,
             course: ErrorCourse::default(),
             spectrum: None,
+            tolerances: Vec::new(),
             noticing: None,
             verdict: Verdict::default(),
         }
@@ -136,6 +153,29 @@ impl Judge {
     /// The same, listening to what is worth telling beside the verdict.
     pub fn noticing(self, noticing: Option<Noticing>) -> Self {
         Self { noticing, ..self }
+    }
+
+    /// The same, with what the scenario changes while it runs.
+    pub fn with_changes(mut self, changes: &[Change]) -> Self {
+        for change in changes {
+            self.change(change);
+        }
+        self
+    }
+
+    /// Takes a change of the tolerance; false if it is another setting.
+    pub fn change(&mut self, change: &Change) -> bool {
+        let taken = change.set == Tunable::Tolerance && self.tolerances.len() < MAX_CHANGES;
+        if taken {
+            self.tolerances.push((change.tick, change.value));
+        }
+        taken
+    }
+
+    /// The tolerance in force.
+    fn tolerance_m(&self, tick: u64) -> Option<f64> {
+        let changed = self.tolerances.iter().rev().find(|(from, _)| *from <= tick);
+        changed.map(|(_, value)| *value).or(self.expect.tolerance_m)
     }
 
     /// The same, with the spectrum of the error.
@@ -153,6 +193,7 @@ impl Judge {
         (field, coil): (&SafeField, &CoilField),
     ) {
         let time_s = tick as f64 * self.tick_s;
+        let tolerance_m = self.tolerance_m(tick);
         if let Some(noticing) = &mut self.noticing {
             noticing.hear(tick, measured, demand, field);
         }
@@ -200,8 +241,17 @@ impl Judge {
         if exceeds(error_m.abs(), verdict.error_max_m) {
             (verdict.error_max_m, verdict.error_max_at_s) = (error_m.abs(), time_s);
         }
-        let tolerance_m = self.expect.tolerance_m;
-        if tolerance_m.is_some_and(|most| exceeds(error_m.abs(), most)) && verdict.first_exceeded_at_s.is_none() {
+        let Some(tolerance_m) = tolerance_m else { return };
+        let margin_m = tolerance_m - error_m.abs();
+        let least = verdict.least.is_none_or(|least| exceeds(least.margin_m, margin_m));
+        if least || margin_m.is_nan() {
+            verdict.least = Some(LeastMargin {
+                margin_m,
+                at_s: time_s,
+                tolerance_m,
+            });
+        }
+        if exceeds(error_m.abs(), tolerance_m) && verdict.first_exceeded_at_s.is_none() {
             verdict.first_exceeded_at_s = Some(time_s);
         }
     }
@@ -263,8 +313,15 @@ impl Verdict {
                 "the field went beyond the guard's limit in {ticks} ticks, up to {peak:.2} kA/m"
             ));
         }
-        if let Some(most) = expect.tolerance_m.filter(|most| exceeds(self.error_max_m, *most)) {
-            let (max, at, most) = (Si(self.error_max_m, "m"), self.error_max_at_s, Si(most, "m"));
+        if let Some(worst) = self
+            .least
+            .filter(|least| exceeds(0.0, least.margin_m) || least.margin_m.is_nan())
+        {
+            let (max, at, most) = (
+                Si(worst.tolerance_m - worst.margin_m, "m"),
+                worst.at_s,
+                Si(worst.tolerance_m, "m"),
+            );
             failures.push(format!(
                 "largest error {max} at {at:.4} s exceeds the tolerance of {most}"
             ));

@@ -33,3 +33,4 @@ pub mod signals;
 pub mod summary;
 mod summary_realtime;
 pub mod supervisor;
+pub mod tuning;

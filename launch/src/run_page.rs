@@ -7,6 +7,7 @@ use crate::error_spectrum::SpectrumBand;
 use crate::folder::RunFolder;
 use crate::report::ProcessReport;
 use crate::summary::Summary;
+use crate::tuning::as_it_ran;
 use anhyst_report::chart::{Axis, Chart, Curve, Figure, Role, TIME};
 use anhyst_report::number::Si;
 use anhyst_report::page::{Block, Page, Section};
@@ -19,6 +20,7 @@ impl Summary {
     /// # Errors
     /// If it cannot be written.
     pub fn written(scenario: &Scenario, reports: &[ProcessReport], folder: &RunFolder) -> Result<Self, RunError> {
+        let scenario = &as_it_ran(scenario, reports, folder)?;
         let summary = Self::new(scenario, reports);
         let refuse = |path| move |cause| RunError::Write { path, cause };
         summary.write(folder).map_err(refuse(folder.summary()))?;
@@ -41,6 +43,20 @@ fn page(scenario: &Scenario, summary: &Summary) -> Page {
     if !noticed.is_empty() {
         run = run.block(Block::List(noticed.clone()));
     }
+    if !summary.changes.is_empty() {
+        let mut changes =
+            Table::new(["changed", "to", "in tick", "at"]).caption("What was changed while the run went on.");
+        for change in &summary.changes {
+            let time_s = change.tick as f64 * scenario.tick_s;
+            let row = [
+                change.set.to_string(),
+                change.value.to_string(),
+                change.tick.to_string(),
+            ];
+            changes.push(row.into_iter().chain([format!("{time_s:.4} s")]));
+        }
+        run = run.table(changes);
+    }
     let course = &summary.verdict.error_course;
     if !course.is_empty() {
         run = run.figure(
@@ -51,10 +67,7 @@ fn page(scenario: &Scenario, summary: &Summary) -> Page {
     let mut page = Page::new(&format!("Run of {}", scenario.name), &sentence)
         .section(run.table(summary.figures()))
         .fact("digest", &summary.digest);
-    let sections = [
-        spectrum(&summary.verdict),
-        crate::loop_section::loop_section(scenario),
-    ];
+    let sections = [spectrum(&summary.verdict), crate::loop_section::loop_section(scenario)];
     for section in sections.into_iter().flatten() {
         page = page.section(section);
     }
@@ -84,8 +97,9 @@ fn spectrum(verdict: &crate::judge::Verdict) -> Option<Section> {
     if bands.is_empty() {
         return None;
     }
-    let curve =
-        |of: fn(&SpectrumBand) -> f64, role: Role| Curve::new(bands.iter().map(|own| [own.frequency_hz, of(own)]), role);
+    let curve = |of: fn(&SpectrumBand) -> f64, role: Role| {
+        Curve::new(bands.iter().map(|own| [own.frequency_hz, of(own)]), role)
+    };
     let chart = Chart::new(
         "spectrum of the error",
         Axis::new("frequency", "Hz").logarithmic(),
