@@ -1,7 +1,8 @@
 //! The command line: the commands, and how the help groups them.
 
 use crate::commands::{
-    check, diagnose, doctor, estimate, fit, graph, interface, node, replay, run_arguments, study, verify_amplifier,
+    check, diagnose, doctor, estimate, fit, graph, interface, node, replay, run_arguments, study, tune,
+    verify_amplifier,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
@@ -28,6 +29,8 @@ pub enum Command {
     Commission(Box<crate::commands::commission::CommissionArguments>),
     /// Validate a scenario without running it.
     Check(check::CheckArguments),
+    /// Change settings of a run that goes on: gains, learning, amplitude, tolerance.
+    Tune(tune::TuneArguments),
     /// Print the wiring of a scenario's processes as a Mermaid graph.
     Graph(graph::GraphArguments),
     /// Feed a recorded run's tokens to its nodes and compare their outputs bit by bit.
@@ -77,7 +80,16 @@ pub enum Command {
 pub const GROUPS: [(&str, &[&str]); 5] = [
     (
         "Scenarios",
-        &["run", "commission", "check", "graph", "replay", "view", "export"],
+        &[
+            "run",
+            "tune",
+            "commission",
+            "check",
+            "graph",
+            "replay",
+            "view",
+            "export",
+        ],
     ),
     ("Measurements", &["fit", "estimate", "diagnose"]),
     ("Studies", &["study"]),

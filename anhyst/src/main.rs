@@ -46,6 +46,7 @@ fn run(command: &Command) -> miette::Result<Ending> {
         #[cfg(feature = "recorder")]
         Command::Commission(arguments) => commands::commission::run(arguments),
         Command::Check(arguments) => commands::check::run(arguments),
+        Command::Tune(arguments) => commands::tune::run(arguments),
         Command::Graph(arguments) => commands::graph::run(arguments),
         Command::Replay(arguments) => commands::replay::run(arguments),
         #[cfg(feature = "recorder")]

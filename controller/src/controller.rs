@@ -5,11 +5,12 @@
 //! with its parts, its rate (A/(m s)), the error (m) and the state of the integrator (m).
 
 use crate::anti_windup::Applied;
-use crate::effects::{KnownEffects, delay_and_lag_s};
+use crate::effects::KnownEffects;
 use crate::learner::{self, Learner, Turns};
 use crate::pid::is_measured;
+use crate::tuning::{Tuned, Tuning, change_over_s};
 use crate::{ControllerSettings, Feedforward, LoopShape, Pid, StrainLaw, Trajectory};
-use anhyst_ipc::Invalid;
+use anhyst_ipc::{Change, Invalid, Tunable};
 use anhyst_model::{Effect, Material, TwoPole};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
@@ -41,6 +42,7 @@ pub(crate) struct Decision {
     pub starting: bool,
     pub learning: bool,
     pub taken_back: bool,
+    pub changing: bool,
 }
 
 /// The largest magnetization of a run's feedforward.
@@ -71,6 +73,7 @@ pub struct Controller {
     pid: Option<Pid>,
     learner: Option<Learner>,
     effects: Option<KnownEffects>,
+    tuning: Tuning,
     tick_s: f64,
     /// The demand before: p asked for and p after the strain law's ends.
     wanted_m: f64,
@@ -117,8 +120,7 @@ impl Controller {
             .map_err(|refusal| refusal.within("trajectory"))?;
         let known = KnownEffects::new(effects, tick_s)
             .map_err(|error| Invalid::new("", error.to_string()).within("effects"))?;
-        let (delay_s, lag_s) = delay_and_lag_s(effects);
-        let shape = LoopShape::new(&rod, settings.feedback.as_ref(), tick_s).with_delay_and_lag(delay_s, lag_s);
+        let shape = LoopShape::new(&rod, settings.feedback.as_ref(), tick_s).with_effects(effects);
         shape.validate()?;
         let law = StrainLaw::new(&rod, material);
         let learner = match &settings.learning {
@@ -145,7 +147,10 @@ impl Controller {
                 })
             }
         };
+        let ahead_s = known.as_ref().map_or(0.0, KnownEffects::ahead_s);
+        let learning_gain = settings.learning.as_ref().map_or(0.0, |learning| learning.gain);
         Ok(Self {
+            tuning: Tuning::new(settings.feedback.as_ref(), learning_gain, tick_s, ahead_s),
             trajectory,
             feedforward: settings
                 .feedforward
@@ -159,6 +164,30 @@ impl Controller {
             clipped_m: 0.0,
             error_m: 0.0,
         })
+    }
+
+    /// Takes a change of one of its settings; false if it is none of them, or there is no room for more.
+    pub fn change(&mut self, change: &Change) -> bool {
+        let taken = match change.set {
+            Tunable::Tolerance => false,
+            Tunable::Kp | Tunable::KiPerS | Tunable::KdS => self.pid.is_some(),
+            Tunable::Learning | Tunable::LearningGain => self.learner.is_some(),
+            Tunable::Amplitude => true,
+        };
+        if !taken || !self.tuning.add(*change) {
+            return false;
+        }
+        if change.set == Tunable::Amplitude {
+            let from_s = (change.tick as f64 + 2.0) * self.tick_s + self.ahead_s();
+            self.trajectory
+                .change_amplitude(from_s, change_over_s(self.tick_s), change.value);
+        }
+        true
+    }
+
+    /// By how much later than at t_{k+2} a command has its effect.
+    fn ahead_s(&self) -> f64 {
+        self.effects.as_ref().map_or(0.0, KnownEffects::ahead_s)
     }
 
     /// The trajectory, start included.
@@ -270,8 +299,8 @@ impl Controller {
     /// Advances to tick `tick`.
     pub(crate) fn decide(&mut self, tick: u64, observed: &Observation) -> Decision {
         let now_s = tick as f64 * self.tick_s;
-        let ahead_s = self.effects.as_ref().map_or(0.0, KnownEffects::ahead_s);
-        let then_s = (tick as f64 + 2.0) * self.tick_s + ahead_s;
+        let then_s = (tick as f64 + 2.0) * self.tick_s + self.ahead_s();
+        let tuned = self.tuned(tick);
         let (now, then) = (self.trajectory.at(now_s), self.trajectory.at(then_s));
         let applied = self.applied(observed);
         let (mut forward_m, rate_m_per_s) = self.feedforward.map_or((0.0, 0.0), |forward| {
@@ -294,9 +323,12 @@ impl Controller {
             self.error_m = expected_m - observed.displacement_m;
         }
         let error_m = self.error_m;
-        let adapt = measured && !applied.limited();
+        let weight = tuned.map_or(1.0, |tuned| tuned.learning);
+        // What is heard while a setting moves is neither the loop of before nor the one to come.
+        let changing = tuned.is_some_and(|tuned| tuned.changing);
+        let adapt = measured && !applied.limited() && !changing && weight > 0.0;
         let starting = self.trajectory.starting(now_s) || feedback.is_some_and(|feedback| feedback.easing);
-        let learned_m = self.learned_m(now_s, then_s, starting, adapt.then_some(error_m));
+        let learned_m = weight * self.learned_m(now_s, then_s, starting, adapt.then_some(error_m));
         self.wanted_m = forward_m + feedback.map_or(0.0, |feedback| feedback.feedback_m) + learned_m;
         self.clipped_m = self.law.clipped_m(self.wanted_m);
         let feedforward_a_per_m = self.law.magnetization_a_per_m(forward_m);
@@ -309,14 +341,27 @@ impl Controller {
             integral_m: feedback.map_or(0.0, |feedback| feedback.integral_m),
             integration_stopped: feedback.is_some_and(|feedback| feedback.integration_stopped),
             starting,
-            learning: self.learner.as_ref().is_some_and(Learner::is_learning),
+            learning: weight > 0.0 && self.learner.as_ref().is_some_and(Learner::is_learning),
             taken_back: self.learner.as_ref().is_some_and(Learner::is_back),
+            changing,
         }
     }
 
     /// What the next run may begin with, as JSON.
     pub(crate) fn learned(&self) -> Option<String> {
         self.learner.as_ref().and_then(Learner::memory)
+    }
+
+    /// Gives PID and learner what is changed.
+    fn tuned(&mut self, tick: u64) -> Option<Tuned> {
+        let tuned = self.tuning.at(tick)?;
+        if let Some(pid) = &mut self.pid {
+            pid.set_gains(tuned.kp, tuned.ki_per_s, tuned.kd_s);
+        }
+        if let Some(learner) = &mut self.learner {
+            learner.set_gain(tuned.learning_gain);
+        }
+        Some(tuned)
     }
 
     fn learned_m(&mut self, now_s: f64, then_s: f64, starting: bool, error_m: Option<f64>) -> f64 {

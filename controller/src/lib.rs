@@ -10,17 +10,20 @@ mod effects;
 mod feedforward;
 mod learner;
 mod loop_shape;
+mod margins;
 mod node;
 mod pid;
 mod settings;
 mod strain_law;
 mod trajectory;
+mod tuning;
 
 pub use anti_windup::{AntiWindup, Applied};
 pub use controller::{Controller, Peak};
 pub use feedforward::Feedforward;
 pub use learner::LearningSettings;
 pub use loop_shape::LoopShape;
+pub use margins::{Largest, LoopPoint, Margins};
 pub use pid::{DerivativeOn, Pid, PidOutput, PidSettings};
 pub use settings::ControllerSettings;
 pub use strain_law::StrainLaw;
@@ -28,3 +31,4 @@ pub use trajectory::{
     Course, Lines, Motion, Multisine, MultisineSettings, OnLine, RasterSettings, SawtoothSettings, Scan, Spacing,
     SpeedChange, Step, Steps, StepsSettings, Sweep, Trajectory, TrajectorySettings, TriangleSettings,
 };
+pub use tuning::change_over_s;

@@ -8,8 +8,9 @@
 
 use crate::PidSettings;
 use crate::complex::Complex;
+use crate::effects::delay_and_lag_s;
 use anhyst_ipc::Invalid;
-use anhyst_model::TwoPole;
+use anhyst_model::{Effect, TwoPole};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
@@ -46,8 +47,10 @@ impl LoopShape {
         }
     }
 
-    /// The same with more delay and a first-order lag in it.
-    pub fn with_delay_and_lag(self, further_delay_s: f64, further_lag_s: f64) -> Self {
+    /// The same with the delay and the lag that known effects put into it.
+    #[must_use]
+    pub fn with_effects(self, effects: &[Effect]) -> Self {
+        let (further_delay_s, further_lag_s) = delay_and_lag_s(effects);
         Self {
             further_delay_s,
             further_lag_s,
@@ -98,7 +101,7 @@ impl LoopShape {
         sum
     }
 
-    fn open(&self, omega: f64) -> Complex {
+    pub(crate) fn open(&self, omega: f64) -> Complex {
         let ticks = f64::from(self.delay_ticks);
         let delay = Complex::unit(-ticks * omega * self.tick_s - omega * self.further_delay_s);
         let open = self.controller(omega).times(self.rod(omega)).times(delay);
@@ -112,11 +115,16 @@ impl LoopShape {
     }
 
     /// 1 + L on the half circle, without its ends.
-    fn return_differences(&self) -> impl Iterator<Item = (f64, Complex)> + '_ {
+    pub(crate) fn return_differences(&self) -> impl Iterator<Item = (f64, Complex)> + '_ {
         (1..POINTS).map(|index| {
             let omega = PI / self.tick_s * f64::from(index) / f64::from(POINTS);
             (omega, Complex::real(1.0).plus(self.open(omega)))
         })
+    }
+
+    /// Half the sampling rate.
+    pub(crate) fn highest_hz(&self) -> f64 {
+        0.5 / self.tick_s
     }
 
     /// Distance of L from −1, no unit: 1 without feedback, 0 at the edge of stability; 0.5 is a usual design value.

@@ -2,7 +2,7 @@
 
 use crate::Controller;
 use crate::controller::Observation;
-use anhyst_ipc::{Block, Demand, FieldCommand, Measurement, NodeId, Now, Previous, SafeField, status_word};
+use anhyst_ipc::{Block, Change, Demand, FieldCommand, Measurement, NodeId, Now, Previous, SafeField, status_word};
 
 /// The guard limits what is commanded, or does not follow it at all.
 const GUARD_LIMITS: u64 = SafeField::AMPLITUDE_LIMITED | SafeField::SLEW_LIMITED;
@@ -12,6 +12,10 @@ impl Block for Controller {
     const NODE: NodeId = NodeId::Controller;
     type Inputs = (Now<Measurement>, Previous<SafeField>, Previous<FieldCommand>);
     type Outputs = (Demand,);
+
+    fn change(&mut self, change: &Change) -> bool {
+        Controller::change(self, change)
+    }
 
     fn step(
         &mut self,
@@ -43,6 +47,7 @@ impl Block for Controller {
                 (decision.starting, Demand::STARTING),
                 (decision.learning, Demand::LEARNING),
                 (decision.taken_back, Demand::TAKEN_BACK),
+                (decision.changing, Demand::CHANGING),
             ]),
             ..Demand::default()
         },)

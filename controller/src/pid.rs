@@ -26,7 +26,7 @@ pub(crate) fn is_measured(displacement_m: f64) -> bool {
 }
 
 /// Gains and what belongs to them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PidSettings {
     /// Metres of demand per metre of error.
@@ -65,6 +65,18 @@ pub enum DerivativeOn {
 }
 
 impl PidSettings {
+    /// Gains so far on the way to others.
+    #[must_use]
+    pub fn between(&self, other: &Self, part: f64) -> Self {
+        let mix = |from: f64, to: f64| from + part * (to - from);
+        Self {
+            kp: mix(self.kp, other.kp),
+            ki_per_s: mix(self.ki_per_s, other.ki_per_s),
+            kd_s: mix(self.kd_s, other.kd_s),
+            ..self.clone()
+        }
+    }
+
     /// Looks at each gain and at the gains together. Stability with the rod is checked where the rod is known.
     ///
     /// # Errors
@@ -149,6 +161,11 @@ impl Pid {
             begin_m: Some(0.0),
             ticks: 0,
         }
+    }
+
+    /// Other gains from now on. I is kept: it holds what was integrated, not what is to come.
+    pub(crate) fn set_gains(&mut self, kp: f64, ki_per_s: f64, kd_s: f64) {
+        (self.settings.kp, self.settings.ki_per_s, self.settings.kd_s) = (kp, ki_per_s, kd_s);
     }
 
     /// Begins anew at the next measurement, with this output there: bumpless after a time without effect.

@@ -206,10 +206,10 @@ fn what_does_not_repeat_is_refused() {
             points: vec![(0.0, 0.0), (1.0, 1e-5)],
         },
     ] {
-        let refused = anhyst_controller::Controller::new(
+        let refused = Controller::new(
             &learning(trajectory),
             common::rod(),
-            &anhyst_model::Material::terfenol_d(),
+            &Material::terfenol_d(),
             TICK_S,
             std::path::Path::new("."),
         );

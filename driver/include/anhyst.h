@@ -142,7 +142,7 @@ typedef struct {
     double reference_m; /* m: Reference at t_k, the same instant as the measurement. */
     double error_m; /* m: Reference at t_k minus measured displacement at t_k. */
     double integral_m; /* m: State of the PID's integrator, in metres of demanded displacement. */
-    uint64_t status; /* Bits: 1 integration stopped (anti-windup), 2 start not finished (bumpless), 4 what repeats is learned, 8 the error grew while learning: taken back. */
+    uint64_t status; /* Bits: 1 integration stopped (anti-windup), 2 start not finished (bumpless), 4 what repeats is learned, 8 the error grew while learning: taken back, 16 a changed setting is on its way to its new value. */
 } AnhystDemand;
 ANHYST_ASSERT(sizeof(AnhystDemand) == 80, "size of AnhystDemand");
 ANHYST_ASSERT(offsetof(AnhystDemand, tick) == 0, "offset of tick");

@@ -174,7 +174,7 @@ class Demand(ctypes.Structure):
         ("reference_m", ctypes.c_double),  # m: Reference at t_k, the same instant as the measurement.
         ("error_m", ctypes.c_double),  # m: Reference at t_k minus measured displacement at t_k.
         ("integral_m", ctypes.c_double),  # m: State of the PID's integrator, in metres of demanded displacement.
-        ("status", ctypes.c_uint64),  # Bits: 1 integration stopped (anti-windup), 2 start not finished (bumpless), 4 what repeats is learned, 8 the error grew while learning: taken back.
+        ("status", ctypes.c_uint64),  # Bits: 1 integration stopped (anti-windup), 2 start not finished (bumpless), 4 what repeats is learned, 8 the error grew while learning: taken back, 16 a changed setting is on its way to its new value.
     ]
 
     @staticmethod

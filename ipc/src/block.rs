@@ -1,6 +1,7 @@
 //! A block and its wiring. `Inputs` and `Outputs` are tuples of tokens; [`Now`] reads the token of this tick, [`Previous`]
 //! that of the tick before (at tick 0: the default token, all zero). The graph of the loop follows from these types alone.
 
+use crate::change::Change;
 use crate::error::LinkError;
 use crate::link::{Connections, Receiver, Sender};
 use crate::message::{Channel, MAX_FIELDS, Message, NodeId};
@@ -17,6 +18,11 @@ pub trait Block {
     type Outputs: Outputs;
     /// Advances to tick `tick`. Ticks of outputs are stamped by the node.
     fn step(&mut self, tick: u64, inputs: Self::Inputs) -> Self::Outputs;
+    /// Takes a change of one of its settings, between two ticks; false if it is none of them, or there is no room for more.
+    fn change(&mut self, change: &Change) -> bool {
+        let _ = change;
+        false
+    }
     /// A tick in which nobody is heard any more, because the links have failed: what leads to the safe state. `None` once
     /// that is reached, and from blocks that cannot harm anything.
     fn alone(&mut self, tick: u64) -> Option<Self::Outputs> {

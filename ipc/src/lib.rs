@@ -7,6 +7,7 @@
 //! The wiring of the loop is not written down anywhere but in the blocks' `Inputs` and `Outputs` types: see [`wiring`].
 
 mod block;
+mod change;
 mod clock;
 mod digest;
 mod embedded;
@@ -31,6 +32,7 @@ mod token_log;
 mod wire;
 
 pub use block::{Block, Edge, Inputs, Note, Now, Outputs, Previous, Seen, wiring};
+pub use change::{Change, MAX_CHANGES, Tunable};
 pub use clock::{CLOCKS, monotonic_ns};
 pub use digest::{Digest, DigestHistory, combine, fingerprint};
 pub use embedded::Cells;
@@ -48,8 +50,8 @@ pub use node::{Node, NodeReport, Stage};
 pub use pace::Pace;
 pub use raw::{MAX_BYTES, MAX_WORDS, RawToken};
 pub use shared::{
-    ANY_AGREEMENT, CONNECTED, END, Egress, Ingress, Layout, Observer, PORTS, Progress, SharedContext, SharedSettings,
-    Standing, TokenWait, Wait, crossing,
+    ANY_AGREEMENT, CONNECTED, ChangeServer, END, Egress, Ingress, Layout, Observer, PORTS, Progress, SharedContext,
+    SharedSettings, Standing, TokenWait, Wait, crossing, request_changes,
 };
 pub use statistics::{Bin, Latency, LatencySummary, LinkReport};
 pub use stop::{request_stop, stop_flag, stop_requested};

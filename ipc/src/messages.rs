@@ -139,6 +139,7 @@ message! {
             STARTING = 2 "start not finished (bumpless)",
             LEARNING = 4 "what repeats is learned",
             TAKEN_BACK = 8 "the error grew while learning: taken back",
+            CHANGING = 16 "a changed setting is on its way to its new value",
         },
     }
 }

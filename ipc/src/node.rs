@@ -1,6 +1,7 @@
 //! A block with its links opened, its digest, and the faults that tests inject.
 
 use crate::block::{Block, Inputs, Outputs, Seen};
+use crate::change::Change;
 use crate::digest::{Digest, DigestHistory};
 use crate::error::LinkError;
 use crate::fault::{Injector, TokenFault};
@@ -43,6 +44,8 @@ pub trait Stage {
     /// # Errors
     /// If a token is missing, wrong or cannot be delivered.
     fn tick(&mut self, tick: u64) -> Result<(), LinkError>;
+    /// As [`Block::change`].
+    fn change(&mut self, change: &Change) -> bool;
     /// Writes what is consumed and sent into `log` from now on.
     fn log_tokens(&mut self, _log: TokenLog) {}
     /// From here on a reader that is gone is no error: the run is ending, and whoever still listens is to hear.
@@ -180,6 +183,10 @@ impl<B: Block> Stage for Node<B> {
         self.digest_history.push(self.watcher.digest);
         self.ticks = tick + 1;
         if self.ending { Ok(()) } else { sent }
+    }
+
+    fn change(&mut self, change: &Change) -> bool {
+        self.block.change(change)
     }
 
     fn end(&mut self) {

@@ -1,6 +1,7 @@
 //! From a scenario to blocks: the one place that knows all nodes.
 
 use crate::error::RunError;
+use crate::error_spectrum::ErrorSpectrum;
 use crate::folder::RunFolder;
 use crate::judge::Judge;
 use crate::noticed::Noticing;
@@ -111,7 +112,9 @@ pub fn scribe(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<
     let limit_a_per_m = scenario.guard.field_limit_a_per_m;
     let judge = Judge::new(scenario.expect, scenario.tick_s, limit_a_per_m)
         .noticing(Noticing::new(scenario))
-        .following(followed(scenario)?);
+        .following(followed(scenario)?)
+        .with_changes(&scenario.changes)
+        .with_spectrum(ErrorSpectrum::new(scenario));
     let scribe = Scribe::new(judge).with_overheard(overheard);
     let restarted = scenario
         .clock

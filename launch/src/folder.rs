@@ -142,6 +142,11 @@ impl RunFolder {
         self.0.join("processes").join(format!("{process}.json"))
     }
 
+    /// Where the processes of the run meet while it goes on, see [`crate::tuning`].
+    pub fn meeting(&self) -> PathBuf {
+        self.0.join("processes").join("meeting.json")
+    }
+
     /// What the judge of a real-time run has seen so far.
     pub fn judged(&self) -> PathBuf {
         self.0.join("processes").join("judged.json")

@@ -5,10 +5,11 @@ use crate::any_number;
 use crate::course::{CourseJudge, CourseVerdict, Instant, counts};
 use crate::error_between::{Between, ErrorBetween};
 use crate::error_course::{ErrorCourse, ErrorWindow};
+use crate::error_spectrum::{ErrorLine, ErrorSpectrum, SpectrumBand};
 use crate::noticed::Noticing;
 use anhyst_controller::Trajectory;
 use anhyst_guard::Event;
-use anhyst_ipc::{CoilField, Demand, Estimate, Measurement, SafeField, Truth};
+use anhyst_ipc::{Change, CoilField, Demand, Estimate, MAX_CHANGES, Measurement, SafeField, Truth, Tunable};
 use anhyst_report::number::Si;
 use anhyst_scenario::{Expect, Late};
 use serde::{Deserialize, Serialize};
@@ -30,6 +31,10 @@ pub struct Judge {
     between: Between,
     #[serde(default)]
     trajectory_judge: Option<CourseJudge>,
+    spectrum: Option<ErrorSpectrum>,
+    /// Changes of the tolerance: from which tick on which.
+    #[serde(default)]
+    tolerances: Vec<(u64, f64)>,
     noticing: Option<Noticing>,
     /// Not written down: a table may be long, and whoever goes on has it.
     #[serde(skip)]
@@ -91,6 +96,9 @@ pub struct Verdict {
     /// What matters about this kind of trajectory; none where that is its error alone.
     #[serde(default)]
     pub trajectory: Option<CourseVerdict>,
+    /// Least margin to the tolerance; none where none is stated.
+    #[serde(default)]
+    pub least: Option<LeastMargin>,
     /// When the tolerance was first exceeded, if it was.
     pub first_exceeded_at_s: Option<f64>,
     /// Estimated minus true shape parameter at the end.
@@ -153,7 +161,29 @@ pub struct Verdict {
     /// The error over time, in at most 256 windows.
     #[serde(default)]
     pub error_course: Vec<ErrorWindow>,
+    /// The strongest lines of the error, at most eight.
+    #[serde(default)]
+    pub error_lines: Vec<ErrorLine>,
+    /// Spectra of error and sensor, in at most 400 bands.
+    #[serde(default)]
+    pub error_spectrum: Vec<SpectrumBand>,
 }
+
+/// Where an error came nearest to the tolerance in force, or went farthest beyond it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct LeastMargin {
+    /// Tolerance less error; below 0 it was exceeded.
+    #[serde(with = "any_number")]
+    pub margin_m: f64,
+    pub at_s: f64,
+    pub tolerance_m: f64,
+    /// Between two samples.
+    #[serde(default)]
+    pub between: bool,
+}
+
+/// References that differ by less are the same.
+const ROUNDING_M: f64 = 1e-12;
 
 /// A value that is no number exceeds every limit: it must never pass for a good result.
 pub(crate) fn exceeds(value: f64, limit: f64) -> bool {
@@ -173,6 +203,8 @@ impl Judge {
             course: ErrorCourse::default(),
             between: Between::default(),
             trajectory_judge: None,
+            spectrum: None,
+            tolerances: Vec::new(),
             noticing: None,
             trajectory: None,
             verdict: Verdict::default(),
@@ -201,6 +233,34 @@ impl Judge {
         }
     }
 
+    /// The same, with what the scenario changes while it runs.
+    pub fn with_changes(mut self, changes: &[Change]) -> Self {
+        for change in changes {
+            self.change(change);
+        }
+        self
+    }
+
+    /// Takes a change of the tolerance; false if it is another setting.
+    pub fn change(&mut self, change: &Change) -> bool {
+        let taken = change.set == Tunable::Tolerance && self.tolerances.len() < MAX_CHANGES;
+        if taken {
+            self.tolerances.push((change.tick, change.value));
+        }
+        taken
+    }
+
+    /// The tolerance in force.
+    fn tolerance_m(&self, tick: u64) -> Option<f64> {
+        let changed = self.tolerances.iter().rev().find(|(from, _)| *from <= tick);
+        changed.map(|(_, value)| *value).or(self.expect.tolerance_m)
+    }
+
+    /// The same, with the spectrum of the error.
+    pub fn with_spectrum(self, spectrum: Option<ErrorSpectrum>) -> Self {
+        Self { spectrum, ..self }
+    }
+
     /// Looks at one tick.
     pub fn observe(
         &mut self,
@@ -211,6 +271,7 @@ impl Judge {
         (field, coil): (&SafeField, &CoilField),
     ) {
         let time_s = tick as f64 * self.tick_s;
+        let tolerance_m = self.tolerance_m(tick);
         if let Some(noticing) = &mut self.noticing {
             noticing.hear(tick, measured, (estimate, demand), field);
         }
@@ -243,6 +304,9 @@ impl Judge {
         if demand.tick != truth.tick {
             // In real time a controller may leave a tick out; its last reference is not that of now.
             verdict.unjudged_ticks += 1;
+            if let Some(spectrum) = &mut self.spectrum {
+                spectrum.observe(None);
+            }
             return;
         }
         let error_m = demand.reference_m - truth.displacement_m;
@@ -261,26 +325,41 @@ impl Judge {
                 verdict.uncounted_ticks += 1;
                 return;
             }
-            if then_s >= self.expect.settling_s && counts(trajectory, &self.expect, then_s) {
+            // Where the stated trajectory is not what is wanted, as after a change of its size, nothing is known between.
+            let is_stated = (trajectory.at(time_s).position_m - demand.reference_m).abs() <= ROUNDING_M;
+            if is_stated && then_s >= self.expect.settling_s && counts(trajectory, &self.expect, then_s) {
                 between_m = Some((trajectory.at(then_s).position_m - truth.displacement_between_m).abs());
             }
         }
         self.samples += 1;
         self.course.observe(tick, error_m);
+        if let Some(spectrum) = &mut self.spectrum {
+            spectrum.observe(Some([error_m, measured.displacement_m - truth.displacement_m]));
+        }
         self.sum_of_squares_m2 += error_m * error_m;
         self.shape_error_sum_of_squares += verdict.a_final_error_a_per_m * verdict.a_final_error_a_per_m;
         if exceeds(error_m.abs(), verdict.error_max_m) {
             (verdict.error_max_m, verdict.error_max_at_s) = (error_m.abs(), time_s);
         }
-        let tolerance_m = self.expect.tolerance_m;
-        let mut largest = (error_m.abs(), time_s);
+        let mut largest = (error_m.abs(), time_s, false);
         if let Some(between_m) = between_m {
             self.between.observe(then_s, between_m);
             if exceeds(between_m, largest.0) {
-                largest = (between_m, then_s);
+                largest = (between_m, then_s, true);
             }
         }
-        if tolerance_m.is_some_and(|most| exceeds(largest.0, most)) && verdict.first_exceeded_at_s.is_none() {
+        let Some(tolerance_m) = tolerance_m else { return };
+        let margin_m = tolerance_m - largest.0;
+        let least = verdict.least.is_none_or(|least| exceeds(least.margin_m, margin_m));
+        if least || margin_m.is_nan() {
+            verdict.least = Some(LeastMargin {
+                margin_m,
+                at_s: largest.1,
+                tolerance_m,
+                between: largest.2,
+            });
+        }
+        if exceeds(largest.0, tolerance_m) && verdict.first_exceeded_at_s.is_none() {
             verdict.first_exceeded_at_s = Some(largest.1);
         }
     }
@@ -295,6 +374,8 @@ impl Judge {
             error_course: self.course.windows(self.tick_s),
             between: self.between.error(),
             trajectory: self.trajectory_judge.as_ref().map(CourseJudge::verdict),
+            error_lines: self.spectrum.as_ref().map(ErrorSpectrum::lines).unwrap_or_default(),
+            error_spectrum: self.spectrum.as_ref().map(ErrorSpectrum::bands).unwrap_or_default(),
             coil_late: self.noticing.as_ref().and_then(Noticing::late),
             noticed: self.noticing.as_ref().map(Noticing::sentences).unwrap_or_default(),
             ..self.verdict.clone()
@@ -348,14 +429,16 @@ impl Verdict {
                 "the field went beyond the guard's limit in {ticks} ticks, up to {peak:.2} kA/m"
             ));
         }
-        let (largest_m, at) = self.largest_error();
-        if let Some(most) = expect.tolerance_m.filter(|most| exceeds(largest_m, *most)) {
-            let between = if exceeds(largest_m, self.error_max_m) {
-                ", between the samples,"
-            } else {
-                ""
-            };
-            let (max, most) = (Si(largest_m, "m"), Si(most, "m"));
+        if let Some(worst) = self
+            .least
+            .filter(|least| exceeds(0.0, least.margin_m) || least.margin_m.is_nan())
+        {
+            let (max, at, most) = (
+                Si(worst.tolerance_m - worst.margin_m, "m"),
+                worst.at_s,
+                Si(worst.tolerance_m, "m"),
+            );
+            let between = if worst.between { ", between the samples," } else { "" };
             failures.push(format!(
                 "largest error {max} at {at:.4} s{between} exceeds the tolerance of {most}"
             ));

@@ -10,8 +10,8 @@ use crate::report::{Ending, Failure, ProcessReport};
 use crate::safe_ending;
 use crate::scribe::Scribe;
 use anhyst_ipc::{
-    Connections, Discipline, LinkError, Node, NodeId, RecordLayout, SharedContext, SharedSettings, Stage, TokenLog,
-    Wait, stop_requested,
+    Change, ChangeServer, Connections, Discipline, LinkError, MAX_CHANGES, Node, NodeId, RecordLayout, SharedContext,
+    SharedSettings, Stage, TokenLog, Tunable, Wait, stop_requested,
 };
 use anhyst_scenario::{Scenario, wires};
 use std::path::PathBuf;
@@ -54,7 +54,11 @@ struct Loop {
     stop_at: Option<u64>,
     receive_limit: Duration,
     timed: Option<Timed>,
+    ticks: u64,
     injector: FaultInjector,
+    /// Where changes come in for those nodes here that take some, and those taken.
+    tuning: Vec<(NodeId, ChangeServer)>,
+    changes: Vec<Change>,
     /// The tick that is being worked on.
     reached: u64,
     ending: Option<Ending>,
@@ -172,6 +176,7 @@ fn open(
     if realtime.is_some_and(|realtime| realtime.log_tokens) {
         log_tokens(&mut stages, scenario, folder, rejoins)?;
     }
+    let tuning = tuning(nodes, shared.as_deref())?;
     connections.start_barriers(&mut || stages.iter_mut().try_for_each(|stage| stage.connect()))?;
     let timed = match (realtime, pace) {
         (Some(realtime), Some(pace)) => {
@@ -196,10 +201,24 @@ fn open(
         stop_at: None,
         receive_limit,
         timed,
+        ticks: scenario.ticks(),
         injector: FaultInjector::new(scenario, nodes, meeting.is_some())?,
+        tuning,
+        changes: Vec::with_capacity(MAX_CHANGES),
         reached: 0,
         ending: None,
     })
+}
+
+/// One way in for each node here that takes changes.
+fn tuning(nodes: &[NodeId], shared: Option<&SharedContext>) -> Result<Vec<(NodeId, ChangeServer)>, LinkError> {
+    let taking = nodes
+        .iter()
+        .filter(|node| Tunable::ALL.iter().any(|own| own.node() == **node));
+    let Some(shared) = shared else { return Ok(Vec::new()) };
+    taking
+        .map(|node| Ok((*node, ChangeServer::open(shared, *node)?)))
+        .collect()
 }
 
 fn log_tokens(
@@ -296,6 +315,7 @@ impl Loop {
         if let Some(disk) = &mut self.disk {
             disk.check()?;
         }
+        self.take_changes(done);
         let Some(shared) = &self.shared else { return Ok(()) };
         let Some(recorder) = self.recorder_process.as_deref().filter(|_| leads) else {
             return Ok(());
@@ -321,6 +341,36 @@ impl Loop {
         Ok(())
     }
 
+    /// Takes what is to change from tick `tick` on.
+    fn take_changes(&mut self, tick: u64) {
+        let Self {
+            tuning,
+            stages,
+            scribe,
+            changes,
+            ticks,
+            ..
+        } = self;
+        for (node, server) in tuning {
+            let served = server.serve(tick, |asked| {
+                if tick >= *ticks || asked.iter().any(|change| change.set.node() != *node) {
+                    return false;
+                }
+                let mut stages = stages.iter_mut().map(|stage| &mut **stage as &mut dyn Stage);
+                let stage = match scribe {
+                    Some(scribe) if *node == NodeId::Recorder => Some(scribe as &mut dyn Stage),
+                    _ => stages.find(|stage| stage.node() == *node),
+                };
+                let Some(stage) = stage else { return false };
+                let before = changes.len();
+                changes.extend(asked.iter().filter(|change| stage.change(change)));
+                changes.len() == before + asked.len()
+            });
+            // Who cannot be heard changes nothing, and the cut goes on.
+            let _ = served;
+        }
+    }
+
     /// Where the plant was when the request to stop was noticed: a recorder hears that far, because what was sent is worth
     /// recording; it finds nothing more to hear if the others have ended before.
     fn last_tick_to_hear(&mut self) -> u64 {
@@ -342,6 +392,7 @@ impl Loop {
             loop_s,
             failure,
             ending: self.ending,
+            changes: self.changes,
             ..ProcessReport::default()
         };
         for stage in &self.stages {

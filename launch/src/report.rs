@@ -3,7 +3,7 @@
 use crate::error::RunError;
 use crate::judge::Verdict;
 use crate::realtime::{RealtimeReport, Restart};
-use anhyst_ipc::{LinkError, NodeReport};
+use anhyst_ipc::{Change, LinkError, NodeReport};
 use serde::{Deserialize, Serialize};
 
 /// What a process reports.
@@ -25,6 +25,9 @@ pub struct ProcessReport {
     /// What the launcher knows: processes of this name that died before.
     #[serde(default)]
     pub restarts: Vec<Restart>,
+    /// Changes of settings that it took while it ran.
+    #[serde(default)]
+    pub changes: Vec<Change>,
     /// From tick 0 to the last.
     pub loop_s: f64,
     /// Why it ended early.

@@ -1,12 +1,13 @@
 //! The iceoryx2 resources of a run: names that no other run has, their removal, and what crashed runs have left.
 
 use crate::disk::mebibytes;
+use serde::{Deserialize, Serialize};
 use std::fs::{File, Metadata, OpenOptions, TryLockError};
 use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 
 /// A run's iceoryx2 resources: a prefix and a directory that no other run has.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Resources {
     /// Prefix of the run's files in /dev/shm.
     pub prefix: String,
@@ -284,6 +285,11 @@ fn names(folder: &Path) -> std::io::Result<Vec<String>> {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Vec::new()),
         Err(error) => Err(error),
     }
+}
+
+/// True if a run under this prefix goes on.
+pub fn is_running(prefix: &str) -> bool {
+    Claim::is_held(prefix).unwrap_or_default()
 }
 
 /// True if somebody holds the claim. An id begins with the launcher's process number; without a claim a program of ours with

@@ -1,13 +1,18 @@
-//! A run's page: the verdict, what was noticed, the error over time, figures, latencies. Self-contained, works without a network.
+//! A run's page: the verdict, what was noticed, the error over time and over frequency, the loop, figures, latencies. Self-contained,
+//! works without a network.
 
+use crate::course::CourseVerdict;
 use crate::error::RunError;
 use crate::error_course::ErrorWindow;
+use crate::error_spectrum::SpectrumBand;
 use crate::folder::RunFolder;
 use crate::report::ProcessReport;
 use crate::summary::Summary;
+use crate::tuning::as_it_ran;
 use anhyst_report::chart::{Axis, Chart, Curve, Figure, Role, TIME};
+use anhyst_report::number::Si;
 use anhyst_report::page::{Block, Page, Section};
-use anhyst_report::table::Verdict;
+use anhyst_report::table::{Table, Verdict};
 use anhyst_scenario::Scenario;
 
 impl Summary {
@@ -16,6 +21,7 @@ impl Summary {
     /// # Errors
     /// If it cannot be written.
     pub fn written(scenario: &Scenario, reports: &[ProcessReport], folder: &RunFolder) -> Result<Self, RunError> {
+        let scenario = &as_it_ran(scenario, reports, folder)?;
         let summary = Self::new(scenario, reports);
         let refuse = |path| move |cause| RunError::Write { path, cause };
         summary.write(folder).map_err(refuse(folder.summary()))?;
@@ -42,6 +48,20 @@ fn page(scenario: &Scenario, summary: &Summary) -> Page {
     if !told.is_empty() {
         run = run.block(Block::List(told));
     }
+    if !summary.changes.is_empty() {
+        let mut changes =
+            Table::new(["changed", "to", "in tick", "at"]).caption("What was changed while the run went on.");
+        for change in &summary.changes {
+            let time_s = change.tick as f64 * scenario.tick_s;
+            let row = [
+                change.set.to_string(),
+                change.value.to_string(),
+                change.tick.to_string(),
+            ];
+            changes.push(row.into_iter().chain([format!("{time_s:.4} s")]));
+        }
+        run = run.table(changes);
+    }
     let course = &summary.verdict.error_course;
     if !course.is_empty() {
         run = run.figure(
@@ -52,8 +72,14 @@ fn page(scenario: &Scenario, summary: &Summary) -> Page {
     let mut page = Page::new(&format!("Run of {}", scenario.name), &sentence)
         .section(run.table(summary.figures()))
         .fact("digest", &summary.digest);
-    if let Some(trajectory) = &summary.verdict.trajectory {
-        page = page.section(trajectory.section());
+    let own = summary.verdict.trajectory.as_ref().map(CourseVerdict::section);
+    let sections = [
+        own,
+        spectrum(&summary.verdict),
+        crate::loop_section::loop_section(scenario),
+    ];
+    for section in sections.into_iter().flatten() {
+        page = page.section(section);
     }
     if let Some(latencies) = summary.latency_table() {
         page = page.section(Section::new("Latencies, µs").table(latencies));
@@ -73,4 +99,39 @@ fn error(course: &[ErrorWindow], summary: &Summary) -> Chart {
         curves.push(Curve::new(ends, Role::Limit).named("tolerance"));
     }
     Chart::new("error", TIME, Axis::new("error", "m").logarithmic()).series(curves)
+}
+
+/// The error over frequency, and its lines by name.
+fn spectrum(verdict: &crate::judge::Verdict) -> Option<Section> {
+    let bands = &verdict.error_spectrum;
+    if bands.is_empty() {
+        return None;
+    }
+    let curve = |of: fn(&SpectrumBand) -> f64, role: Role| {
+        Curve::new(bands.iter().map(|own| [own.frequency_hz, of(own)]), role)
+    };
+    let chart = Chart::new(
+        "spectrum of the error",
+        Axis::new("frequency", "Hz").logarithmic(),
+        Axis::new("amplitude density", "m/√Hz").logarithmic(),
+    )
+    .curve(curve(|own| own.sensor_m_per_sqrt_hz, Role::Limit).named("sensor's noise"))
+    .curve(curve(|own| own.error_m_per_sqrt_hz, Role::Measured).named("error"));
+    let mut lines = Table::new(["line", "amplitude", "of the reference"])
+        .caption("The strongest lines of the error, ten times and more above what is around them.");
+    for line in &verdict.error_lines {
+        let harmonic = line.harmonic.map(|number| format!("harmonic {number}"));
+        lines.push([
+            Si(line.frequency_hz, "Hz").to_string(),
+            Si(line.amplitude_m, "m").to_string(),
+            harmonic.unwrap_or_else(|| "no harmonic".into()),
+        ]);
+    }
+    let caption = "Reference minus true displacement, and what the sensor adds to the true displacement: the largest in each of at most 400 \
+                   bands, Hann's window, segments that overlap by half.";
+    let section = Section::new("Spectrum").figure(Figure::new("Spectrum", vec![chart]).columns(1), caption);
+    Some(match verdict.error_lines.as_slice() {
+        [] => section.paragraph("No line stands out of the error's spectrum."),
+        _ => section.table(lines),
+    })
 }

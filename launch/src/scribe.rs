@@ -2,7 +2,7 @@
 
 use crate::judge::{Judge, Verdict};
 use crate::overheard::Overheard;
-use anhyst_ipc::{Block, Everything, Latency, NodeId, Now};
+use anhyst_ipc::{Block, Change, Everything, Latency, NodeId, Now};
 use std::path::{Path, PathBuf};
 
 #[cfg(feature = "recorder")]
@@ -95,6 +95,10 @@ impl Block for Scribe {
     const NODE: NodeId = NodeId::Recorder;
     type Inputs = Everything;
     type Outputs = ();
+
+    fn change(&mut self, change: &Change) -> bool {
+        self.judge.change(change)
+    }
 
     fn step(&mut self, tick: u64, inputs: Everything) {
         let (Now(measured), Now(truth), Now(estimate), Now(demand), _, Now(field), Now(coil)) = &inputs;

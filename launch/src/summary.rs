@@ -4,7 +4,7 @@ use crate::folder::RunFolder;
 use crate::judge::Verdict;
 use crate::realtime::{ForeignCount, RealtimeSummary};
 use crate::report::ProcessReport;
-use anhyst_ipc::{LinkReport, NodeId, NodeReport, combine};
+use anhyst_ipc::{Change, LinkReport, NodeId, NodeReport, Tunable, combine};
 use anhyst_report::number::Si;
 use anhyst_report::table::Table;
 use anhyst_scenario::Scenario;
@@ -32,6 +32,9 @@ pub struct Summary {
     pub tolerance_m: Option<f64>,
     /// Tolerance minus largest error, at the samples and between them.
     pub tolerance_margin_m: Option<f64>,
+    /// Settings that were changed while it ran.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<Change>,
     /// Field limit.
     pub field_limit_a_per_m: f64,
     /// Ticks run.
@@ -85,7 +88,8 @@ impl Summary {
             warnings: scenario.warnings(),
             first_event_name: verdict.first_event_name().map(str::to_owned),
             tolerance_m: scenario.expect.tolerance_m,
-            tolerance_margin_m: scenario.expect.tolerance_m.map(|most| most - verdict.largest_error().0),
+            tolerance_margin_m: verdict.least.map(|least| least.margin_m),
+            changes: scenario.changes.clone(),
             field_limit_a_per_m: scenario.guard.field_limit_a_per_m,
             verdict,
             ticks,
@@ -138,8 +142,13 @@ impl Summary {
         match self.tolerance_m {
             _ if !self.failures.is_empty() => format!("NOT held: {}", self.failures.join("; ")),
             Some(tolerance_m) => format!(
-                "held: every error after {settling_s} s is within ±{}{between}",
-                length(tolerance_m)
+                "held: every error after {settling_s} s is within ±{}{between}{}",
+                length(tolerance_m),
+                if self.changes.iter().any(|change| change.set == Tunable::Tolerance) {
+                    ", and within what it was changed to"
+                } else {
+                    ""
+                }
             ),
             None => format!(
                 "nothing was to be held: no tolerance is stated, and the largest error after {settling_s} s is {most}"

@@ -39,7 +39,7 @@ const fn flag(
 }
 
 /// Every status bit of the loop. Within a channel a later entry rules the state lane when several are set.
-pub(crate) const FLAGS: [Flag; 21] = [
+pub(crate) const FLAGS: [Flag; 22] = [
     flag(
         Channel::Estimate,
         Estimate::ADAPTING,
@@ -119,6 +119,14 @@ pub(crate) const FLAGS: [Flag; 21] = [
         "taken back",
         "the error grew while learning: takes back what was learnt",
         "goes on learning",
+    ),
+    flag(
+        Channel::Demand,
+        Demand::CHANGING,
+        Level::Info,
+        "changing",
+        "a setting is changed",
+        "the changed setting has its new value",
     ),
     flag(
         Channel::FieldCommand,

@@ -2,6 +2,7 @@
 //! faults, recording, and what must hold.
 
 mod belief;
+mod changes;
 mod clock;
 mod derive;
 mod error;

@@ -5,7 +5,7 @@ use anhyst_controller::ControllerSettings;
 use anhyst_estimator::EstimatorSettings;
 use anhyst_guard::GuardSettings;
 use anhyst_inverse::InverseSettings;
-use anhyst_ipc::{Invalid, NodeId};
+use anhyst_ipc::{Change, Invalid, NodeId};
 use anhyst_model::{AmplifierConstants, Effect, Material, RodConstants, TwoPole};
 use anhyst_plant_sim::{PlantSettings, WatchdogSettings};
 use serde::{Deserialize, Serialize};
@@ -65,6 +65,9 @@ pub struct Scenario {
     pub faults: Vec<Fault>,
     /// What must hold.
     pub expect: Expect,
+    /// Settings that change while the run goes on, in the order of their ticks; `anhyst tune` adds to them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<Change>,
 }
 
 /// Which nodes share a process.

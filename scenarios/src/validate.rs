@@ -1,7 +1,7 @@
 //! Checks a scenario as a whole: each setting, and what only shows when settings meet.
 
 use super::{Placement, Scenario};
-use anhyst_controller::{Controller, LoopShape, TrajectorySettings};
+use anhyst_controller::{Controller, LoopShape, PidSettings, TrajectorySettings};
 use anhyst_estimator::{Estimator, EstimatorError, LawSettings};
 use anhyst_ipc::{Invalid, NodeId};
 use anhyst_model::{Hysteresis, MagneticState, Material, ModelError};
@@ -68,6 +68,7 @@ impl Scenario {
         self.validate_monitors()?;
         self.validate_stability()?;
         self.validate_course()?;
+        self.validate_changes()?;
         self.validate_tolerance()?;
         self.validate_reach(&material.hysteresis)
     }
@@ -114,7 +115,7 @@ impl Scenario {
     }
 
     /// A loop that stands still must miss its tolerance, wherever it stands.
-    fn validate_tolerance(&self) -> Result<(), Invalid> {
+    pub(super) fn validate_tolerance(&self) -> Result<(), Invalid> {
         let (Some(tolerance_m), None) = (self.expect.tolerance_m, self.inverse.drive) else {
             return Ok(());
         };
@@ -128,10 +129,26 @@ impl Scenario {
         Err(Invalid::new("expect.tolerance_m", sentence))
     }
 
-    /// What the controller alone cannot know: the amplifier adds ticks of delay to its loop.
+    /// The linear loop that the PID closes, with all delay that is known: also the amplifier's, of which the controller alone
+    /// does not know.
+    ///
+    /// # Errors
+    /// If the rod's constants cannot be used.
+    pub fn loop_shape(&self) -> Result<LoopShape, Invalid> {
+        self.loop_shape_of(self.controller.feedback.as_ref())
+    }
+
+    /// The same with other gains.
+    pub(super) fn loop_shape_of(&self, gains: Option<&PidSettings>) -> Result<LoopShape, Invalid> {
+        let (_, rod) = self.believed()?;
+        let shape = LoopShape::new(&rod, gains, self.tick_s);
+        Ok(shape
+            .with_effects(&self.effects)
+            .with_amplifier_delay(self.amplifier.delay_ticks))
+    }
+
     fn validate_stability(&self) -> Result<(), Invalid> {
-        LoopShape::new(&self.two_pole()?, self.controller.feedback.as_ref(), self.tick_s)
-            .with_amplifier_delay(self.amplifier.delay_ticks)
+        self.loop_shape()?
             .validate()
             .map_err(|invalid| invalid.within("controller"))
     }
@@ -260,7 +277,7 @@ impl Scenario {
     }
 
     /// The profile must be reachable: its magnetization within the strain law and its field within the limit.
-    fn validate_reach(&self, hysteresis: &Hysteresis) -> Result<(), Invalid> {
+    pub(super) fn validate_reach(&self, hysteresis: &Hysteresis) -> Result<(), Invalid> {
         let inside = |invalid: Invalid| invalid.within("controller");
         let controller = self.controller()?;
         controller.validate_reach(self.duration_s).map_err(inside)?;
@@ -286,20 +303,25 @@ impl Scenario {
     pub fn controller(&self) -> Result<Controller, Invalid> {
         // Loading has made paths absolute: the folder does not matter any more.
         let (material, rod) = self.believed()?;
-        Controller::with_effects(
+        let controller = Controller::with_effects(
             &self.controller,
             rod,
             &material,
             self.tick_s,
             Path::new("."),
             &self.effects,
-        )
-        .map_err(|own| {
+        );
+        let mut controller = controller.map_err(|own| {
             let elsewhere = ["rod", "material", "effects"]
                 .iter()
                 .any(|part| own.path.starts_with(part));
             if elsewhere { own } else { own.within("controller") }
-        })
+        })?;
+        // The judge has the others.
+        for change in &self.changes {
+            controller.change(change);
+        }
+        Ok(controller)
     }
 
     /// Makes the scenario independent of where it lies: paths in it become absolute.

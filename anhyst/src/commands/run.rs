@@ -9,7 +9,7 @@ use anhyst_launch::folder::RunFolder;
 use anhyst_launch::report::ProcessReport;
 use anhyst_launch::say::quoted;
 use anhyst_launch::summary::Summary;
-use anhyst_launch::{launcher, resources, signals};
+use anhyst_launch::{launcher, resources, signals, tuning};
 use anhyst_scenario::{Placement, Scenario, load_changed};
 use std::path::Path;
 use std::time::Duration;
@@ -101,6 +101,9 @@ pub(super) fn perform(
     } else {
         YIELDS_SHARED
     };
+    if scenario.placement != Placement::Embedded {
+        tuning::announce(&folder, &meeting)?;
+    }
     let bar = progress_bar(scenario.ticks(), &scenario.name);
     let outcome = if scenario.placement == Placement::Embedded {
         embedded(scenario, &folder, &mut |tick| bar.set_position(tick))

@@ -185,6 +185,15 @@ impl Learner {
         self.heard >= BEFORE
     }
 
+    /// Another gain from now on, at most.
+    pub fn set_gain(&mut self, gain: f64) {
+        if gain != self.settings.gain {
+            self.settings.gain = gain;
+            let kept = self.kept.iter_mut().flat_map(|kept| &mut kept.harmonics);
+            kept.chain(&mut self.harmonics).for_each(|own| own.gain = gain);
+        }
+    }
+
     /// Advances by one tick. `error_m` is none where it says nothing: missing, or the demand was not applied.
     pub fn step(&mut self, turns: Turns, error_m: Option<f64>) -> f64 {
         let over = |cycle: &Cycle| turns.now >= cycle.from_turns + cycle.turns;

@@ -3,6 +3,7 @@
 //! Four, because the rod's inverse takes two and the correction for the first-order hold two more. One file per kind; all of
 //! them are pure functions of time, so a tick can be evaluated alone, in any order, and twice.
 
+mod amplitude;
 mod blend;
 mod harmonics;
 mod jet;
@@ -16,6 +17,7 @@ mod steps;
 mod sweep;
 mod table;
 
+use amplitude::Amplitude;
 use anhyst_ipc::Invalid;
 use blend::Blend;
 use harmonics::Harmonics;
@@ -238,6 +240,7 @@ pub enum Course<'a> {
 pub struct Trajectory {
     kind: Kind,
     start_s: f64,
+    amplitude: Amplitude,
 }
 
 impl Trajectory {
@@ -272,7 +275,11 @@ impl Trajectory {
             TrajectorySettings::Multisine(own) => Kind::Multisine(Multisine::new(own)),
             TrajectorySettings::Table { file, repeat } => Kind::Table(Table::load(&base_dir.join(file), *repeat)?),
         };
-        Ok(Self { kind, start_s })
+        Ok(Self {
+            kind,
+            start_s,
+            amplitude: Amplitude::default(),
+        })
     }
 
     /// Position and derivatives at a time.
@@ -288,6 +295,7 @@ impl Trajectory {
             Kind::Multisine(multisine) => multisine.at(time_s),
             Kind::Table(table) => table.at(time_s),
         };
+        let jet = self.amplitude.at(time_s).map_or(jet, |amplitude| jet.times(amplitude));
         let Jet(
             [
                 position_m,
@@ -325,6 +333,11 @@ impl Trajectory {
             Kind::Multisine(multisine) => Course::Multisine(multisine),
             Kind::Rest | Kind::Harmonics(_) | Kind::Turning(_) | Kind::SmoothRamps(_) | Kind::Table(_) => Course::Path,
         }
+    }
+
+    /// From `from_s` on goes to so many times the stated motion, over `over_s`.
+    pub(crate) fn change_amplitude(&mut self, from_s: f64, over_s: f64, factor: f64) {
+        self.amplitude.change(from_s, over_s, factor);
     }
 
     /// Turns of what repeats, at a time; none where nothing does.

@@ -2,7 +2,7 @@
 //! wake it, one blackboard a process with its status.
 //!
 //! From the ground up: [`names`] and sizes; `iceoryx`; a process's `status`; its `waker` and how it waits; the `context` of a
-//! process, with the barriers of start and end; the `ports`. Beside them what looks from outside: `layout`, `observer`; and
+//! process, with the barriers of start and end; the `ports`. Beside them what looks from outside: `layout`, `observer`; what takes changes, `tuning`; and
 //! `remote`, which stands for processes of another host.
 
 mod context;
@@ -13,6 +13,7 @@ mod observer;
 mod ports;
 mod remote;
 mod status;
+mod tuning;
 mod waker;
 
 pub use context::{SharedContext, SharedSettings, Wait};
@@ -22,3 +23,4 @@ pub use observer::Observer;
 pub(crate) use ports::{RawReceiver, RawSender};
 pub use remote::{Egress, Ingress, Progress, crossing};
 pub use status::{Standing, TokenWait};
+pub use tuning::{ChangeServer, request_changes};

@@ -1,7 +1,7 @@
 //! Names and sizes of a run's iceoryx2 services: with the message types all that a foreign process must do alike.
 //! iceoryx2 takes the settings of an opener as minimum requirements, so whoever comes first must create with these.
 
-use crate::message::Channel;
+use crate::message::{Channel, NodeId};
 
 /// Tokens that wait for the slowest reader, the recorder: 0.4 s at 20 kHz.
 pub const DEEPEST_BUFFER: usize = 8192;
@@ -55,6 +55,11 @@ pub fn channel_service(channel: Channel) -> String {
 /// Event service that wakes a process.
 pub fn bell_service(process: &str) -> String {
     format!("bell/{process}")
+}
+
+/// Request-response service of a node that takes changes of its settings.
+pub fn tuning_service(node: NodeId) -> String {
+    format!("tune/{node}")
 }
 
 /// Blackboard on which a process says where it is. `start` is 0 unless the process takes the place of one that died: then it
