@@ -80,7 +80,7 @@ impl LinesJudge {
             }
             return;
         };
-        if self.seen % self.stride == 0 {
+        if self.seen.is_multiple_of(self.stride) {
             self.points.push((line.since_s, error_m));
         }
         self.seen += 1;
