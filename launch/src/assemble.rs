@@ -142,7 +142,7 @@ pub fn scribe(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<
 /// If the recording could not be written to its end.
 pub fn finish_recording(scribe: &mut Scribe, report: &mut ProcessReport) -> Result<(), RunError> {
     #[cfg(feature = "recorder")]
-    if let Some(recorder) = scribe.take_recorder() {
+    if let Some(recorder) = scribe.take_recorder(report.failure.as_ref().map(|failure| failure.sentence.as_str())) {
         let recorded = recorder.finish()?;
         report.recorded_rows = recorded.rows;
         report.dropped_rows = recorded.dropped;
