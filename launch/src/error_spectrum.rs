@@ -119,15 +119,19 @@ impl ErrorSpectrum {
         }
         let Transform { plan, values, scratch } = &mut self.transform;
         let Some(plan) = plan else { return };
-        let mean = |of: usize| self.segment.iter().map(|own| own[of]).sum::<f64>() / n as f64;
-        let means = [mean(0), mean(1)];
+        // The mean is the window's: a plain one would put what a strong line has left over into the lowest bins.
+        let mut means = [0.0; 2];
         for (place, (value, own)) in values.iter_mut().zip(&self.segment).enumerate() {
             let angle = TAU * place as f64 / n as f64;
             let terms = (0..)
                 .zip(TERMS)
                 .map(|(order, term)| term * (f64::from(order) * angle).cos());
             let window: f64 = terms.sum();
-            *value = Complex::new(window * (own[0] - means[0]), window * (own[1] - means[1]));
+            means = [0, 1].map(|of| means[of] + window * own[of] / (TERMS[0] * n as f64));
+            *value = Complex::from(window);
+        }
+        for (value, own) in values.iter_mut().zip(&self.segment) {
+            *value = Complex::new(value.re * (own[0] - means[0]), value.re * (own[1] - means[1]));
         }
         plan.process_with_scratch(values, scratch);
         // A quarter for splitting.
