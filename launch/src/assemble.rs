@@ -154,7 +154,7 @@ fn followed(scenario: &Scenario) -> Result<Option<Trajectory>, RunError> {
 /// If the recording could not be written to its end.
 pub fn finish_recording(scribe: &mut Scribe, report: &mut ProcessReport) -> Result<(), RunError> {
     #[cfg(feature = "recorder")]
-    if let Some(recorder) = scribe.take_recorder() {
+    if let Some(recorder) = scribe.take_recorder(report.failure.as_ref().map(|failure| failure.sentence.as_str())) {
         let recorded = recorder.finish()?;
         report.recorded_rows = recorded.rows;
         report.dropped_rows = recorded.dropped;

@@ -137,6 +137,11 @@ pub struct Verdict {
     /// Ticks in which the field asked for or the field in the coil was no finite number.
     #[serde(default)]
     pub broken_field_ticks: u64,
+    /// Ticks in which the amplifier said that the field in the coil is no finite number, and the first of them.
+    #[serde(default)]
+    pub coil_field_not_finite_ticks: u64,
+    #[serde(default)]
+    pub first_coil_field_not_finite_tick: u64,
     /// Largest true temperature.
     #[serde(with = "any_number")]
     pub temperature_peak_k: f64,
@@ -283,6 +288,12 @@ impl Judge {
         verdict.beyond_limit_ticks += u64::from(beyond);
         let finite = field.field_a_per_m.is_finite() && coil.field_a_per_m.is_finite();
         verdict.broken_field_ticks += u64::from(!finite);
+        if !coil.field_a_per_m.is_finite() {
+            if verdict.coil_field_not_finite_ticks == 0 {
+                verdict.first_coil_field_not_finite_tick = tick;
+            }
+            verdict.coil_field_not_finite_ticks += 1;
+        }
         verdict.temperature_peak_k = verdict.temperature_peak_k.max(truth.temperature_k);
         verdict.guarded_ticks += u64::from(field.status != 0);
         if field.event != 0 && verdict.first_event == 0 {
@@ -364,6 +375,14 @@ impl Judge {
         }
     }
 
+    /// The verdict so far, in a sentence, and what did not hold.
+    pub fn sentence(&self) -> (String, Vec<String>) {
+        let (verdict, expect) = (self.verdict(), &self.expect);
+        let failures = verdict.failures(expect);
+        let sentence = verdict.sentence(&failures, expect.tolerance_m, expect.settling_s);
+        (sentence, failures)
+    }
+
     /// The verdict so far.
     pub fn verdict(&self) -> Verdict {
         let mean = |sum: f64| (sum / self.samples.max(1) as f64).sqrt();
@@ -399,6 +418,22 @@ impl Verdict {
         between.map_or((self.error_max_m, self.error_max_at_s), |own| (own.max_m, own.max_at_s))
     }
 
+    /// What a run came to, in a sentence; whatever is not tracking is not called so.
+    pub fn sentence(&self, failures: &[String], tolerance_m: Option<f64>, settling_s: f64) -> String {
+        let between = self.between.map_or("", |_| ", between the samples, too");
+        match tolerance_m {
+            _ if !failures.is_empty() => format!("NOT held: {}", failures.join("; ")),
+            Some(tolerance_m) => format!(
+                "held: every error after {settling_s} s is within ±{}{between}",
+                Si(tolerance_m, "m")
+            ),
+            None => format!(
+                "nothing was to be held: no tolerance is stated, and the largest error after {settling_s} s is {}",
+                Si(self.largest_error().0, "m")
+            ),
+        }
+    }
+
     /// The name of the first event that the guard raised.
     pub fn first_event_name(&self) -> Option<&'static str> {
         Event::from_number(self.first_event).map(Event::name)
@@ -416,7 +451,7 @@ impl Verdict {
             let ticks = self.judged_ticks + self.unjudged_ticks;
             failures.push(format!("only {} of {ticks} ticks could be judged", self.judged_ticks));
         }
-        if self.broken_field_ticks > 0 {
+        if self.broken_field_ticks > self.coil_field_not_finite_ticks {
             let ticks = self.broken_field_ticks;
             failures.push(format!(
                 "the field asked for or the field in the coil was no finite number in {ticks} ticks"
@@ -451,6 +486,15 @@ impl Verdict {
         let faulty = Event::from_number(self.first_event).filter(|event| event.is_fault());
         if let Some(event) = faulty.filter(|_| !failures.is_empty()) {
             failures.insert(0, format!("the guard saw {event} in tick {}", self.first_event_tick));
+        }
+        // What comes back of it as a measurement, the guard sees later.
+        if self.coil_field_not_finite_ticks > 0 {
+            let (ticks, first) = (self.coil_field_not_finite_ticks, self.first_coil_field_not_finite_tick);
+            let sentence = format!(
+                "coil_field_not_finite: the amplifier said a field that is no finite number in {ticks} ticks, first in tick {first}"
+            );
+            let later = faulty.is_some() && self.first_event_tick < first;
+            failures.insert(usize::from(later).min(failures.len()), sentence);
         }
         let final_error = self.a_final_error_a_per_m.abs();
         if let Some(limit) = expect
@@ -590,6 +634,10 @@ mod tests {
             judge.verdict().failures(&EXPECT)
         };
         assert_eq!(failures(1e4, -1.01e4), Vec::<String>::new());
+        assert_eq!(
+            failures(0.0, f64::NAN),
+            ["coil_field_not_finite: the amplifier said a field that is no finite number in 1 ticks, first in tick 0"]
+        );
         assert!(failures(1.000_1e4, 0.0)[0].contains("beyond the guard's limit in 1 ticks"));
         assert!(failures(0.0, -1.02e4)[0].contains("up to 10.20 kA/m"));
         for wild in [f64::NAN, f64::INFINITY] {

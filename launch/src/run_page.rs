@@ -128,7 +128,7 @@ fn spectrum(verdict: &crate::judge::Verdict) -> Option<Section> {
         ]);
     }
     let caption = "Reference minus true displacement, and what the sensor adds to the true displacement: the largest in each of at most 400 \
-                   bands, Hann's window, segments that overlap by half.";
+                   bands, Welch's method, the window of Blackman and Harris.";
     let section = Section::new("Spectrum").figure(Figure::new("Spectrum", vec![chart]).columns(1), caption);
     Some(match verdict.error_lines.as_slice() {
         [] => section.paragraph("No line stands out of the error's spectrum."),

@@ -6,7 +6,7 @@ use anhyst_ipc::{Block, Change, Everything, Latency, NodeId, Now};
 use std::path::{Path, PathBuf};
 
 #[cfg(feature = "recorder")]
-use anhyst_recorder::Recorder;
+use anhyst_recorder::{Level, Recorder};
 
 /// How often the judge is written down.
 const NOTED_TICKS: u64 = 500;
@@ -84,10 +84,20 @@ impl Scribe {
         self.judge.verdict()
     }
 
-    /// Takes the recorder out, to finish the recording.
+    /// Takes the recorder out, told what the run came to, to finish the recording; `failure` is why it did not come to its end.
     #[cfg(feature = "recorder")]
-    pub fn take_recorder(&mut self) -> Option<Recorder> {
-        self.recorder.take()
+    pub fn take_recorder(&mut self, failure: Option<&str>) -> Option<Recorder> {
+        let mut recorder = self.recorder.take()?;
+        let (level, sentence) = match (failure, self.judge.sentence()) {
+            (Some(failure), _) => (
+                Level::Error,
+                format!("NOT held: the run did not come to its end: {failure}"),
+            ),
+            (None, (sentence, failures)) if failures.is_empty() => (Level::Info, sentence),
+            (None, (sentence, _)) => (Level::Error, sentence),
+        };
+        recorder.conclude(level, sentence);
+        Some(recorder)
     }
 }
 

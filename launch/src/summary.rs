@@ -1,7 +1,7 @@
 //! What a run comes to: `summary.json` for programs, a table for people.
 
 use crate::folder::RunFolder;
-use crate::judge::Verdict;
+use crate::judge::{Verdict, judged};
 use crate::realtime::{ForeignCount, RealtimeSummary};
 use crate::report::ProcessReport;
 use anhyst_ipc::{Change, LinkReport, NodeId, NodeReport, Tunable, combine};
@@ -134,26 +134,14 @@ impl Summary {
         Ok(summary)
     }
 
-    /// The verdict, in a sentence; whatever is not tracking is not called so.
+    /// The verdict, in a sentence.
     pub fn sentence(&self, settling_s: f64) -> String {
-        let length = |metres: f64| Si(metres, "m").to_string();
-        let most = length(self.verdict.largest_error().0);
-        let between = self.verdict.between.map_or("", |_| ", between the samples, too");
-        match self.tolerance_m {
-            _ if !self.failures.is_empty() => format!("NOT held: {}", self.failures.join("; ")),
-            Some(tolerance_m) => format!(
-                "held: every error after {settling_s} s is within ±{}{between}{}",
-                length(tolerance_m),
-                if self.changes.iter().any(|change| change.set == Tunable::Tolerance) {
-                    ", and within what it was changed to"
-                } else {
-                    ""
-                }
-            ),
-            None => format!(
-                "nothing was to be held: no tolerance is stated, and the largest error after {settling_s} s is {most}"
-            ),
+        let mut sentence = self.verdict.sentence(&self.failures, self.tolerance_m, settling_s);
+        let is_tolerance = |change: &Change| change.set == Tunable::Tolerance;
+        if self.failures.is_empty() && self.changes.iter().any(is_tolerance) {
+            sentence.push_str(", and within what it was changed to");
         }
+        sentence
     }
 
     /// The table for people.

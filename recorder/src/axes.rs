@@ -88,6 +88,11 @@ impl Extent {
         }
     }
 
+    /// From the least to the greatest; 0 before the first value.
+    pub fn length(&self) -> f64 {
+        (self.high - self.low).max(0.0)
+    }
+
     /// The axis range that holds everything seen; None before the first value.
     pub fn range(&self) -> Option<Range> {
         (self.low <= self.high).then(|| Range::around(self.low, self.high))

@@ -8,11 +8,14 @@ use crate::run::{Level, RunInfo};
 /// Simulated time between two reports of the same bit, doubled up to 64 times while it chatters.
 const QUIET_S: f64 = 0.1;
 
+/// Source of the one event that stands before all others.
+pub(crate) const VERDICT: &str = "verdict";
+
 /// One line of the event table.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Event {
     pub tick: u64,
-    /// Whose event: the name of a node, or `run`.
+    /// Whose event: the name of a node, `run`, or [`VERDICT`].
     pub source: &'static str,
     pub level: Level,
     pub text: String,
@@ -57,6 +60,8 @@ impl Lamp {
 #[derive(Debug, Default)]
 pub(crate) struct Watch {
     lamps: [Lamp; FLAGS.len()],
+    /// The field in the coil is no finite number.
+    broken_coil: Lamp,
     states: [Option<&'static str>; LANES.len()],
     guard_event: u64,
     guard_quiet_until: u64,
@@ -94,16 +99,36 @@ impl Watch {
                 text,
             });
         }
+        self.coil(row, quiet_ticks);
         self.lanes(tick);
         self.guard(row, run, quiet_ticks);
     }
 
+    /// What an amplifier says of the coil may be no number; no status bit tells.
+    fn coil(&mut self, row: &Row, quiet_ticks: u64) {
+        let broken = !row.coil_field.field_a_per_m.is_finite();
+        if self.broken_coil.update(broken, row.tick, quiet_ticks).is_some() {
+            let (level, text) = if broken {
+                (Level::Error, "coil field not finite")
+            } else {
+                (Level::Info, "coil field finite again")
+            };
+            self.events.push(Event {
+                tick: row.tick,
+                source: "amplifier",
+                level,
+                text: text.into(),
+            });
+        }
+    }
+
+    /// What was, tick by tick: the lanes are no list to be read.
     fn lanes(&mut self, tick: u64) {
         for (lane, (channel, idle)) in LANES.iter().enumerate() {
             let mut shown = FLAGS
                 .iter()
                 .zip(&self.lamps)
-                .filter(|(flag, lamp)| flag.channel == *channel && lamp.shown);
+                .filter(|(flag, lamp)| flag.channel == *channel && lamp.now);
             let state = shown.next_back().map_or(*idle, |(flag, _)| flag.state);
             if self.states[lane] != Some(state) {
                 self.states[lane] = Some(state);
@@ -130,6 +155,16 @@ impl Watch {
         });
     }
 
+    /// Adds what the run came to.
+    pub fn judge(&mut self, level: Level, text: String) {
+        self.events.push(Event {
+            tick: 0,
+            source: VERDICT,
+            level,
+            text,
+        });
+    }
+
     /// Adds a line about the run itself.
     pub fn about_run(&mut self, tick: u64, level: Level, text: String) {
         self.events.push(Event {
@@ -151,6 +186,42 @@ mod tests {
             .zip(bits)
             .filter_map(|(tick, on)| lamp.update(on, tick, 10).map(|changes| (tick, changes)))
             .collect()
+    }
+
+    /// Guards the lanes against thinning: each state is there in its tick, however the bit chatters.
+    #[test]
+    fn the_lanes_show_what_was() {
+        use anhyst_ipc::{Demand, status_word};
+        let mut watch = Watch::default();
+        let run = crate::run::tests::run();
+        for tick in 0..1000 {
+            let mut row = Row { tick, ..Row::default() };
+            row.demand.status = status_word([(tick % 3 == 1, Demand::INTEGRATION_STOPPED)]);
+            watch.row(&row, &run);
+        }
+        let controller = |change: &&StateChange| change.state == "anti-windup";
+        let seen: Vec<u64> = watch
+            .changes
+            .iter()
+            .filter(controller)
+            .map(|change| change.tick)
+            .collect();
+        assert_eq!(seen, (0..1000).filter(|tick| tick % 3 == 1).collect::<Vec<_>>());
+        assert!(watch.events.len() < 40, "{} events", watch.events.len());
+    }
+
+    /// Guards the name of what no status bit tells.
+    #[test]
+    fn a_coil_field_that_is_no_number_has_an_event() {
+        let mut watch = Watch::default();
+        let run = crate::run::tests::run();
+        for (tick, field_a_per_m) in (0..).zip([0.0, f64::NAN, f64::NAN, 1.0]) {
+            let mut row = Row { tick, ..Row::default() };
+            row.coil_field.field_a_per_m = field_a_per_m;
+            watch.row(&row, &run);
+        }
+        let told = watch.events.iter().find(|event| event.source == "amplifier").unwrap();
+        assert_eq!((told.tick, told.text.as_str()), (1, "coil field not finite"));
     }
 
     /// Guards: slow changes are all reported, at their tick.

@@ -10,6 +10,7 @@ mod axes;
 mod error;
 mod events;
 mod extremes;
+mod fitting;
 mod flags;
 mod layout;
 mod loops;

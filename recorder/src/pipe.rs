@@ -3,6 +3,7 @@
 
 use crate::RecorderError;
 use crate::row::{Block, Row};
+use crate::run::Level;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -11,6 +12,8 @@ use std::time::Duration;
 pub(crate) trait Consumer: Send + 'static {
     /// Takes one block.
     fn block(&mut self, block: &Block) -> Result<(), RecorderError>;
+    /// Hears what the run came to, before it is closed.
+    fn verdict(&mut self, _level: Level, _text: String) {}
     /// Closes. `finished` tells an orderly end from a dropped recorder.
     fn close(self, totals: Totals) -> Result<(), RecorderError>;
 }
@@ -37,6 +40,7 @@ pub(crate) struct PipeSettings {
 
 enum Parcel {
     Block(Block),
+    Verdict(Level, String),
     End(Totals),
 }
 
@@ -60,8 +64,8 @@ impl Pipe {
             blocks,
             patience,
         } = settings;
-        // Room for every block and the end, so that handing over never waits.
-        let (full, from_loop) = sync_channel(blocks + 1);
+        // Room for every block, the verdict and the end, so that handing over never waits.
+        let (full, from_loop) = sync_channel(blocks + 2);
         let (to_loop, empty) = sync_channel(blocks);
         for _ in 0..blocks {
             // Filled once so that its pages exist before the first tick.
@@ -139,6 +143,12 @@ impl Pipe {
         }
     }
 
+    /// Hands over what the run came to.
+    pub fn tell(&mut self, level: Level, text: String) {
+        // Refused only if the logger is gone, or was told before.
+        let _ = self.full.try_send(Parcel::Verdict(level, text));
+    }
+
     /// Hands over what is left and waits for the logger's end.
     pub fn close(&mut self, finished: bool) -> Result<Totals, RecorderError> {
         let Some(logger) = self.logger.take() else {
@@ -166,6 +176,7 @@ fn log(mut consumer: impl Consumer, full: &Receiver<Parcel>, empty: &SyncSender<
                 // Refused only if the loop is gone.
                 let _ = empty.try_send(block);
             }
+            Parcel::Verdict(level, text) => consumer.verdict(level, text),
             Parcel::End(end) => {
                 totals = end;
                 break;

@@ -2,6 +2,7 @@
 
 use crate::pipe::{Pipe, PipeSettings};
 use crate::row::Row;
+use crate::run::Level;
 use crate::writer::Logger;
 use crate::{RecorderError, RecorderSettings, RunInfo};
 use anhyst_ipc::{Block, Everything, NodeId, Now};
@@ -70,6 +71,11 @@ impl Recorder {
     /// Where the report will be found once the recorder has finished or was dropped.
     pub fn outcome(&self) -> Outcome {
         self.outcome.clone()
+    }
+
+    /// Says what the run came to, once: the first of its events. One that failed ([`Level::Error`]) is laid out for what failed.
+    pub fn conclude(&mut self, level: Level, verdict: String) {
+        self.pipe.tell(level, verdict);
     }
 
     /// Writes what is left, the last layout and the footer.

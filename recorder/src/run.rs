@@ -112,3 +112,26 @@ pub(crate) fn time_ns(tick_s: f64, tick: u64) -> i64 {
 pub(crate) fn tick_at(tick_s: f64, time_ns: i64) -> u64 {
     (time_ns as f64 * 1e-9 / tick_s).round() as u64
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A run for tests.
+    pub fn run() -> RunInfo {
+        RunInfo {
+            path: PathBuf::new(),
+            run_id: "test".into(),
+            name: "test".into(),
+            notes: String::new(),
+            tick_s: 1e-3,
+            tolerance_m: 1e-7,
+            settling_time_s: 0.1,
+            period_s: None,
+            parameter_range: [6000.0, 7000.0],
+            realtime: false,
+            field_limit_a_per_m: 30e3,
+            events: Vec::new(),
+        }
+    }
+}

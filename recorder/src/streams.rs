@@ -2,7 +2,7 @@
 //! because viewers keep all they are sent in memory.
 
 use crate::error::Writing as _;
-use crate::events::{Event, StateChange};
+use crate::events::{Event, StateChange, VERDICT};
 use crate::extremes::{kept_rows, thin};
 use crate::flags::{FLAGS, LANES};
 use crate::loops::Loops;
@@ -197,7 +197,10 @@ impl Stream {
                 .with_many_level(of_source().map(|event| event.level.text()))
                 .columns_of_unit_batches()
                 .writing("events")?;
-            let times = times(run, of_source().map(|event| event.tick));
+            // The verdict is known last and read first: it stands a nanosecond before the run.
+            let before = i64::from(source == VERDICT);
+            let nanoseconds = of_source().map(|event| run.time_ns(event.tick) - before);
+            let times = TimeColumn::new_duration_nanos(TIMELINE, nanoseconds);
             self.rerun
                 .send_columns(format!("events/{source}"), [times], columns)
                 .writing("events")?;

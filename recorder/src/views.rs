@@ -28,6 +28,9 @@ pub(crate) struct Layout {
     pub timed: bool,
     /// The tolerance is drawn in the error plot if it fits.
     pub tolerance_nm: f64,
+    /// Whether the lines of limit and range are drawn: not where they would squash what is between them.
+    pub shows_field_limit: bool,
+    pub shows_shape_range: bool,
 }
 
 /// A property of a view.
@@ -142,8 +145,13 @@ fn left(desk: &mut Desk, layout: &Layout) -> ContainerLike {
     if let Some(height) = layout.error_axis_nm {
         desk.property(&error, "ScalarAxis", &ScalarAxis::new().with_range([-height, height]));
     }
+    let shape = if layout.shows_shape_range {
+        "/shape/**"
+    } else {
+        "/shape/lines"
+    };
     let shape = Tabs::new([
-        desk.plot("Shape parameter a [A/m]", &["/shape/**"], Span::Run),
+        desk.plot("Shape parameter a [A/m]", &[shape], Span::Run),
         desk.plot("How well a is known [A/m]", &["/excitation"], Span::Run),
         desk.plot("Covers [µm]", &["/covers"], last),
         desk.plot(
@@ -164,8 +172,13 @@ fn right(desk: &mut Desk, layout: &Layout) -> ContainerLike {
         desk.loop_view("Magnetization over field", "loops/magnetization", layout.zoom_s),
         desk.loop_view("Displacement over field", "loops/displacement", layout.zoom_s),
     ]);
+    let field = if layout.shows_field_limit {
+        "/field/**"
+    } else {
+        "/field/lines"
+    };
     let field = Tabs::new([
-        desk.plot("Field, whole run [kA/m]", &["/field/**"], Span::Run),
+        desk.plot("Field, whole run [kA/m]", &[field], Span::Run),
         desk.plot(
             &format!("Field, last {} s [kA/m]", layout.zoom_s),
             &["/field/lines"],

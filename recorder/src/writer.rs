@@ -1,12 +1,11 @@
 //! What the logger thread does with a block: rows to every stream, status words to the watch, and the layout at both ends.
 
-use crate::axes::nice;
 use crate::error::Writing as _;
 use crate::events::Watch;
+use crate::fitting::Sizes;
 use crate::pipe::{Consumer, Totals};
-use crate::row::{Block, Presence, Row};
+use crate::row::{Block, Presence};
 use crate::run::Level;
-use crate::spread::Spread;
 use crate::streams::Stream;
 use crate::timing::Timing;
 use crate::views::Layout;
@@ -15,8 +14,6 @@ use std::time::Duration;
 
 /// How long the end of a run waits for the disk.
 const FLUSH_LIMIT: Duration = Duration::from_secs(60);
-/// The share of errors that the error plot has to hold.
-const USUAL: f64 = 0.9;
 
 /// The far end of the pipe.
 pub(crate) struct Logger {
@@ -26,7 +23,8 @@ pub(crate) struct Logger {
     watch: Watch,
     has: Option<Presence>,
     last_tick: u64,
-    errors: Spread,
+    sizes: Sizes,
+    verdict: Option<(Level, String)>,
     timing: Option<Timing>,
 }
 
@@ -44,6 +42,8 @@ impl Logger {
             error_axis_nm: settings.error_axis_nm,
             timed: run.realtime,
             tolerance_nm: run.tolerance_m * 1e9,
+            shows_field_limit: true,
+            shows_shape_range: true,
         };
         for stream in &streams {
             layout.send(&stream.rerun)?;
@@ -63,19 +63,9 @@ impl Logger {
             watch,
             has: None,
             last_tick: 0,
-            errors: Spread::default(),
+            sizes: Sizes::default(),
+            verdict: None,
         })
-    }
-
-    fn note_error(&mut self, row: &Row, has: Presence) {
-        if row.tick as f64 * self.run.tick_s >= self.run.settling_time_s {
-            let error = if has.truth {
-                row.true_error_m()
-            } else {
-                row.demand.error_m
-            };
-            self.errors.add(error);
-        }
     }
 
     fn send_timing(&mut self, always: bool) -> Result<(), RecorderError> {
@@ -108,21 +98,20 @@ impl Logger {
             if dropped > 0 { Level::Warning } else { level },
             format!(
                 "{end} after {rows} ticks ({seconds:.3} s), {dropped} dropped; largest error after settling {:.1} nm",
-                self.errors.largest_m() * 1e9
+                self.sizes.largest_error_m() * 1e9
             ),
         );
+        let failed = matches!(self.verdict, Some((Level::Error, _)));
+        if let Some((level, text)) = self.verdict.take() {
+            self.watch.judge(level, text);
+        }
         self.send_events()?;
         self.send_timing(true)?;
-        self.layout.error_axis_nm = self.layout.error_axis_nm.or(self.fitting_axis_nm());
+        self.sizes.fit(&mut self.layout, &self.run, failed);
         for stream in &self.streams {
             self.layout.send(&stream.rerun)?;
         }
         self.layout.save(&self.run.path.with_extension("rbl"))
-    }
-
-    fn fitting_axis_nm(&self) -> Option<f64> {
-        let usual_m = self.errors.quantile_m(USUAL)?;
-        (usual_m > 0.0).then(|| nice(2e9 * usual_m))
     }
 }
 
@@ -138,7 +127,7 @@ impl Consumer for Logger {
         }
         for row in &block.rows {
             self.watch.row(row, &self.run);
-            self.note_error(row, has);
+            self.sizes.note(row, has, &self.run);
             if let Some(timing) = &mut self.timing {
                 timing.row(row, &self.run);
             }
@@ -149,6 +138,10 @@ impl Consumer for Logger {
         self.last_tick = last.tick;
         self.send_timing(false)?;
         self.send_events()
+    }
+
+    fn verdict(&mut self, level: Level, text: String) {
+        self.verdict = Some((level, text));
     }
 
     fn close(mut self, totals: Totals) -> Result<(), RecorderError> {

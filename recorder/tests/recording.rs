@@ -180,8 +180,14 @@ fn events_are_told() {
         inputs.5.0.status = status_word([(tick >= 5000, SafeField::RAMPING)]);
         recorder.step(tick, inputs);
     }
+    recorder.conclude(Level::Error, "NOT held: seven happened".into());
     recorder.finish().unwrap();
     let events = Recording::open(&path).unwrap().events();
+    // What the run came to is the first that is read.
+    assert_eq!(
+        (events[0].1.as_str(), events[0].2.as_str()),
+        ("verdict", "verdict: NOT held: seven happened")
+    );
     let told = |tick: u64, source: &str, words: &str| {
         let time = tick as f64 * TICK_S;
         assert!(
@@ -198,7 +204,7 @@ fn events_are_told() {
     told(5000, "guard", "seven happened");
     told(5000, "guard", "ramps to the safe field");
     told(9999, "run", "ended after 10000 ticks");
-    assert_eq!(events.len(), 7, "{events:#?}");
+    assert_eq!(events.len(), 8, "{events:#?}");
 }
 
 /// Guards: files that are no recordings, and recordings that hold nothing, are refused with a sentence.

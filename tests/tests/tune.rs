@@ -39,7 +39,7 @@ fn a_tuned_run_is_the_same_run_again() {
     let (_root, [run, again, changed]) = folders();
     let out = run.to_string_lossy();
     // Long enough to be met while it goes on, on whatever machine.
-    let long = ["--set", "duration_s=12.0", "--set", "expect.tolerance_m=25e-9"];
+    let long = ["--set", "duration_s=8.0", "--set", "expect.tolerance_m=25e-9"];
     let mut launched = Ended(Some(start(
         &[&["run", "scenarios/milling.ron", "--out", &out], &long[..]].concat(),
     )));
