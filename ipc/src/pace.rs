@@ -1,7 +1,8 @@
 //! Time in a real-time loop: tick k begins at t_k = anchor + (k − anchor tick)·T and its tokens are due within it.
 //!
 //! T: period in ns. Free-running: the anchor is the start of tick 0, agreed by all, and never moves. Paced by the
-//! measurement: the anchor is the arrival of the newest token in time, so the loop follows a hardware clock that drifts.
+//! measurement: the anchor is the arrival of the newest token, in time or not, so the loop follows a hardware clock that drifts
+//! or slips; a reader that has counted on meanwhile waits for the hardware.
 //! A reader waits for a token of its tick until its own time-out, a share of the period: later in the period the further
 //! down the loop it stands, so that one late node makes one late token and not a late loop.
 
@@ -135,7 +136,7 @@ impl Pace {
         }
     }
 
-    /// A token of `tick` was there in time.
+    /// A token of `tick` has come.
     pub(crate) fn arrived(&self, tick: u64, now_ns: u64) {
         if self.follows_tokens && tick > self.anchor_tick.get() {
             self.anchor_tick.set(tick);
@@ -207,6 +208,28 @@ mod tests {
         assert_eq!(pace.present(10_000), 10_000);
         pace.seen(10_400);
         assert_eq!(pace.present(10_000), 10_400);
+    }
+
+    // Guards the pace of hardware that stops for 0.8 and for 5.3 ticks: once it goes on, its reader's tick is its own again.
+    #[test]
+    fn a_slip_of_the_hardware_clock_is_followed() {
+        let arrivals: Vec<u64> = (0..200)
+            .map(|tick| tick * MS + if tick < 50 { 0 } else { MS * 4 / 5 } + if tick < 100 { 0 } else { MS * 53 / 10 })
+            .collect();
+        let pace = Pace::new(&[NodeId::Controller], Duration::from_millis(1), true);
+        let (mut now, mut heard) = (0, 0);
+        for tick in 1..200 {
+            // The reader waits for its token, and takes the newest that is there.
+            let until = pace.time_out_ns(tick).max(now);
+            now = arrivals[tick as usize].clamp(now, until);
+            let newest = (0..=tick).rev().find(|token| arrivals[*token as usize] <= now).unwrap();
+            if newest > heard {
+                pace.arrived(newest, now);
+                heard = newest;
+            }
+            let slipping = (50..53).contains(&tick) || (100..112).contains(&tick);
+            assert!(slipping || newest == tick, "tick {tick} has the token of {newest}");
+        }
     }
 
     // Guards the leap: a process that was held up turns to the present tick.
