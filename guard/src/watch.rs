@@ -170,11 +170,14 @@ impl Watch {
         } else if observed.measurement.age_ticks == 0 {
             self.repetitions = self.repetitions.saturating_add(1);
         }
-        let jumped = settings.jump_limit_m.zip(before).is_some_and(|(limit_m, (tick, value))| {
-            // Tokens may be missing between the two: the tip had their ticks to move in.
-            let ticks = measured_at.abs_diff(tick).max(1);
-            (observed.displacement_m - value).abs() > limit_m * ticks as f64
-        });
+        let jumped = settings
+            .jump_limit_m
+            .zip(before)
+            .is_some_and(|(limit_m, (tick, value))| {
+                // Tokens may be missing between the two: the tip had their ticks to move in.
+                let ticks = measured_at.abs_diff(tick).max(1);
+                (observed.displacement_m - value).abs() > limit_m * ticks as f64
+            });
         faults.note(jumped, Event::DisplacementJump);
         let field_change = (field_a_per_m - self.field_when_changed_a_per_m).abs();
         let stuck = settings

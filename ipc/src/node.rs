@@ -40,6 +40,11 @@ pub trait Stage {
     /// # Errors
     /// If a token is missing, wrong or cannot be delivered.
     fn tick(&mut self, tick: u64) -> Result<(), LinkError>;
+    /// Takes up what was said in tick `tick`, which the process left out, and sends nothing.
+    ///
+    /// # Errors
+    /// If the run is told to stop.
+    fn follow(&mut self, tick: u64) -> Result<(), LinkError>;
     /// Writes what is consumed and sent into `log` from now on.
     fn log_tokens(&mut self, _log: TokenLog) {}
     /// From here on a reader that is gone is no error: the run is ending, and whoever still listens is to hear.
@@ -177,6 +182,17 @@ impl<B: Block> Stage for Node<B> {
         self.digest_history.push(self.watcher.digest);
         self.ticks = tick + 1;
         if self.ending { Ok(()) } else { sent }
+    }
+
+    fn follow(&mut self, tick: u64) -> Result<(), LinkError> {
+        let inputs = B::Inputs::receive_left_out(&mut self.receivers, tick)?;
+        if let Some(log) = &mut self.watcher.log {
+            log.begin(tick);
+            B::Inputs::taken(&self.receivers, &mut |taken, fields| log.consume(taken, fields));
+            log.end_unanswered();
+        }
+        self.block.follow(tick, inputs);
+        Ok(())
     }
 
     fn end(&mut self) {
