@@ -348,6 +348,7 @@ impl Loop {
             loop_s,
             failure,
             ending: self.ending,
+            lost_notifications: self.shared.as_ref().map_or(0, |shared| shared.lost_notifications()),
             ..ProcessReport::default()
         };
         for stage in &self.stages {

@@ -312,6 +312,37 @@ fn a_clock_that_slips_is_followed() {
     assert!(!heard[2] && heard[4..].contains(&true), "{heard:?}");
 }
 
+/// Guards the waking of sleepers: a reader that is not notified finds its token when it looks up by itself, and says so.
+#[test]
+fn a_lost_notification_is_counted() {
+    // A sender that does not know in which process its reader lives notifies nobody.
+    const NOBODY: [(&str, &[NodeId]); 2] = [PROCESSES[0], ("inverse", &[])];
+    for (known, lost) in [(PROCESSES, 0), (NOBODY, 1)] {
+        let memory = SharedMemory::unique();
+        let settings = |process: &str, processes| memory.settings(process, processes, Duration::from_secs(20));
+        let [own, theirs] = [settings("inverse", &PROCESSES), settings("controller", &known)];
+        let done = Barrier::new(2);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                let context = Rc::new(SharedContext::open(own).unwrap());
+                let mut connections = Connections::new([NodeId::Inverse], WIRES.to_vec(), Some(context.clone()));
+                let mut demands = connections.receiver::<Demand>(NodeId::Inverse, 0).unwrap();
+                connections.start_barriers(&mut || Ok(())).unwrap();
+                demands.receive(0).unwrap();
+                done.wait();
+                assert_eq!(context.lost_notifications(), lost);
+            });
+            let mut connections = connections(NodeId::Controller, theirs);
+            let mut demands = connections.sender::<Demand>().unwrap();
+            connections.start_barriers(&mut || demands.connect()).unwrap();
+            // By then the reader sleeps, and not for the first time.
+            std::thread::sleep(Duration::from_millis(70));
+            demands.send(demand(0)).unwrap();
+            done.wait();
+        });
+    }
+}
+
 #[test]
 fn a_missing_transport_is_named() {
     let mut connections = Connections::new([NodeId::Inverse], WIRES.to_vec(), None);
