@@ -263,7 +263,7 @@ impl<M: Message> Receiver<M> {
                 self.newest.anchor(pace.anchored());
                 let had = self.newest.noted_tick();
                 let waits = self.delay == 0 && !left_out;
-                let until_ns = if waits { pace.time_out_ns(tick) } else { 0 };
+                let until_ns = if waits { pace.time_out_ns(self.reader, tick) } else { 0 };
                 shared.receive_newest(&mut self.newest, due, until_ns)?;
                 let token: M = self.newest.token().map(typed).unwrap_or_default();
                 self.taken = self.newest.noted_tick();

@@ -143,7 +143,9 @@ fn open(
                         period: Duration::from_millis(1),
                     }
                 } else {
-                    Wait::Notified { yields: meeting.yields }
+                    let busy = realtime.is_some_and(|realtime| realtime.busy_wait);
+                    let yields = if busy { u32::MAX } else { meeting.yields };
+                    Wait::Notified { yields }
                 },
                 receive_limit,
                 start_limit: meeting.start_limit,
