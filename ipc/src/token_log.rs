@@ -364,7 +364,7 @@ mod tests {
         let followed = file.followed(6).unwrap();
         assert_eq!((followed.start_number, followed.answered), (1, false));
         assert_eq!(followed.consumed, [Some(5), Some(6)]);
-        assert_eq!(file.followed(7).unwrap().answered, true);
+        assert!(file.followed(7).unwrap().answered);
         assert_eq!(file.consumed::<Measurement>(2), None);
         let heard = file
             .consumed::<Measurement>(7)
