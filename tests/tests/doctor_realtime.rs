@@ -18,6 +18,8 @@ fn every_way_is_measured_and_what_is_advised_can_be_run() {
         "0.3",
         "--rate-hz",
         "1000",
+        "--set",
+        "expect.settling_s=0",
         "--json",
     ]);
     let id = launcher.id();
