@@ -19,6 +19,11 @@ impl Block for Estimator {
         let estimation = Estimator::step(self, tick, safe.field_a_per_m, coil_a_per_m, displacement_m);
         (estimate(&estimation, is_credible(displacement_m)),)
     }
+
+    /// The field has gone on, and the rod with it: a hysteresis needs all of it.
+    fn follow(&mut self, tick: u64, inputs: Self::Inputs) {
+        Block::step(self, tick, inputs);
+    }
 }
 
 fn estimate(estimation: &Estimation, measured: bool) -> Estimate {

@@ -102,6 +102,7 @@ pub struct Guard {
     limits: Limits,
     tick_s: f64,
     ramp_step_a_per_m: f64,
+    /// Still to come, the last one first.
     reset_ticks: Vec<u64>,
     watch: Watch,
     state: State,
@@ -133,14 +134,16 @@ impl Guard {
     pub fn new(settings: &GuardSettings, tick_s: f64) -> Result<Self, Invalid> {
         Invalid::unless_positive("tick_s", tick_s, "s")?;
         settings.validate(tick_s)?;
-        let reset_ticks = settings.monitors.reset_at_s.iter();
+        let at_tick = |at_s: &f64| (at_s / tick_s).round() as u64;
+        let mut reset_ticks: Vec<u64> = settings.monitors.reset_at_s.iter().map(at_tick).collect();
+        reset_ticks.sort_unstable_by(|one, other| other.cmp(one));
         Ok(Self {
             limits: Limits {
                 field_limit_a_per_m: settings.acting_field_limit_a_per_m(),
                 step_limit_a_per_m: settings.slew_limit_a_per_m_s.map(|slew| slew * tick_s),
             },
             ramp_step_a_per_m: settings.ramp_slew_a_per_m_s() * tick_s,
-            reset_ticks: reset_ticks.map(|at_s| (at_s / tick_s).round() as u64).collect(),
+            reset_ticks,
             settings: settings.clone(),
             tick_s,
             watch: Watch::default(),
@@ -213,7 +216,7 @@ impl Guard {
             .look(&self.settings, observed, self.field_a_per_m, following_s);
         self.take_health(faults);
         let mut back = std::mem::take(&mut self.just_rearmed).then_some(Event::Rearmed);
-        if self.reset_ticks.contains(&observed.tick) && self.rearm().is_ok() {
+        if self.reset_is_due(observed.tick) && self.rearm().is_ok() {
             self.just_rearmed = false;
             back = Some(Event::Rearmed);
         }
@@ -259,6 +262,15 @@ impl Guard {
             holding: false,
             event,
         })
+    }
+
+    /// A planned reset falls on this tick, or fell on one that was left out before it.
+    fn reset_is_due(&mut self, tick: u64) -> bool {
+        let before = self.reset_ticks.len();
+        while self.reset_ticks.last().is_some_and(|due| *due <= tick) {
+            self.reset_ticks.pop();
+        }
+        self.reset_ticks.len() < before
     }
 
     fn take_health(&mut self, faults: Faults) {

@@ -67,6 +67,7 @@ fn quality<M: Message>(tick: u64, token: &M) -> Quality {
             .iter()
             .zip(words)
             .all(|(field, word)| field.kind != FieldKind::F64 || f64::from_bits(word).is_finite()),
+        tick: token.tick(),
         age_ticks: tick.abs_diff(token.tick()),
     }
 }

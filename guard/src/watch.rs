@@ -5,10 +5,11 @@ use crate::monitors::{EstimateMonitor, TrackingMonitor};
 use crate::{Event, GuardSettings};
 use serde::{Deserialize, Serialize};
 
-/// Of one token: is every number finite, and how far is its tick from this one.
+/// Of one token: is every number finite, what is its tick, and how far is that from this one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Quality {
     pub finite: bool,
+    pub tick: u64,
     pub age_ticks: u64,
 }
 
@@ -56,7 +57,8 @@ impl Faults {
 /// What the checks remember: the displacement last heard and since when it has been the same, and what has gone on how long.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct Watch {
-    displacement_m: Option<f64>,
+    /// With the tick that it was measured at.
+    displacement_m: Option<(u64, f64)>,
     repetitions: u64,
     field_when_changed_a_per_m: f64,
     misses: u64,
@@ -158,17 +160,24 @@ impl Watch {
         field_a_per_m: f64,
         faults: &mut Faults,
     ) {
-        let before = self.displacement_m.replace(observed.displacement_m);
+        let measured_at = observed.measurement.tick;
+        let before = self.displacement_m.replace((measured_at, observed.displacement_m));
         // A token that is read twice says nothing about the sensor.
-        let repeated = before.is_some_and(|value| value.to_bits() == observed.displacement_m.to_bits());
+        let repeated = before.is_some_and(|(_, value)| value.to_bits() == observed.displacement_m.to_bits());
         if !repeated {
             self.repetitions = 0;
             self.field_when_changed_a_per_m = field_a_per_m;
         } else if observed.measurement.age_ticks == 0 {
             self.repetitions = self.repetitions.saturating_add(1);
         }
-        let change_m = before.map_or(0.0, |value| (observed.displacement_m - value).abs());
-        let jumped = settings.jump_limit_m.is_some_and(|limit| change_m > limit);
+        let jumped = settings
+            .jump_limit_m
+            .zip(before)
+            .is_some_and(|(limit_m, (tick, value))| {
+                // Tokens may be missing between the two: the tip had their ticks to move in.
+                let ticks = measured_at.abs_diff(tick).max(1);
+                (observed.displacement_m - value).abs() > limit_m * ticks as f64
+            });
         faults.note(jumped, Event::DisplacementJump);
         let field_change = (field_a_per_m - self.field_when_changed_a_per_m).abs();
         let stuck = settings

@@ -85,7 +85,8 @@ pub struct Inverse {
     coil: Option<CoilGain>,
     /// Command over field in the coil, no unit.
     coil_gain: f64,
-    last: Command,
+    /// The answer before.
+    pub(crate) last: Command,
     /// None: nothing to fall back to.
     #[serde(default)]
     nominal: Option<Nominal>,

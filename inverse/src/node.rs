@@ -33,6 +33,13 @@ impl Block for Inverse {
         let command = self.step_guarded(tick, wanted, known, fall_back, safe.field_a_per_m);
         (field_command(command, fall_back),)
     }
+
+    /// What it remembers of the material goes on; the answer was not given, so that before it stays the last.
+    fn follow(&mut self, tick: u64, inputs: Self::Inputs) {
+        let last = self.last;
+        Block::step(self, tick, inputs);
+        self.last = last;
+    }
 }
 
 fn field_command(command: Command, fallen_back: bool) -> FieldCommand {

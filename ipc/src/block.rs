@@ -23,6 +23,11 @@ pub trait Block {
         let _ = change;
         false
     }
+    /// A tick that the process left out because it was held up, with what the others said in it: it changes what the block
+    /// remembers, and nothing is answered. Blocks whose memory does not depend on every tick do nothing.
+    fn follow(&mut self, tick: u64, inputs: Self::Inputs) {
+        let _ = (tick, inputs);
+    }
     /// A tick in which nobody is heard any more, because the links have failed: what leads to the safe state. `None` once
     /// that is reached, and from blocks that cannot harm anything.
     fn alone(&mut self, tick: u64) -> Option<Self::Outputs> {
@@ -80,6 +85,8 @@ pub trait Inputs: Sized {
     fn open(reader: NodeId, connections: &mut Connections) -> Result<Self::Receivers, LinkError>;
     /// Takes the tokens of `tick`, waiting for them.
     fn receive(receivers: &mut Self::Receivers, tick: u64) -> Result<Self, LinkError>;
+    /// The tokens of a tick that was left out, as far as they are there: nobody is waited for.
+    fn receive_left_out(receivers: &mut Self::Receivers, tick: u64) -> Result<Self, LinkError>;
     /// The tokens taken last, for a log: the tick of each, and what writes its fields.
     fn taken(receivers: &Self::Receivers, note: &mut Note);
     /// What the links measured.
@@ -124,6 +131,9 @@ macro_rules! tuples {
             }
             fn receive(($($receiver,)*): &mut Self::Receivers, tick: u64) -> Result<Self, LinkError> {
                 Ok(($($edge::from_token($receiver.receive(tick)?),)*))
+            }
+            fn receive_left_out(($($receiver,)*): &mut Self::Receivers, tick: u64) -> Result<Self, LinkError> {
+                Ok(($($edge::from_token($receiver.receive_left_out(tick)?),)*))
             }
             fn taken(($($receiver,)*): &Self::Receivers, note: &mut Note) {
                 $(note($receiver.taken(), &|words| $receiver.write_taken(words));)*

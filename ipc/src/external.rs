@@ -163,6 +163,11 @@ impl ExternalNode {
                 .values_mut()
                 .try_for_each(|output| output.connect_to_all(context))
         })?;
+        // Nobody has begun yet: by this the first token of each channel is judged.
+        let now_ns = monotonic_ns();
+        for newest in external.inputs.values_mut().filter_map(|input| input.newest.as_mut()) {
+            newest.anchor((0, now_ns));
+        }
         Ok(external)
     }
 

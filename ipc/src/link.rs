@@ -222,11 +222,23 @@ impl<M: Message> Receiver<M> {
     /// In lockstep if it does not come within the receive limit or another one comes; in real time if its sender is watched
     /// ([`Connections::end_if_silent`]) and silent; if the run is told to stop.
     pub fn receive(&mut self, tick: u64) -> Result<M, LinkError> {
+        self.receive_in(tick, false)
+    }
+
+    /// As [`Receiver::receive`], in real time for a tick that was left out: what was newest in it, if it is still there.
+    ///
+    /// # Errors
+    /// As [`Receiver::receive`].
+    pub fn receive_left_out(&mut self, tick: u64) -> Result<M, LinkError> {
+        self.receive_in(tick, true)
+    }
+
+    fn receive_in(&mut self, tick: u64, left_out: bool) -> Result<M, LinkError> {
         match &self.discipline {
             Discipline::Lockstep => self.receive_due(tick),
             Discipline::Newest(pace) => {
                 let pace = pace.clone();
-                self.receive_newest(tick, &pace)
+                self.receive_newest(tick, &pace, left_out)
             }
             Discipline::AsFed => Ok(match &self.source {
                 Source::Cell(cell) => cell.get().unwrap_or_default(),
@@ -236,7 +248,7 @@ impl<M: Message> Receiver<M> {
     }
 
     /// A token of tick `k` is due within tick `k`: a delayed reader, which reads it a tick later, never waits.
-    fn receive_newest(&mut self, tick: u64, pace: &Pace) -> Result<M, LinkError> {
+    fn receive_newest(&mut self, tick: u64, pace: &Pace, left_out: bool) -> Result<M, LinkError> {
         let Some(due) = tick.checked_sub(self.delay) else {
             self.taken = noted(None);
             return Ok(M::default());
@@ -250,10 +262,14 @@ impl<M: Message> Receiver<M> {
             Source::Shared(shared) => {
                 self.newest.anchor(pace.anchored());
                 let had = self.newest.noted_tick();
-                let until_ns = if self.delay == 0 { pace.time_out_ns(tick) } else { 0 };
+                let waits = self.delay == 0 && !left_out;
+                let until_ns = if waits { pace.time_out_ns(self.reader, tick) } else { 0 };
                 shared.receive_newest(&mut self.newest, due, until_ns)?;
                 let token: M = self.newest.token().map(typed).unwrap_or_default();
                 self.taken = self.newest.noted_tick();
+                if left_out {
+                    return Ok(token);
+                }
                 let now_ns = monotonic_ns();
                 if self.taken != had {
                     self.latency.record(now_ns.saturating_sub(token.sent_ns()));
@@ -261,8 +277,9 @@ impl<M: Message> Receiver<M> {
                 if !self.newest.is_of(due) {
                     pace.note_late();
                     self.late += 1;
-                } else if self.delay == 0 {
-                    pace.arrived(tick, now_ns);
+                }
+                if self.delay == 0 && self.taken != had {
+                    pace.arrived(token.tick(), now_ns);
                 }
                 if let Some(ahead) = self.newest.ahead_tick() {
                     pace.seen(ahead);

@@ -3,9 +3,10 @@
 //! Tokens come in order. The reader takes them until one belongs to a later tick; that one is kept for later. So a reader
 //! never hears of the future, a token that comes late is passed over, and a backlog is worked off in one go.
 //!
-//! k ≤ k₀ + 2 (t − t₀)/T + 64 for a token of tick k that comes at t; k₀, t₀ tick and arrival of the one before, T the period.
-//! No sender's time runs twice as fast, and no more than 64 are under way to a node: a token beyond that has a false tick, by
-//! which the reader would wait for it, deaf, or go there itself. It is passed over, and its tick counts as missing.
+//! k ≤ k₀ + 2 (t − t₀)/T + n for a token of tick k that comes at t; k₀, t₀ tick and arrival of the one before, T the period.
+//! No sender's time runs twice as fast. n = 2 is the rule; up to n = 64 a token is believed if the one before it has leapt, too:
+//! tokens were lost. Any other has a false tick, by which the reader would wait for it, deaf, or
+//! go there itself. It is passed over, as is one that is not newer than the newest, and its tick counts as missing.
 
 use crate::raw::RawToken;
 
@@ -14,8 +15,10 @@ pub const NO_TOKEN: u32 = u32::MAX;
 
 /// So much faster than ours no sender's time runs.
 const MAX_RATE: u64 = 2;
-/// So many ticks may be between a sender and a reader whatever the time: what a node's buffer holds.
-const MAX_UNDER_WAY: u64 = 64;
+/// So many ticks may be between two tokens whatever the time.
+const MAX_LEAP: u64 = 2;
+/// So many where tokens were lost.
+const MAX_LOST: u64 = 64;
 
 /// The reading end's memory of one channel.
 #[derive(Debug, Default)]
@@ -28,6 +31,8 @@ pub struct Newest {
     missing: u64,
     /// Tick and arrival (ns) of the token that came last.
     arrived: Option<(u64, u64)>,
+    /// The tick of the last token, if it has leapt and was passed over.
+    doubted: Option<u64>,
     /// Between two ticks, ns.
     period_ns: u64,
 }
@@ -51,7 +56,7 @@ impl Newest {
     /// # Errors
     /// What `poll` says.
     pub fn catch_up<E>(&mut self, now_ns: u64, poll: impl FnMut() -> Result<Option<RawToken>, E>) -> Result<(), E> {
-        let due = self.last_possible_tick(now_ns);
+        let due = self.last_possible_tick(now_ns).saturating_add(MAX_LEAP);
         self.advance(due, now_ns, poll).map(|_| ())
     }
 
@@ -72,16 +77,29 @@ impl Newest {
         }
         while self.ahead.is_none() {
             let Some(token) = poll()? else { break };
-            if token.tick() <= due {
-                self.take(token);
-            } else if token.tick() <= self.last_possible_tick(now_ns) {
-                self.ahead = Some(token);
-            } else {
+            let old = self.latest.is_some_and(|latest| token.tick() <= latest.tick());
+            if old || !self.believes(token.tick(), due, now_ns) {
                 continue;
             }
             self.arrived = Some((token.tick(), now_ns));
+            if token.tick() <= due {
+                self.take(token);
+            } else {
+                self.ahead = Some(token);
+            }
         }
         Ok(self.ahead.is_some() || self.is_of(due))
+    }
+
+    fn believes(&mut self, tick: u64, due: u64, now_ns: u64) -> bool {
+        let last_possible = self.last_possible_tick(now_ns);
+        if tick <= last_possible.saturating_add(MAX_LEAP).max(due) {
+            self.doubted = None;
+            return true;
+        }
+        let before = self.doubted.replace(tick);
+        let goes_on = before.is_some_and(|before| tick > before && tick - before <= MAX_LEAP);
+        goes_on && tick <= last_possible.saturating_add(MAX_LOST)
     }
 
     fn last_possible_tick(&self, now_ns: u64) -> u64 {
@@ -90,7 +108,6 @@ impl Newest {
         };
         let passed_ticks = now_ns.saturating_sub(at_ns) / self.period_ns.max(1);
         tick.saturating_add(MAX_RATE.saturating_mul(passed_ticks))
-            .saturating_add(MAX_UNDER_WAY)
     }
 
     fn take(&mut self, token: RawToken) {
@@ -198,7 +215,7 @@ mod tests {
     // Guards against a token whose tick is false: its reader waited for that tick and heard nothing until then.
     #[test]
     fn a_token_from_the_future_makes_nobody_deaf() {
-        for false_tick in [1_000_003, u64::MAX] {
+        for false_tick in [6, 43, 1_000_003, u64::MAX] {
             let mut newest = Newest::new(PERIOD_NS);
             let mut queue = VecDeque::from([0, 1, 2, false_tick].map(token));
             assert_eq!(take(&mut newest, &mut queue, 3), (2, false));
@@ -207,6 +224,49 @@ mod tests {
             assert_eq!(take(&mut newest, &mut queue, 4), (4, true));
             assert_eq!(take(&mut newest, &mut queue, 5), (5, true));
             assert_eq!(newest.missing(), 1);
+        }
+    }
+
+    // Guards against the same from the past: its reader took the next ones for leaps, and heard nothing until time had caught up.
+    #[test]
+    fn a_token_from_the_past_makes_nobody_deaf() {
+        let mut newest = Newest::new(PERIOD_NS);
+        let mut queue: VecDeque<_> = (0..=999).map(token).collect();
+        assert_eq!(take(&mut newest, &mut queue, 999), (999, true));
+        queue.push_back(token(500));
+        assert_eq!(take(&mut newest, &mut queue, 1000), (999, false));
+        queue.push_back(token(1001));
+        assert_eq!(take(&mut newest, &mut queue, 1001), (1001, true));
+    }
+
+    // Guards a reader whose buffer ran over in a moment: the second token after the hole is believed.
+    #[test]
+    fn a_leap_that_goes_on_is_believed_within_bounds() {
+        for (leap, believed) in [(40, Some(41)), (1_000_000, None)] {
+            let mut newest = Newest::new(PERIOD_NS);
+            let mut queue = VecDeque::from([0, 1, leap, leap + 1].map(token));
+            assert_eq!(take(&mut newest, &mut queue, 1).0, 1);
+            assert_eq!((newest.ahead_tick(), queue.len()), (believed, 0));
+        }
+    }
+
+    // Guards a reader without ticks of its own, and the greatest of all ticks as the first.
+    #[test]
+    fn whoever_has_no_tick_takes_what_time_allows() {
+        let mut newest = Newest::new(PERIOD_NS);
+        newest.anchor((0, 0));
+        for (now, tokens, expected) in [
+            (3, vec![u64::MAX, 0, 1, 2], 2),
+            (4, vec![3, 90], 3),
+            (5, vec![4], 4),
+            (90, vec![], 4),
+            (91, vec![90, 91], 91),
+        ] {
+            let mut queue: VecDeque<_> = tokens.into_iter().map(token).collect();
+            newest
+                .catch_up(now * PERIOD_NS, || Ok::<_, ()>(queue.pop_front()))
+                .unwrap();
+            assert_eq!(newest.noted_tick(), expected);
         }
     }
 

@@ -46,6 +46,11 @@ pub trait Stage {
     fn tick(&mut self, tick: u64) -> Result<(), LinkError>;
     /// As [`Block::change`].
     fn change(&mut self, change: &Change) -> bool;
+    /// Takes up what was said in tick `tick`, which the process left out, and sends nothing.
+    ///
+    /// # Errors
+    /// If the run is told to stop.
+    fn follow(&mut self, tick: u64) -> Result<(), LinkError>;
     /// Writes what is consumed and sent into `log` from now on.
     fn log_tokens(&mut self, _log: TokenLog) {}
     /// From here on a reader that is gone is no error: the run is ending, and whoever still listens is to hear.
@@ -187,6 +192,17 @@ impl<B: Block> Stage for Node<B> {
 
     fn change(&mut self, change: &Change) -> bool {
         self.block.change(change)
+    }
+
+    fn follow(&mut self, tick: u64) -> Result<(), LinkError> {
+        let inputs = B::Inputs::receive_left_out(&mut self.receivers, tick)?;
+        if let Some(log) = &mut self.watcher.log {
+            log.begin(tick);
+            B::Inputs::taken(&self.receivers, &mut |taken, fields| log.consume(taken, fields));
+            log.end_unanswered();
+        }
+        self.block.follow(tick, inputs);
+        Ok(())
     }
 
     fn end(&mut self) {

@@ -1,7 +1,8 @@
 //! Time in a real-time loop: tick k begins at t_k = anchor + (k − anchor tick)·T and its tokens are due within it.
 //!
 //! T: period in ns. Free-running: the anchor is the start of tick 0, agreed by all, and never moves. Paced by the
-//! measurement: the anchor is the arrival of the newest token in time, so the loop follows a hardware clock that drifts.
+//! measurement: the anchor is the arrival of the newest token, in time or not, so the loop follows a hardware clock that drifts
+//! or slips; a reader that has counted on meanwhile waits for the hardware.
 //! A reader waits for a token of its tick until its own time-out, a share of the period: later in the period the further
 //! down the loop it stands, so that one late node makes one late token and not a late loop.
 
@@ -21,8 +22,10 @@ const RECORDER_LAG_NS: u64 = 50_000_000;
 #[derive(Debug)]
 pub struct Pace {
     period_ns: u64,
-    wait_ns: u64,
+    /// Of a process that only records.
+    records: bool,
     follows_tokens: bool,
+    busy: bool,
     anchor_tick: Cell<u64>,
     anchor_ns: Cell<u64>,
     newest_tick: Cell<u64>,
@@ -45,22 +48,23 @@ impl Pace {
     /// Time for a process of these nodes. It has no meaning before [`Pace::anchor`].
     pub fn new(nodes: &[NodeId], period: Duration, follows_tokens: bool) -> Self {
         let period_ns = u64::try_from(period.as_nanos()).unwrap_or(u64::MAX).max(1);
-        let own_share = nodes.iter().map(|node| share(*node)).fold(0.0, f64::max);
-        let wait_ns = match nodes {
-            [NodeId::Recorder] => RECORDER_LAG_NS.max(period_ns),
-            _ if follows_tokens => ((1.0 + PACED_SLACK) * period_ns as f64) as u64 - period_ns,
-            _ => (own_share * period_ns as f64) as u64,
-        };
         Self {
             period_ns,
-            wait_ns,
+            records: nodes == [NodeId::Recorder],
             follows_tokens,
+            busy: false,
             anchor_tick: Cell::new(0),
             anchor_ns: Cell::new(0),
             newest_tick: Cell::new(0),
             late: Cell::new(0),
             undelivered: Cell::new(0),
         }
+    }
+
+    /// The same, polling the clock instead of sleeping if so.
+    #[must_use]
+    pub fn polling(self, busy: bool) -> Self {
+        Self { busy, ..self }
     }
 
     /// Says that `tick` begins, or began, at `start_ns` of the monotonic clock.
@@ -99,9 +103,18 @@ impl Pace {
         }
     }
 
-    /// Until when a reader waits for a token of `tick`.
-    pub fn time_out_ns(&self, tick: u64) -> u64 {
-        self.start_ns(tick).saturating_add(self.wait_ns)
+    /// Until when `reader` waits for a token of `tick`, whoever it shares its process with.
+    pub fn time_out_ns(&self, reader: NodeId, tick: u64) -> u64 {
+        let share = if self.follows_tokens {
+            PACED_SLACK
+        } else {
+            share(reader)
+        };
+        let wait_ns = match self.records {
+            true => RECORDER_LAG_NS.max(self.period_ns),
+            false => (share * self.period_ns as f64) as u64,
+        };
+        self.start_ns(tick).saturating_add(wait_ns)
     }
 
     /// The tick that the process must turn to, at least `next`: a process that was held up leaves out what has passed.
@@ -124,6 +137,10 @@ impl Pace {
             if now_ns >= due_ns {
                 return now_ns;
             }
+            if self.busy {
+                std::thread::yield_now();
+                continue;
+            }
             let due = rustix::thread::Timespec {
                 tv_sec: (due_ns / 1_000_000_000) as _,
                 tv_nsec: (due_ns % 1_000_000_000) as _,
@@ -135,7 +152,7 @@ impl Pace {
         }
     }
 
-    /// A token of `tick` was there in time.
+    /// A token of `tick` has come.
     pub(crate) fn arrived(&self, tick: u64, now_ns: u64) {
         if self.follows_tokens && tick > self.anchor_tick.get() {
             self.anchor_tick.set(tick);
@@ -178,17 +195,13 @@ mod tests {
     // Guards the absolute deadlines: they do not drift with what was late, and stand in the order of the loop.
     #[test]
     fn free_running_deadlines_stand_still() {
-        let pace = |node| {
-            let pace = Pace::new(&[node], Duration::from_millis(1), false);
-            pace.anchor(0, 5 * MS);
-            pace
-        };
-        let guard = pace(NodeId::Guard);
+        let guard = Pace::new(&[NodeId::Guard], Duration::from_millis(1), false);
+        guard.anchor(0, 5 * MS);
         assert_eq!((guard.start_ns(0), guard.start_ns(1000)), (5 * MS, 1005 * MS));
         guard.arrived(7, 100 * MS);
         assert_eq!(guard.start_ns(1000), 1005 * MS);
         let order = [NodeId::Estimator, NodeId::Inverse, NodeId::Guard, NodeId::Amplifier];
-        let time_outs = order.map(|node| pace(node).time_out_ns(3));
+        let time_outs = order.map(|node| guard.time_out_ns(node, 3));
         assert!(
             time_outs.is_sorted() && time_outs[3] < guard.start_ns(4),
             "{time_outs:?}"
@@ -201,12 +214,34 @@ mod tests {
         let pace = Pace::new(&[NodeId::Controller], Duration::from_millis(1), true);
         for tick in 1..10_000 {
             let arrival_ns = tick * 101 * MS / 100;
-            assert!(arrival_ns < pace.time_out_ns(tick), "tick {tick}");
+            assert!(arrival_ns < pace.time_out_ns(NodeId::Controller, tick), "tick {tick}");
             pace.arrived(tick, arrival_ns);
         }
         assert_eq!(pace.present(10_000), 10_000);
         pace.seen(10_400);
         assert_eq!(pace.present(10_000), 10_400);
+    }
+
+    // Guards the pace of hardware that stops for 0.8 and for 5.3 ticks: once it goes on, its reader's tick is its own again.
+    #[test]
+    fn a_slip_of_the_hardware_clock_is_followed() {
+        let arrivals: Vec<u64> = (0..200)
+            .map(|tick| tick * MS + if tick < 50 { 0 } else { MS * 4 / 5 } + if tick < 100 { 0 } else { MS * 53 / 10 })
+            .collect();
+        let pace = Pace::new(&[NodeId::Controller], Duration::from_millis(1), true);
+        let (mut now, mut heard) = (0, 0);
+        for tick in 1..200 {
+            // The reader waits for its token, and takes the newest that is there.
+            let until = pace.time_out_ns(NodeId::Controller, tick).max(now);
+            now = arrivals[tick as usize].clamp(now, until);
+            let newest = (0..=tick).rev().find(|token| arrivals[*token as usize] <= now).unwrap();
+            if newest > heard {
+                pace.arrived(newest, now);
+                heard = newest;
+            }
+            let slipping = (50..53).contains(&tick) || (100..112).contains(&tick);
+            assert!(slipping || newest == tick, "tick {tick} has the token of {newest}");
+        }
     }
 
     // Guards the leap: a process that was held up turns to the present tick.

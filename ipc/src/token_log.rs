@@ -1,7 +1,7 @@
 //! What a node consumed and sent in every tick of a real-time run, in a memory-mapped file: enough to run it again bit for bit.
 //!
-//! Record of tick k, little-endian words of 8 bytes, at its place in the file: (start number << 48) | (k + 1), 0 for a tick
-//! that was left out; the ticks of the tokens consumed, two a word, [`NO_TOKEN`] for none; the fields of those among them
+//! Record of tick k, little-endian words of 8 bytes, at its place in the file: (start number << 48) | (k + 1), with bit 47 set
+//! for a tick that was left out and followed later, 0 for one that was lost; the ticks of the tokens consumed, two a word, [`NO_TOKEN`] for none; the fields of those among them
 //! whose sender keeps no log; the fields of the tokens sent.
 //! The mapping is shared with the file: a process that is killed loses nothing, and no step makes a system call.
 
@@ -14,7 +14,8 @@ use std::fs::OpenOptions;
 use std::path::{Path, PathBuf};
 
 const START_SHIFT: u32 = 48;
-const TICK_MASK: u64 = (1 << START_SHIFT) - 1;
+const UNANSWERED: u64 = 1 << 47;
+const TICK_MASK: u64 = UNANSWERED - 1;
 
 /// What a record of a node holds.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -151,9 +152,18 @@ impl TokenLog {
             self.next_word += 1;
         }
         if self.next_word == self.layout.words() {
-            std::sync::atomic::fence(std::sync::atomic::Ordering::Release);
-            self.put(0, self.start_number << START_SHIFT | (self.tick + 1));
+            self.end(0);
         }
+    }
+
+    /// Completes the record of a tick in which nothing is sent.
+    pub fn end_unanswered(&mut self) {
+        self.end(UNANSWERED);
+    }
+
+    fn end(&mut self, mark: u64) {
+        std::sync::atomic::fence(std::sync::atomic::Ordering::Release);
+        self.put(0, self.start_number << START_SHIFT | mark | (self.tick + 1));
     }
 
     fn put(&mut self, word: usize, value: u64) {
@@ -187,6 +197,8 @@ pub struct TokenRecord {
     pub tick: u64,
     /// 0 for the process that the run began with, one more for each restart.
     pub start_number: u64,
+    /// False for a tick that was left out, and followed later: what was consumed then is told, and nothing was sent.
+    pub answered: bool,
     /// The ticks of the tokens consumed, in the order of the layout; none before the first.
     pub consumed: Vec<Option<u64>>,
 }
@@ -240,6 +252,11 @@ impl TokenLogFile {
 
     /// The record of a tick; none if the node left it out.
     pub fn record(&self, tick: u64) -> Option<TokenRecord> {
+        self.followed(tick).filter(|record| record.answered)
+    }
+
+    /// The same, also of a tick that the node left out and followed later.
+    pub fn followed(&self, tick: u64) -> Option<TokenRecord> {
         let first = tick as usize * self.layout.words();
         let head = word_at(&self.map, first);
         if head & TICK_MASK != tick + 1 {
@@ -252,6 +269,7 @@ impl TokenLogFile {
         Some(TokenRecord {
             tick,
             start_number: head >> START_SHIFT,
+            answered: head & UNANSWERED == 0,
             consumed: consumed.collect(),
         })
     }
@@ -267,7 +285,7 @@ impl TokenLogFile {
     /// there was none yet.
     pub fn consumed<M: Message>(&self, tick: u64) -> Option<M> {
         let input = self.layout.inputs.iter().position(|channel| *channel == M::CHANNEL)?;
-        let sent = self.record(tick)?.consumed.get(input).copied().flatten()?;
+        let sent = self.followed(tick)?.consumed.get(input).copied().flatten()?;
         if !self.layout.copied.contains(&M::CHANNEL) {
             return None;
         }
@@ -325,6 +343,10 @@ mod tests {
         write(&mut log, 2, NO_TOKEN, f64::from_bits(0x7ff8_dead_beef_0001));
         drop(log);
         let mut log = TokenLog::open(&path, layout.clone(), 10, true).unwrap();
+        log.begin(6);
+        log.consume(5, &|_| panic!("is not kept"));
+        log.consume(6, &|words| words[0] = 41);
+        log.end_unanswered();
         write(&mut log, 7, 6, -0.0);
         let file = TokenLogFile::open(&path, layout.clone()).unwrap();
         std::fs::remove_file(&path).unwrap();
@@ -333,10 +355,16 @@ mod tests {
         let expected = TokenRecord {
             tick: 2,
             start_number: 0,
+            answered: true,
             consumed: vec![Some(2), None],
         };
         assert_eq!(file.record(2), Some(expected));
         assert_eq!(file.record(7).unwrap().start_number, 1);
+        assert_eq!((file.record(6), file.token::<SafeField>(6)), (None, None));
+        let followed = file.followed(6).unwrap();
+        assert_eq!((followed.start_number, followed.answered), (1, false));
+        assert_eq!(followed.consumed, [Some(5), Some(6)]);
+        assert!(file.followed(7).unwrap().answered);
         assert_eq!(file.consumed::<Measurement>(2), None);
         let heard = file
             .consumed::<Measurement>(7)

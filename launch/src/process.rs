@@ -39,6 +39,8 @@ pub struct Meeting {
 
 /// The reader must never be this far behind: its buffer is twice as deep.
 const CREDIT_TICKS: u64 = 4096;
+/// So many left-out ticks are followed: more than the buffers hold. Whoever was held up for longer begins with what is newest.
+const MAX_FOLLOWED_TICKS: u64 = 1024;
 /// How often a process says where it is and looks whether it should stop.
 const HOUSEKEEPING_TICKS: u64 = 64;
 
@@ -145,7 +147,9 @@ fn open(
                         period: Duration::from_millis(1),
                     }
                 } else {
-                    Wait::Notified { yields: meeting.yields }
+                    let busy = realtime.is_some_and(|realtime| realtime.busy_wait);
+                    let yields = if busy { u32::MAX } else { meeting.yields };
+                    Wait::Notified { yields }
                 },
                 receive_limit,
                 start_limit: meeting.start_limit,
@@ -280,7 +284,11 @@ impl Loop {
             if !timed.rejoined() {
                 self.injector.inject(tick);
             }
-            let stages = self.stages.iter_mut().try_for_each(|stage| stage.tick(tick));
+            let mut left_out = tick.saturating_sub(MAX_FOLLOWED_TICKS).max(next)..tick;
+            let stages = &mut self.stages;
+            let stages = left_out
+                .try_for_each(|past| stages.iter_mut().try_for_each(|stage| stage.follow(past)))
+                .and_then(|()| stages.iter_mut().try_for_each(|stage| stage.tick(tick)));
             let all = stages.and_then(|()| self.scribe.as_mut().map_or(Ok(()), |scribe| scribe.tick(tick)));
             if let Err(error) = all {
                 break Err(error);
@@ -393,6 +401,7 @@ impl Loop {
             failure,
             ending: self.ending,
             changes: self.changes,
+            lost_notifications: self.shared.as_ref().map_or(0, |shared| shared.lost_notifications()),
             ..ProcessReport::default()
         };
         for stage in &self.stages {

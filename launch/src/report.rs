@@ -19,6 +19,9 @@ pub struct ProcessReport {
     pub recorded_rows: u64,
     /// Rows that the recording lost.
     pub dropped_rows: u64,
+    /// Tokens that it slept on beside, because nobody woke it.
+    #[serde(default)]
+    pub lost_notifications: u64,
     /// What a real-time process counted besides.
     #[serde(default)]
     pub realtime: Option<RealtimeReport>,

@@ -1,7 +1,7 @@
 //! What a run comes to: `summary.json` for programs, a table for people.
 
 use crate::folder::RunFolder;
-use crate::judge::{Verdict, judged};
+use crate::judge::Verdict;
 use crate::realtime::{ForeignCount, RealtimeSummary};
 use crate::report::ProcessReport;
 use anhyst_ipc::{Change, LinkReport, NodeId, NodeReport, Tunable, combine};
@@ -45,6 +45,9 @@ pub struct Summary {
     pub realtime_factor: f64,
     /// Tokens that did not arrive, rows lost by the recording included.
     pub lost_tokens: u64,
+    /// Tokens that a process slept on beside for up to 20 ms, because its notification was lost.
+    #[serde(default)]
+    pub lost_notifications: u64,
     /// Rows of the recording.
     pub recorded_rows: u64,
     /// Of a real-time run: what was asked of the system, missed deadlines, distributions, restarts.
@@ -97,6 +100,7 @@ impl Summary {
             realtime_factor: ticks_per_s * scenario.tick_s,
             lost_tokens: links.iter().map(|link| link.lost).sum::<u64>()
                 + reports.iter().map(|report| report.dropped_rows).sum::<u64>(),
+            lost_notifications: reports.iter().map(|report| report.lost_notifications).sum(),
             recorded_rows: reports.iter().map(|report| report.recorded_rows).sum(),
             realtime: RealtimeSummary::new(reports).map(|realtime| RealtimeSummary {
                 external: ForeignCount::of(&scenario.external_nodes(), &links),

@@ -75,6 +75,11 @@ impl Block for AmplifierNode {
         (self.act(command),)
     }
 
+    /// An amplifier goes on whoever simulates it: its lag has followed the commands.
+    fn follow(&mut self, tick: u64, inputs: Self::Inputs) {
+        self.step(tick, inputs);
+    }
+
     fn alone(&mut self, _tick: u64) -> Option<Self::Outputs> {
         let watchdog = self.watchdog.as_mut()?;
         let distance = self.amplifier.field_a_per_m() - watchdog.safe_field_a_per_m();

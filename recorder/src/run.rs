@@ -129,6 +129,7 @@ pub(crate) mod tests {
             settling_time_s: 0.1,
             period_s: None,
             parameter_range: [6000.0, 7000.0],
+            material: [7.65e5, 4000.0, 0.18],
             realtime: false,
             field_limit_a_per_m: 30e3,
             events: Vec::new(),

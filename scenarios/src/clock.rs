@@ -45,6 +45,8 @@ pub struct Realtime {
     pub lock_memory: bool,
     /// Longest time, µs, that a core may take to wake up: 0 keeps it from sleeping.
     pub cpu_latency_us: Option<u32>,
+    /// Poll for what is waited for instead of sleeping: shorter by a waking, at the price of a core for each process. Not the recorder.
+    pub busy_wait: bool,
     /// Nodes whose process is started again if it dies: estimator, inverse, recorder.
     pub restart: Vec<NodeId>,
     /// How often, all processes together.
@@ -63,6 +65,7 @@ impl Default for Realtime {
             cpus: Vec::new(),
             lock_memory: false,
             cpu_latency_us: None,
+            busy_wait: false,
             restart: RESTARTABLE.to_vec(),
             most_restarts: 3,
             log_tokens: true,

@@ -77,11 +77,13 @@ pub fn folders<const N: usize>() -> (tempfile::TempDir, [PathBuf; N]) {
     (root, folders)
 }
 
-/// What a run in this folder came to, none of its tokens lost.
+/// What a run in this folder came to, none of its tokens lost and none slept on.
 pub fn summary(run: &Path) -> Value {
     let text = std::fs::read(run.join("summary.json")).unwrap_or_default();
     let summary: Value = serde_json::from_slice(&text).unwrap_or_default();
-    assert_eq!(summary["lost_tokens"], 0, "{}: {summary}", run.display());
+    for count in ["lost_tokens", "lost_notifications"] {
+        assert_eq!(summary[count], 0, "{count}, {}: {summary}", run.display());
+    }
     summary
 }
 

@@ -4,7 +4,7 @@
 
 use anhyst_ipc::{
     Channel, Connections, Demand, Discipline, FieldCommand, LinkError, Measurement, Message, NodeId, Pace, Receiver,
-    Sender, SharedContext, SharedSettings, Wire,
+    Sender, SharedContext, SharedSettings, Wire, monotonic_ns,
 };
 use anhyst_tests::SharedMemory;
 use std::process::Command;
@@ -233,37 +233,114 @@ fn left_as_found(memory: &SharedMemory) {
     assert_eq!(left, Vec::<String>::new());
 }
 
-/// Guards real time against a token with a false tick: its reader waited for that tick, deaf, and a loop that is paced by its
-/// tokens turned to it, past the end of the run.
-#[test]
-fn a_token_from_the_future_is_passed_over() {
+/// Runs a reader that is paced by demands, and what sends them; both get the moment at which tick 0 begins.
+fn paced<T: Send>(
+    period: Duration,
+    reader: impl FnOnce(&mut Receiver<Demand>, &Pace) -> T + Send,
+    sender: impl FnOnce(&mut Sender<Demand>, u64),
+) -> T {
     let memory = SharedMemory::unique();
     let limit = Duration::from_secs(20);
     let settings = memory.settings("inverse", &PROCESSES, limit);
-    let (sent, done) = (Barrier::new(2), Barrier::new(2));
+    let (connected, done) = (&Barrier::new(2), &Barrier::new(2));
+    let began_ns = &std::sync::OnceLock::new();
     std::thread::scope(|scope| {
-        scope.spawn(|| {
-            let pace = Rc::new(Pace::new(&[NodeId::Inverse], Duration::from_secs(1), true));
+        let reading = scope.spawn(move || {
+            let pace = Rc::new(Pace::new(&[NodeId::Inverse], period, true));
             let mut connections =
                 connections(NodeId::Inverse, settings).with_discipline(Discipline::Newest(pace.clone()));
             let mut demands = connections.receiver::<Demand>(NodeId::Inverse, 0).unwrap();
             connections.start_barriers(&mut || Ok(())).unwrap();
-            pace.anchor(0, anhyst_ipc::monotonic_ns());
-            sent.wait();
-            let heard = [0, 1, 2, 3, 4, 5].map(|tick| (demands.receive(tick).unwrap().tick, pace.present(tick)));
-            // Of tick 3 there is no token; that 4 has come tells.
-            assert_eq!(heard, [(0, 1), (1, 2), (2, 4), (2, 4), (4, 5), (5, 5)]);
+            connected.wait();
+            pace.anchor(0, *began_ns.get_or_init(monotonic_ns));
+            let read = reader(&mut demands, &pace);
             done.wait();
+            read
         });
         let mut connections = connections(NodeId::Controller, memory.settings("controller", &PROCESSES, limit));
         let mut demands = connections.sender::<Demand>().unwrap();
         connections.start_barriers(&mut || demands.connect()).unwrap();
-        for tick in [0, 1, 2, 1_000_003, 4, 5] {
-            demands.send(demand(tick)).unwrap();
-        }
-        sent.wait();
+        connected.wait();
+        sender(&mut demands, *began_ns.get_or_init(monotonic_ns));
         done.wait();
-    });
+        reading.join().unwrap()
+    })
+}
+
+/// Guards real time against a token with a false tick: its reader waited for that tick, deaf, and a loop that is paced by its
+/// tokens turned to it, past the end of the run.
+#[test]
+fn a_token_from_the_future_is_passed_over() {
+    for false_tick in [43, 1_000_003] {
+        let sent = Barrier::new(2);
+        let heard = paced(
+            Duration::from_secs(1),
+            |demands, pace| {
+                sent.wait();
+                [0, 1, 2, 3, 4, 5].map(|tick| (demands.receive(tick).unwrap().tick, pace.present(tick)))
+            },
+            |demands, _| {
+                for tick in [0, 1, 2, false_tick, 4, 5] {
+                    demands.send(demand(tick)).unwrap();
+                }
+                sent.wait();
+            },
+        );
+        // Of tick 3 there is no token; that 4 has come tells.
+        assert_eq!(heard, [(0, 1), (1, 2), (2, 4), (2, 4), (4, 5), (5, 5)]);
+    }
+}
+
+/// Guards a loop paced by hardware that stops for 0.8 of a tick: its reader timed out on every token from then on, because the
+/// last one in time said when the next were due.
+#[test]
+fn a_clock_that_slips_is_followed() {
+    let period = Duration::from_millis(200);
+    let heard = paced(
+        period,
+        |demands, _| [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|tick| demands.receive(tick).unwrap().tick == tick),
+        |demands, began_ns| {
+            for tick in 0..9 {
+                let slip = if tick < 2 { 0.0 } else { 0.8 };
+                let due_ns = began_ns + period.mul_f64(tick as f64 + slip).as_nanos() as u64;
+                std::thread::sleep(Duration::from_nanos(due_ns.saturating_sub(monotonic_ns())));
+                demands.send(demand(tick)).unwrap();
+            }
+        },
+    );
+    // A machine that stands still for half a tick may make some of them late, too.
+    assert!(!heard[2] && heard[4..].contains(&true), "{heard:?}");
+}
+
+/// Guards the waking of sleepers: a reader that is not notified finds its token when it looks up by itself, and says so.
+#[test]
+fn a_lost_notification_is_counted() {
+    // A sender that does not know in which process its reader lives notifies nobody.
+    const NOBODY: [(&str, &[NodeId]); 2] = [PROCESSES[0], ("inverse", &[])];
+    for (known, lost) in [(PROCESSES, 0), (NOBODY, 1)] {
+        let memory = SharedMemory::unique();
+        let settings = |process: &str, processes| memory.settings(process, processes, Duration::from_secs(20));
+        let [own, theirs] = [settings("inverse", &PROCESSES), settings("controller", &known)];
+        let done = Barrier::new(2);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                let context = Rc::new(SharedContext::open(own).unwrap());
+                let mut connections = Connections::new([NodeId::Inverse], WIRES.to_vec(), Some(context.clone()));
+                let mut demands = connections.receiver::<Demand>(NodeId::Inverse, 0).unwrap();
+                connections.start_barriers(&mut || Ok(())).unwrap();
+                demands.receive(0).unwrap();
+                done.wait();
+                assert_eq!(context.lost_notifications(), lost);
+            });
+            let mut connections = connections(NodeId::Controller, theirs);
+            let mut demands = connections.sender::<Demand>().unwrap();
+            connections.start_barriers(&mut || demands.connect()).unwrap();
+            // By then the reader sleeps, and not for the first time.
+            std::thread::sleep(Duration::from_millis(70));
+            demands.send(demand(0)).unwrap();
+            done.wait();
+        });
+    }
 }
 
 #[test]

@@ -24,6 +24,8 @@ fn begin(out: &Path, more: &[&str]) -> Child {
         "--out",
         &out,
         "--set",
+        "placement=Separate",
+        "--set",
         "tick_s=1e-3",
         "--set",
         "duration_s=2",

@@ -40,6 +40,8 @@ fn begin(out: &Path, amplifier: &str, duration_s: &str, pace: &str) -> Child {
     ];
     let set = [
         "--set",
+        "placement=Separate",
+        "--set",
         &tick,
         "--set",
         &duration,

@@ -255,6 +255,12 @@ impl SharedContext {
         wait(self.yields(), &rest, until_ns, self.last_wait.get().is_none(), look)
     }
 
+    /// How often this process slept on with a token there, because its sender's notification was lost. Sleeps that a tick's end
+    /// cuts short do not count: there a token may come just then.
+    pub fn lost_notifications(&self) -> u64 {
+        self.waker.lost_notifications()
+    }
+
     /// Says at which moment of the monotonic clock tick 0 begins; for the process that has the timer.
     pub fn set_epoch(&self, epoch_ns: u64) {
         self.waker.status.set_epoch(epoch_ns);

@@ -6,7 +6,7 @@ use crate::message::{Channel, NodeId};
 /// Tokens that wait for the slowest reader, the recorder: 0.4 s at 20 kHz.
 pub const DEEPEST_BUFFER: usize = 8192;
 /// Tokens that wait for a node of the loop; in lockstep one is under way, more are room for a real-time reader.
-pub const LOOP_BUFFER: usize = 64;
+pub const LOOP_BUFFER: usize = 512;
 /// Tokens that a reader may hold at a time.
 pub const MAX_BORROWED: usize = 2;
 /// Senders of a channel.

@@ -13,18 +13,22 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::*;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use std::cell::Cell;
 use std::os::fd::BorrowedFd;
 use std::rc::Rc;
 use std::sync::atomic::{Ordering, fence};
 use std::time::Duration;
 
-/// A sleeper looks up at least this often: for a request to stop, and should a notification be missed.
+/// A sleeper looks up at least this often: for a request to stop, and should a notification be lost, which is counted.
 const MAX_SLEEP: Duration = Duration::from_millis(20);
 
 /// What the others find of a process and wake it by.
 pub struct Waker {
     pub status: OwnStatus,
     listener: Listener<ipc::Service>,
+    /// A sleep found a token at its end that nobody had notified of; its sender may be just about to.
+    unannounced: Cell<bool>,
+    lost_notifications: Cell<u64>,
 }
 
 impl Waker {
@@ -40,39 +44,61 @@ impl Waker {
         } else {
             OwnStatus::create(node, process, agreement)?
         };
-        Ok(Self { status, listener })
+        Ok(Self {
+            status,
+            listener,
+            unannounced: Cell::new(false),
+            lost_notifications: Cell::new(0),
+        })
     }
 
-    /// Sleeps until notified, at most `limit`; not at all if `look` finds something once the flag is up.
+    /// Sleeps until notified, at most `left` and [`MAX_SLEEP`]; not at all if `look` finds something once the flag is up.
     fn sleep<T>(
         &self,
-        limit: Duration,
+        left: Duration,
         look: &mut impl FnMut() -> Result<Option<T>, LinkError>,
     ) -> Result<Option<T>, LinkError> {
+        self.settle();
         self.status.set_asleep(true);
         // Pairs with the fence in `notify_sleepers`.
         fence(Ordering::SeqCst);
-        let found = look();
-        if matches!(found, Ok(None)) {
-            self.wait_for_notification(limit);
+        let mut found = look();
+        if matches!(found, Ok(None)) && !self.notified_within(left.min(MAX_SLEEP)) && left > MAX_SLEEP {
+            found = look();
+            self.unannounced.set(matches!(found, Ok(Some(_))));
         }
         self.status.set_asleep(false);
         found
     }
 
-    /// The waits of iceoryx2 count in jiffies, which are longer than a tick; `ppoll` counts in nanoseconds.
-    fn wait_for_notification(&self, limit: Duration) {
+    /// The notification of what the last sleep found has come meanwhile, or is lost.
+    fn settle(&self) {
+        if self.unannounced.take() && !self.notified_within(Duration::ZERO) {
+            self.lost_notifications.set(self.lost_notifications.get() + 1);
+        }
+    }
+
+    /// How often a sleeper was not notified of a token, and found it when it looked up by itself.
+    pub fn lost_notifications(&self) -> u64 {
+        self.settle();
+        self.lost_notifications.get()
+    }
+
+    /// The waits of iceoryx2 count in jiffies, which are longer than a tick; `ppoll` counts in nanoseconds. True if somebody has
+    /// notified, or if a signal has ended the wait.
+    fn notified_within(&self, limit: Duration) -> bool {
         // SAFETY: the descriptor is the listener's, which lives as long as `self`.
         let descriptor = unsafe { BorrowedFd::borrow_raw(self.listener.file_descriptor().native_handle()) };
         let limit = Timespec {
             tv_sec: limit.as_secs() as _,
             tv_nsec: limit.subsec_nanos().into(),
         };
-        // A failure (a signal) is an early wake-up: the caller looks again.
-        if poll(&mut [PollFd::new(&descriptor, PollFlags::IN)], Some(&limit)).is_ok_and(|ready| ready > 0) {
+        let ready = poll(&mut [PollFd::new(&descriptor, PollFlags::IN)], Some(&limit));
+        if matches!(ready, Ok(1..)) {
             // Who notified is of no interest; what for is looked at next.
             let _ = self.listener.try_wait(|_| {});
         }
+        !matches!(ready, Ok(0))
     }
 }
 
@@ -138,7 +164,7 @@ pub fn wait<T>(
                 std::thread::yield_now();
             }
             Rest::Notified(waker) => {
-                if let Some(found) = waker.sleep(left.min(MAX_SLEEP), &mut look)? {
+                if let Some(found) = waker.sleep(left, &mut look)? {
                     return Ok(Some(found));
                 }
             }

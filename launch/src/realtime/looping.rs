@@ -1,7 +1,7 @@
 //! One process's loop in real time.
 //!
 //! The process that has the plant has the timer: it sleeps until t_k and never leaves a tick out, because a plant's time
-//! passes whether or not anyone looks; after a pause it catches up. Every other process waits for its tokens until its
+//! passes whether or not anyone looks; after a pause it catches up. It is late where it has not done before t_k+1. Every other process waits for its tokens until its
 //! time-out in tick k, takes what it has then, and goes on with tick k + 1; one that was held up goes on with the present tick.
 
 use super::{Attempt, Distribution, RealtimeReport};
@@ -24,6 +24,8 @@ pub struct Timed {
     period: Latency,
     wake: Latency,
     last_begin_ns: u64,
+    began_cpu_s: f64,
+    tick: u64,
     late_ticks: u64,
     left_out_ticks: u64,
     row: u64,
@@ -34,7 +36,14 @@ pub struct Timed {
 pub fn pace(realtime: &Realtime, nodes: &[NodeId], tick_s: f64) -> Rc<Pace> {
     let leads = nodes.contains(&NodeId::Plant);
     let follows_tokens = realtime.pace == Pacing::PacedByMeasurement && !leads;
-    Rc::new(Pace::new(nodes, Duration::from_secs_f64(tick_s), follows_tokens))
+    let pace = Pace::new(nodes, Duration::from_secs_f64(tick_s), follows_tokens);
+    Rc::new(pace.polling(realtime.busy_wait))
+}
+
+/// Time that the CPUs have spent on this process, s.
+fn cpu_s() -> f64 {
+    let spent = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    spent.tv_sec as f64 + 1e-9 * spent.tv_nsec as f64
 }
 
 impl Timed {
@@ -78,6 +87,8 @@ impl Timed {
             period: Latency::new(),
             wake: Latency::new(),
             last_begin_ns: 0,
+            began_cpu_s: cpu_s(),
+            tick: first_tick,
             late_ticks: 0,
             left_out_ticks: 0,
             row: 0,
@@ -97,6 +108,7 @@ impl Timed {
 
     /// Waits until the work of `next` may begin; gives the tick to turn to, later than `next` if time has passed by.
     pub fn turn_to(&mut self, next: u64) -> u64 {
+        self.tick = next;
         if self.leads {
             let woken_ns = self.pace.sleep_until_start(next);
             self.wake.record(woken_ns.saturating_sub(self.pace.start_ns(next)));
@@ -114,10 +126,12 @@ impl Timed {
 
     /// Counts what a tick has come to.
     pub fn finish(&mut self) {
+        let now_ns = monotonic_ns();
         if !self.leads {
-            self.note_begin(monotonic_ns());
+            self.note_begin(now_ns);
         }
-        if self.pace.take_late() > 0 {
+        let overran = self.leads && now_ns > self.pace.start_ns(self.tick + 1);
+        if self.pace.take_late() > 0 || overran {
             self.late_ticks += 1;
             self.row += 1;
         } else {
@@ -145,6 +159,7 @@ impl Timed {
             left_out_ticks: self.left_out_ticks,
             longest_row: self.longest_row,
             undelivered: self.pace.undelivered(),
+            cpu_s: cpu_s() - self.began_cpu_s,
         }
     }
 }

@@ -170,7 +170,7 @@ pub fn replay(node: NodeId, scenario: &Scenario, logs: &Logs) -> Result<Replayed
     let mut bench = Bench::open(node, scenario)?;
     let mut start_number = None;
     let mut ticks = 0;
-    for record in (0..log.ticks()).filter_map(|tick| log.record(tick)) {
+    for record in (0..log.ticks()).filter_map(|tick| log.followed(tick)) {
         if start_number
             .replace(record.start_number)
             .is_some_and(|before| before != record.start_number)
@@ -181,6 +181,10 @@ pub fn replay(node: NodeId, scenario: &Scenario, logs: &Logs) -> Result<Replayed
             if let Some(consumed) = consumed {
                 bench.feed(*channel, record.tick, *consumed, log, logs)?;
             }
+        }
+        if !record.answered {
+            bench.stage.follow(record.tick)?;
+            continue;
         }
         bench.stage.tick(record.tick)?;
         for channel in &layout.outputs {

@@ -36,7 +36,7 @@ pub struct RealtimeReport {
     pub wake: Option<Distribution>,
     /// From sending the measurement to sending the coil's field of the same tick; only where the recorder runs.
     pub round: Option<Distribution>,
-    /// Ticks in which a token was not there in time, and older ones were taken.
+    /// Ticks in which a token was not there in time, and older ones were taken; with the timer, those not done when the next began.
     pub late_ticks: u64,
     /// Ticks that were left out because the process was held up.
     pub left_out_ticks: u64,
@@ -44,6 +44,9 @@ pub struct RealtimeReport {
     pub longest_row: u64,
     /// Tokens that did not reach every reader.
     pub undelivered: u64,
+    /// CPU time from the first tick to the last.
+    #[serde(default)]
+    pub cpu_s: f64,
 }
 
 impl RealtimeReport {

@@ -62,16 +62,34 @@ impl RealtimeSummary {
         if processes.is_empty() {
             return None;
         }
-        let of_the_loop = || processes.iter().filter(|(name, _)| name != NodeId::Recorder.name());
-        let missed = of_the_loop().map(|(_, report)| report.missed()).sum();
-        let longest_row = of_the_loop().map(|(_, report)| report.longest_row).max();
-        Some(Self {
-            missed,
-            longest_row: longest_row.unwrap_or_default(),
+        let mut summary = Self {
             restarts: reports.iter().flat_map(|report| report.restarts.clone()).collect(),
             processes,
-            external: Vec::new(),
-        })
+            ..Self::default()
+        };
+        summary.missed = summary.of_the_loop().map(RealtimeReport::missed).sum();
+        let longest_row = summary.of_the_loop().map(|report| report.longest_row).max();
+        summary.longest_row = longest_row.unwrap_or_default();
+        Some(summary)
+    }
+
+    /// Of all processes but the recorder's.
+    fn of_the_loop(&self) -> impl Iterator<Item = &RealtimeReport> {
+        let others = self
+            .processes
+            .iter()
+            .filter(|(name, _)| name != NodeId::Recorder.name());
+        others.map(|(_, report)| report)
+    }
+
+    /// Ticks that the process missed that missed most.
+    pub fn most_missed(&self) -> u64 {
+        self.of_the_loop().map(RealtimeReport::missed).max().unwrap_or_default()
+    }
+
+    /// CPU time of the loop's processes, s.
+    pub fn cpu_s(&self) -> f64 {
+        self.of_the_loop().map(|report| report.cpu_s).sum()
     }
 
     /// The one distribution of a kind in the run.
