@@ -1,11 +1,9 @@
 //! Changes of settings while a run goes on: each must leave a loop that the scenario's own checks would let begin.
 
 use super::Scenario;
-use anhyst_controller::{LoopShape, PidSettings};
+use crate::margins::LEAST_MODULUS_MARGIN;
 use anhyst_ipc::{Change, Invalid, MAX_CHANGES, Tunable};
 
-/// Of the loop with other gains: the least distance of L from −1, Ms = 2. A loop that had less may keep what it had.
-const LEAST_MODULUS_MARGIN: f64 = 0.5;
 /// Places between the gains of before and those to come that are looked at.
 const BETWEEN: u32 = 8;
 const MAX_AMPLITUDE: f64 = 100.0;
@@ -108,13 +106,12 @@ impl Scenario {
             let Some(change) = last else { continue };
             let of_gains = |invalid: Invalid| refused(change, format!("{}: {}", invalid.path, invalid.sentence));
             wanted.validate(self.tick_s).map_err(of_gains)?;
+            // A loop that had less may keep what it had.
             let least = LEAST_MODULUS_MARGIN.min(self.loop_with(&gains)?.modulus_margin());
             let mut margin = f64::INFINITY;
             for place in 1..=BETWEEN {
                 let part = f64::from(place) / f64::from(BETWEEN);
-                let shape = self.loop_with(&gains.between(&wanted, part))?;
-                let own = if shape.is_stable() { shape.modulus_margin() } else { 0.0 };
-                margin = margin.min(own);
+                margin = margin.min(self.modulus_margin(&gains.between(&wanted, part))?);
             }
             if margin < least {
                 return Err(refused(change, too_near(margin, least)));
@@ -122,10 +119,6 @@ impl Scenario {
             gains = wanted;
         }
         Ok(())
-    }
-
-    fn loop_with(&self, gains: &PidSettings) -> Result<LoopShape, Invalid> {
-        self.loop_shape_of(Some(gains))
     }
 }
 

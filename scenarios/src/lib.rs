@@ -10,6 +10,7 @@ mod external;
 mod faults;
 mod injection;
 mod load;
+mod margins;
 mod misread;
 mod scenario;
 mod source;

@@ -188,6 +188,7 @@ impl Work<'_> {
         }
         .to_owned();
         for cut in 1..=self.arguments.cuts {
+            self.soften(&mut scenario)?;
             let (summary, folder) = self.step(&format!("{}-cut", cut + 1), &scenario)?;
             for noticed in &summary.verdict.noticed {
                 self.find(&format!("cut {cut}: {noticed}"));
@@ -261,12 +262,23 @@ impl Work<'_> {
         Ok(Some(scenario))
     }
 
+    /// Gains that keep their margins with what is believed now.
+    fn soften(&mut self, scenario: &mut Scenario) -> miette::Result<()> {
+        if let Some(factor) = scenario.soften_feedback().map_err(told)? {
+            self.find(&format!(
+                "the feedback's gains are taken {factor:.2} times: with this model its largest sensitivity would be above 2"
+            ));
+        }
+        Ok(())
+    }
+
     /// A fifth of the profile; false if the rig is not fit.
     fn small(&mut self, scenario: &mut Scenario) -> miette::Result<bool> {
         if matches!(scenario.controller.trajectory, TrajectorySettings::Table { .. }) {
             self.find("a table says its own size: the first step goes as far as the cut");
         }
         for attempt in ["1-small", "1-small-2", "1-small-3"] {
+            self.soften(scenario)?;
             let mut small = scenario.clone();
             small.controller.learning = None;
             (
