@@ -6,6 +6,7 @@ use crate::course::{CourseJudge, CourseVerdict, Instant, counts};
 use crate::error_between::{Between, ErrorBetween};
 use crate::error_course::{ErrorCourse, ErrorWindow};
 use crate::error_spectrum::{ErrorLine, ErrorSpectrum, SpectrumBand};
+use crate::history::{History, Told};
 use crate::noticed::Noticing;
 use anhyst_controller::Trajectory;
 use anhyst_guard::Event;
@@ -27,6 +28,8 @@ pub struct Judge {
     shape_error_sum_of_squares: f64,
     #[serde(default)]
     course: ErrorCourse,
+    #[serde(default)]
+    history: History,
     #[serde(default)]
     between: Between,
     #[serde(default)]
@@ -166,6 +169,9 @@ pub struct Verdict {
     /// The error over time, in at most 256 windows.
     #[serde(default)]
     pub error_course: Vec<ErrorWindow>,
+    /// Events and states; tracking and estimate for the page.
+    #[serde(default)]
+    pub history: Told,
     /// The strongest lines of the error, at most eight.
     #[serde(default)]
     pub error_lines: Vec<ErrorLine>,
@@ -206,6 +212,7 @@ impl Judge {
             sum_of_squares_m2: 0.0,
             shape_error_sum_of_squares: 0.0,
             course: ErrorCourse::default(),
+            history: History::default(),
             between: Between::default(),
             trajectory_judge: None,
             spectrum: None,
@@ -280,6 +287,8 @@ impl Judge {
         if let Some(noticing) = &mut self.noticing {
             noticing.hear(tick, measured, (estimate, demand), field);
         }
+        let seen = (measured, truth.shape_a_per_m);
+        self.history.observe(tick, seen, (demand, estimate, field));
         let verdict = &mut self.verdict;
         verdict.field_peak_a_per_m = verdict.field_peak_a_per_m.max(field.field_a_per_m.abs());
         verdict.coil_field_peak_a_per_m = verdict.coil_field_peak_a_per_m.max(coil.field_a_per_m.abs());
@@ -391,6 +400,7 @@ impl Judge {
             a_error_rms_a_per_m: mean(self.shape_error_sum_of_squares),
             judged_ticks: self.samples,
             error_course: self.course.windows(self.tick_s),
+            history: self.history.told(self.tick_s),
             between: self.between.error(),
             trajectory: self.trajectory_judge.as_ref().map(CourseJudge::verdict),
             error_lines: self.spectrum.as_ref().map(ErrorSpectrum::lines).unwrap_or_default(),

@@ -78,7 +78,8 @@ fn page(scenario: &Scenario, summary: &Summary) -> Page {
         spectrum(&summary.verdict),
         crate::loop_section::loop_section(scenario),
     ];
-    for section in sections.into_iter().flatten() {
+    let history = summary.verdict.history.sections(scenario.tick_s);
+    for section in sections.into_iter().flatten().chain(history) {
         page = page.section(section);
     }
     if let Some(latencies) = summary.latency_table() {

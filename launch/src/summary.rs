@@ -133,7 +133,9 @@ impl Summary {
     /// # Errors
     /// None in practice: every summary has a JSON form.
     pub fn for_programs(&self) -> serde_json::Result<serde_json::Value> {
-        let mut summary = serde_json::to_value(self)?;
+        let mut told = self.clone();
+        told.verdict.history = told.verdict.history.without_pictures();
+        let mut summary = serde_json::to_value(told)?;
         finite(&mut summary);
         Ok(summary)
     }
