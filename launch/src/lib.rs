@@ -37,4 +37,5 @@ pub mod summary;
 mod summary_realtime;
 pub mod supervisor;
 pub mod tuning;
+pub mod verdict;
 mod windows;

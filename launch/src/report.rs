@@ -1,8 +1,8 @@
 //! What a process says of itself when its part of a run is over; the launcher reads it from the run's folder.
 
 use crate::error::RunError;
-use crate::judge::Verdict;
 use crate::realtime::{RealtimeReport, Restart};
+use crate::verdict::Verdict;
 use anhyst_ipc::{Change, LinkError, NodeReport};
 use serde::{Deserialize, Serialize};
 

@@ -103,7 +103,7 @@ fn error(course: &[ErrorWindow], summary: &Summary) -> Chart {
 }
 
 /// The error over frequency, and its lines by name.
-fn spectrum(verdict: &crate::judge::Verdict) -> Option<Section> {
+fn spectrum(verdict: &crate::verdict::Verdict) -> Option<Section> {
     let bands = &verdict.error_spectrum;
     if bands.is_empty() {
         return None;

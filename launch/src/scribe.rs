@@ -1,7 +1,8 @@
 //! The recorder's node: judges every tick and, if the scenario wants it, hands every token to the recording.
 
-use crate::judge::{Judge, Verdict};
+use crate::judge::Judge;
 use crate::overheard::Overheard;
+use crate::verdict::Verdict;
 use anhyst_ipc::{Block, Change, Everything, Latency, NodeId, Now};
 use std::path::{Path, PathBuf};
 

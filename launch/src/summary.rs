@@ -1,9 +1,9 @@
 //! What a run comes to: `summary.json` for programs, a table for people.
 
 use crate::folder::RunFolder;
-use crate::judge::Verdict;
 use crate::realtime::{ForeignCount, RealtimeSummary};
 use crate::report::ProcessReport;
+use crate::verdict::Verdict;
 use anhyst_ipc::{Change, LinkReport, NodeId, NodeReport, Tunable, combine};
 use anhyst_report::number::Si;
 use anhyst_report::table::Table;

@@ -3,7 +3,7 @@
 use super::Instant;
 use super::response::Response;
 use crate::any_number;
-use crate::judge::exceeds;
+use crate::verdict::exceeds;
 use anhyst_controller::Sweep;
 use anhyst_scenario::Expect;
 use serde::{Deserialize, Serialize};
