@@ -14,18 +14,30 @@ use anhyst_scenario::{Scenario, to_ron};
 pub fn prepare(scenario: &Scenario, out: Option<&std::path::Path>) -> Result<RunFolder, RunError> {
     let refuse = |path: std::path::PathBuf| move |cause| RunError::Write { path, cause };
     let folder = RunFolder::create(out, &scenario.name)?;
-    let mut written = scenario.clone();
-    if let Some(from) = written.controller.learning.as_mut().and_then(|own| own.from.as_mut()) {
-        // Its own copy: the next run may write over where it came from.
-        let own = std::path::absolute(folder.began_with()).map_err(refuse(folder.began_with()))?;
-        if *from != own {
-            std::fs::copy(&*from, &own).map_err(refuse(own.clone()))?;
-        }
-        *from = own;
+    let written = as_saved(scenario, &folder)?;
+    let from = |scenario: &Scenario| scenario.controller.learning.as_ref().and_then(|own| own.from.clone());
+    if let (Some(from), Some(own)) = (from(scenario), from(&written))
+        && from != own
+    {
+        std::fs::copy(&from, &own).map_err(refuse(own))?;
     }
     let text = to_ron(&written).map_err(|error| RunError::Setup(error.to_string()))?;
     std::fs::write(folder.scenario(), text).map_err(refuse(folder.scenario()))?;
     Ok(folder)
+}
+
+/// The scenario as it stands in a run's folder: what the learner begins with is the run's own copy, because the next run may write over
+/// where it came from.
+///
+/// # Errors
+/// If the folder's path cannot be told.
+pub fn as_saved(scenario: &Scenario, folder: &RunFolder) -> Result<Scenario, RunError> {
+    let mut saved = scenario.clone();
+    if let Some(from) = saved.controller.learning.as_mut().and_then(|own| own.from.as_mut()) {
+        let path = folder.began_with();
+        *from = std::path::absolute(&path).map_err(|cause| RunError::Write { path, cause })?;
+    }
+    Ok(saved)
 }
 
 /// Runs all nodes in this process.

@@ -2,6 +2,7 @@
 //!
 //! What was changed stands in the `changes` of the run's scenario: run or replayed again it gives the same bits.
 
+use crate::embedded::as_saved;
 use crate::error::RunError;
 use crate::folder::RunFolder;
 use crate::report::ProcessReport;
@@ -127,7 +128,7 @@ fn validate(scenario: &Scenario, settings: &[(Tunable, f64)]) -> Result<(), RunE
 
 /// In two steps, so that a process that is started again never reads a half.
 fn save(scenario: &Scenario, folder: &RunFolder) -> Result<(), RunError> {
-    let text = to_ron(scenario).map_err(|error| setup(error.to_string()))?;
+    let text = to_ron(&as_saved(scenario, folder)?).map_err(|error| setup(error.to_string()))?;
     let new = folder.scenario().with_extension("new.ron");
     std::fs::write(&new, text)
         .and_then(|()| std::fs::rename(&new, folder.scenario()))

@@ -14,6 +14,7 @@ use anhyst_controller::{LearningSettings, TrajectorySettings};
 use anhyst_diagnosis::{DiagnoseOptions, Verdict, amended_text, diagnose};
 use anhyst_guard::{CoilWatching, Event};
 use anhyst_ipc::{Measurement, SafeField};
+use anhyst_launch::embedded::as_saved;
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
 use anhyst_launch::measured_table::measured_table;
@@ -327,7 +328,7 @@ impl Work<'_> {
     fn step(&mut self, name: &str, scenario: &Scenario) -> miette::Result<(Summary, PathBuf)> {
         let path = self.out.join(name);
         let folder = RunFolder::open(&path);
-        let text = to_ron(scenario).map_err(told)?;
+        let text = to_ron(&as_saved(scenario, &folder)?).map_err(told)?;
         let same = self.goes_on && std::fs::read_to_string(folder.scenario()).is_ok_and(|before| before == text);
         let before = std::fs::read(folder.summary()).ok().filter(|_| same);
         if let Some(summary) = before.and_then(|before| serde_json::from_slice(&before).ok()) {
