@@ -41,6 +41,9 @@ pub struct Judge {
     /// Not written down: a table may be long, and whoever goes on has it.
     #[serde(skip)]
     trajectory: Option<Trajectory>,
+    /// What is wanted is no more what was stated.
+    #[serde(default)]
+    departed: bool,
     verdict: Verdict,
 }
 
@@ -71,6 +74,7 @@ impl Judge {
             tolerances: Vec::new(),
             noticing: None,
             trajectory: None,
+            departed: false,
             verdict: Verdict::default(),
         }
     }
@@ -197,9 +201,9 @@ impl Judge {
                 verdict.uncounted_ticks += 1;
                 return;
             }
-            // Where the stated trajectory is not what is wanted, as after a change of its size, nothing is known between.
-            let is_stated = (trajectory.at(time_s).position_m - demand.reference_m).abs() <= ROUNDING_M;
-            if is_stated && then_s >= self.expect.settling_s && counts(trajectory, &self.expect, then_s) {
+            // Once the stated trajectory is not what is wanted, as after a change of its size, nothing is known between.
+            self.departed |= (trajectory.at(time_s).position_m - demand.reference_m).abs() > ROUNDING_M;
+            if !self.departed && then_s >= self.expect.settling_s && counts(trajectory, &self.expect, then_s) {
                 between_m = Some((trajectory.at(then_s).position_m - truth.displacement_between_m).abs());
             }
         }
@@ -222,8 +226,11 @@ impl Judge {
         }
         let Some(tolerance_m) = tolerance_m else { return };
         let margin_m = tolerance_m - largest.0;
-        let least = verdict.least.is_none_or(|least| exceeds(least.margin_m, margin_m));
-        if least || margin_m.is_nan() {
+        // What is no number stays: nothing after it makes up for it.
+        if verdict
+            .least
+            .is_none_or(|least| !least.margin_m.is_nan() && exceeds(least.margin_m, margin_m) || margin_m.is_nan())
+        {
             verdict.least = Some(LeastMargin {
                 margin_m,
                 at_s: largest.1,

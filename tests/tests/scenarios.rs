@@ -207,7 +207,7 @@ fn an_estimate_at_the_end_of_its_range_is_told() {
     assert!(finished.out.contains(told), "{}", finished.out);
 }
 
-/// Guards the warning: 2 kHz for a rod of 1275 Hz, said by `check` and by `run`; the shipped cut at 20 kHz is not warned of.
+/// Guards the warning: 1 kHz for a rod of 1275 Hz, said by `check` and by `run`; the shipped cut at 20 kHz is not warned of.
 #[test]
 fn a_tick_that_is_long_for_the_rod_is_warned_of() {
     let check = |scenario: &str| {
@@ -215,10 +215,10 @@ fn a_tick_that_is_long_for_the_rod_is_warned_of() {
         serde_json::from_str::<Value>(&finished.out).unwrap()
     };
     let slow = check("scenarios/realtime.ron");
-    assert!((number(&slow, "samples_per_resonance") - 1.57).abs() < 0.01, "{slow}");
+    assert!((number(&slow, "samples_per_resonance") - 0.784).abs() < 0.001, "{slow}");
     let warning = slow["warnings"][0].as_str().unwrap();
     assert!(
-        warning.contains("long for the rod, 1.6 samples in a period of its resonance at 1275 Hz"),
+        warning.contains("long for the rod, 0.8 samples in a period of its resonance at 1275 Hz"),
         "{warning}"
     );
     assert_eq!(check("scenarios/milling.ron")["warnings"], Value::Array(Vec::new()));

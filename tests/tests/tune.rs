@@ -158,7 +158,7 @@ fn a_change_beyond_its_bounds_is_refused() {
         ),
         (
             one("expect.tolerance_m", "1e-3"),
-            "is more than the profile itself goes from 0",
+            "is more than the profile's own stroke",
         ),
         (
             one("guard.field_limit_a_per_m", "1.0"),
