@@ -188,6 +188,8 @@ fn a_restarted_recorder_keeps_the_first_recording() {
         "run",
         "scenarios/realtime.ron",
         "--set",
+        "placement=Separate",
+        "--set",
         "tick_s=5e-4",
         "--set",
         "duration_s=6",
