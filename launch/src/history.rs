@@ -12,8 +12,10 @@ use serde::{Deserialize, Serialize};
 /// Events that are listed; a guard that raises more says nothing new.
 const MAX_EVENTS: usize = 64;
 
+type IsOn = fn(&Demand, &Estimate, &SafeField) -> bool;
+
 /// States by name, from the words of controller, estimator and guard.
-const STATES: [(&str, fn(&Demand, &Estimate, &SafeField) -> bool); 9] = [
+const STATES: [(&str, IsOn); 9] = [
     ("learning", |demand, _, _| demand.status & Demand::LEARNING != 0),
     ("what was learned is taken back", |demand, _, _| {
         demand.status & Demand::TAKEN_BACK != 0
