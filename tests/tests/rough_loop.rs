@@ -174,7 +174,6 @@ fn a_run_that_drifts() {
 
 /// Cut out of the middle of the motion.
 #[test]
-#[ignore = "a miss: a second mode is named for the eddy currents, and 612 nm become 1250"]
 fn a_run_out_of_the_middle() {
     let (first, _, second) = twice(&[], Some("12345..32344"), &|| None);
     assert!(second.rms_m <= FALLS_TO * first.rms_m, "{first:?}, then {second:?}");
