@@ -255,6 +255,38 @@ fn the_next_run_begins_with_what_this_one_learned() {
     let last = |errors: &[f64]| rms(&errors[errors.len() - 4000..]);
     println!("with the load turned round: {:.3e} m at the end", last(&other));
     assert!(last(&other) < 0.01 * early(&errors));
+    // More harmonics than were learned, and fewer; a speed at which most are too fast to be learned.
+    for harmonics in [5, 80] {
+        next.learning.as_mut().unwrap().harmonics = harmonics;
+        let (own, _) = course(&next, 1.0, 30_000);
+        assert!(own.iter().all(|error_m| error_m.is_finite()), "{harmonics} harmonics");
+        assert!(
+            harmonics < 12 || last(&own) < 0.01 * early(&errors),
+            "{harmonics} harmonics: {:e} m",
+            last(&own)
+        );
+    }
+    next.learning.as_mut().unwrap().harmonics = 40;
+    let slower = SpeedChange {
+        at_s: 0.5,
+        rpm: 1500.0,
+        over_s: 0.1,
+    };
+    let turning = ControllerSettings {
+        trajectory: profile(6000.0, vec![slower]),
+        ..first
+    };
+    let (_, memory) = course(&turning, 1.0, 40_000);
+    std::fs::write(&path, memory.unwrap()).unwrap();
+    let (fast, _) = course(
+        &ControllerSettings {
+            learning: next.learning.clone(),
+            ..turning
+        },
+        1.0,
+        40_000,
+    );
+    assert!(fast.iter().all(|error_m| error_m.is_finite()));
     // Files that are none of a run's.
     let refusal = |text: &str| {
         std::fs::write(&path, text).unwrap();

@@ -29,8 +29,10 @@ struct Speed {
 }
 
 impl Speed {
+    /// Without those that were too fast to be learned at it.
     fn of(turns_per_s: f64, harmonics: &[Harmonic]) -> Self {
-        let both = harmonics.iter().map(|own| (own.amplitude_m, own.way));
+        let used = harmonics.iter().take_while(|own| own.way.is_usable());
+        let both = used.map(|own| (own.amplitude_m, own.way));
         Self {
             turns_per_s,
             harmonics: both.collect(),
@@ -38,7 +40,7 @@ impl Speed {
     }
 
     fn is_usable(&self) -> bool {
-        let numbers = |(amplitude_m, way): &(Complex, Way)| amplitude_m.square().is_finite() && way.is_finite();
+        let numbers = |(amplitude_m, way): &(Complex, Way)| amplitude_m.square().is_finite() && way.is_usable();
         self.turns_per_s.is_finite() && self.turns_per_s > 0.0 && self.harmonics.iter().all(numbers)
     }
 }
@@ -80,8 +82,14 @@ impl Learner {
         let newest = memory.speeds.iter().rev().take(KEPT_SPEEDS);
         for (kept, known) in self.kept.iter_mut().rev().zip(newest) {
             kept.turns_per_s = known.turns_per_s;
-            for (own, (amplitude_m, way)) in kept.harmonics.iter_mut().zip(&known.harmonics) {
-                (own.amplitude_m, own.way) = (*amplitude_m, *way);
+            for (index, own) in kept.harmonics.iter_mut().enumerate() {
+                let believed = || {
+                    let model = self
+                        .shape
+                        .demand_to_displacement((index + 1) as f64 * known.turns_per_s);
+                    (Complex::ZERO, Way::believed(model))
+                };
+                (own.amplitude_m, own.way) = known.harmonics.get(index).copied().unwrap_or_else(believed);
             }
         }
         (self.noise_m, self.scatter_m, self.base_m) = (memory.noise_m, memory.scatter_m, memory.base_m);

@@ -58,7 +58,7 @@ impl Way {
     }
 
     /// All of it are numbers, and T is one to divide by.
-    pub fn is_finite(&self) -> bool {
+    pub fn is_usable(&self) -> bool {
         let all = [self.model, self.way, self.error_m, self.change_m, self.pet];
         let sizes = all.iter().map(|own| own.square()).chain([self.pee, self.ptt]);
         sizes.sum::<f64>().is_finite() && self.way.square() > 0.0
