@@ -2,24 +2,14 @@
 
 mod common;
 
-use anhyst_controller::{Motion, SpeedChange, Trajectory, TrajectorySettings};
-use common::TICK_S;
+use anhyst_controller::{SpeedChange, Trajectory, TrajectorySettings};
+use common::{TICK_S, derivatives};
 use std::f64::consts::TAU;
 use std::io::Write as _;
 use std::path::Path;
 
 fn load(settings: &TrajectorySettings, start_s: f64) -> Trajectory {
     Trajectory::load(settings, start_s, TICK_S, Path::new(".")).unwrap()
-}
-
-fn derivatives(motion: Motion) -> [f64; 5] {
-    [
-        motion.position_m,
-        motion.velocity_m_per_s,
-        motion.acceleration_m_per_s2,
-        motion.jerk_m_per_s3,
-        motion.snap_m_per_s4,
-    ]
 }
 
 fn table(text: &str) -> tempfile::NamedTempFile {

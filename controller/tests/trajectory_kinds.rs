@@ -3,10 +3,10 @@
 mod common;
 
 use anhyst_controller::{
-    Course, Lines, Motion, MultisineSettings, RasterSettings, SawtoothSettings, Spacing, StepsSettings, Sweep,
-    Trajectory, TrajectorySettings, TriangleSettings,
+    Course, Lines, MultisineSettings, RasterSettings, SawtoothSettings, Spacing, StepsSettings, Sweep, Trajectory,
+    TrajectorySettings, TriangleSettings,
 };
-use common::TICK_S;
+use common::{TICK_S, derivatives};
 use proptest::prelude::*;
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
@@ -17,16 +17,6 @@ fn load(settings: &TrajectorySettings) -> Trajectory {
 
 fn position(trajectory: &Trajectory, time_s: f64) -> f64 {
     trajectory.at(time_s).position_m
-}
-
-fn derivatives(motion: Motion) -> [f64; 5] {
-    [
-        motion.position_m,
-        motion.velocity_m_per_s,
-        motion.acceleration_m_per_s2,
-        motion.jerk_m_per_s3,
-        motion.snap_m_per_s4,
-    ]
 }
 
 fn steps(levels_m: &[f64], over_s: f64) -> StepsSettings {
@@ -365,114 +355,4 @@ fn a_multisine_has_its_lines_and_a_small_peak() {
     }
     let crest = common::largest(&samples) / common::rms(&samples);
     assert!((1.2..2.0).contains(&crest), "crest factor {crest}");
-}
-
-/// Numbers that make no such trajectory are refused where they stand.
-#[test]
-fn what_cannot_be_run_is_refused_where_it_stands() {
-    let triangle = TriangleSettings {
-        mean_m: 0.0,
-        amplitude_m: 1e-6,
-        frequency_hz: 100.0,
-        turn: 0.1,
-    };
-    let sweep = Sweep {
-        mean_m: 0.0,
-        amplitude_m: 1e-6,
-        from_hz: 10.0,
-        to_hz: 400.0,
-        over_s: 2.0,
-        spacing: Spacing::Linear,
-        taper_s: None,
-    };
-    let sawtooth = SawtoothSettings {
-        mean_m: 0.0,
-        amplitude_m: 1e-6,
-        frequency_hz: 10.0,
-        back: 0.2,
-        turn: 0.1,
-    };
-    let raster = RasterSettings {
-        mean_m: 0.0,
-        length_m: 1e-6,
-        line_s: 0.01,
-        turn_s: 0.002,
-        back_s: None,
-    };
-    let multisine = |lines: Lines| {
-        TrajectorySettings::Multisine(MultisineSettings {
-            mean_m: 0.0,
-            amplitude_m: 1e-6,
-            lines,
-        })
-    };
-    let cases = [
-        (TrajectorySettings::Steps(steps(&[0.0], 0.01)), "levels_m"),
-        (TrajectorySettings::Steps(steps(&[0.0, 1e-6, 1e-6], 0.01)), "levels_m.2"),
-        (TrajectorySettings::Steps(steps(&[0.0, f64::NAN], 0.01)), "levels_m.1"),
-        // No limit and no time: a jump.
-        (TrajectorySettings::Steps(steps(&[0.0, 1e-6], 0.0)), "levels_m.1"),
-        (
-            TrajectorySettings::Triangle(TriangleSettings { turn: 0.6, ..triangle }),
-            "turn",
-        ),
-        // Three ticks.
-        (
-            TrajectorySettings::Triangle(TriangleSettings {
-                turn: 0.015,
-                ..triangle
-            }),
-            "turn",
-        ),
-        (
-            TrajectorySettings::Sawtooth(SawtoothSettings { turn: 0.3, ..sawtooth }),
-            "turn",
-        ),
-        (
-            TrajectorySettings::Sawtooth(SawtoothSettings { back: 0.6, ..sawtooth }),
-            "back",
-        ),
-        (
-            TrajectorySettings::Raster(RasterSettings { turn_s: 1e-4, ..raster }),
-            "turn_s",
-        ),
-        (
-            TrajectorySettings::Raster(RasterSettings {
-                back_s: Some(0.02),
-                ..raster
-            }),
-            "back_s",
-        ),
-        (TrajectorySettings::Sweep(Sweep { to_hz: 6000.0, ..sweep }), "to_hz"),
-        (TrajectorySettings::Sweep(Sweep { to_hz: 10.0, ..sweep }), "to_hz"),
-        (
-            TrajectorySettings::Sweep(Sweep {
-                taper_s: Some(1.1),
-                ..sweep
-            }),
-            "taper_s",
-        ),
-        (multisine(Lines::List(vec![10.0, 20.0, 10.0])), "lines.2"),
-        (multisine(Lines::List(Vec::new())), "lines"),
-        (
-            multisine(Lines::Grid {
-                from_hz: 10.0,
-                to_hz: 5.0,
-                step_hz: 1.0,
-            }),
-            "lines.from_hz",
-        ),
-        (
-            multisine(Lines::Grid {
-                from_hz: 1.0,
-                to_hz: 5000.0,
-                step_hz: 1e-3,
-            }),
-            "lines",
-        ),
-    ];
-    for (settings, path) in cases {
-        let refusal = settings.validate(TICK_S).map_err(|refusal| refusal.path);
-        assert_eq!(refusal, Err(path.to_owned()), "{settings:?}");
-    }
 }

@@ -31,3 +31,8 @@ pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D:
         Written::Text(text) => text.parse().map_err(serde::de::Error::custom),
     }
 }
+
+/// A value that is no number exceeds every limit: it must never pass for a good result.
+pub(crate) fn exceeds(value: f64, limit: f64) -> bool {
+    value > limit || value.is_nan()
+}

@@ -1,7 +1,7 @@
 //! The error between the samples: half a tick before each, where a rod that rings within a tick shows it.
 
 use crate::any_number;
-use crate::verdict::exceeds;
+use crate::any_number::exceeds;
 use serde::{Deserialize, Serialize};
 
 /// Reference minus true displacement half a tick before each judged sample.

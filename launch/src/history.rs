@@ -49,7 +49,7 @@ struct Lasted {
     last_tick: u64,
 }
 
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Window {
     samples: u64,
     /// Lowest and highest, m.
@@ -59,6 +59,19 @@ struct Window {
     estimated_a_per_m: f64,
     deviation_a_per_m: f64,
     true_a_per_m: f64,
+}
+
+impl Window {
+    /// The same with means in the place of sums.
+    fn with_means(self) -> Self {
+        let mean = |sum: f64| sum / self.samples as f64;
+        Self {
+            estimated_a_per_m: mean(self.estimated_a_per_m),
+            deviation_a_per_m: mean(self.deviation_a_per_m),
+            true_a_per_m: mean(self.true_a_per_m),
+            ..self
+        }
+    }
 }
 
 impl Gathered for Window {
@@ -90,25 +103,14 @@ pub(crate) struct History {
 /// What is told of it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Told {
-    /// For the page alone.
+    /// For the page alone: middles, s, with means in the place of sums.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    windows: Vec<TrackWindow>,
+    windows: Vec<(f64, Window)>,
     /// Ticks and numbers of the guard's events, the first 64.
     pub events: Vec<(u64, u64)>,
     /// Names, ticks, first and last tick of the states that there were.
     pub states: Vec<(String, u64, u64, u64)>,
     ticks: u64,
-}
-
-/// One window of tip, reference and `a`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-struct TrackWindow {
-    time_s: f64,
-    reference_m: [f64; 2],
-    displacement_m: [f64; 2],
-    estimated_a_per_m: f64,
-    deviation_a_per_m: f64,
-    true_a_per_m: f64,
 }
 
 impl History {
@@ -156,19 +158,7 @@ impl History {
         let windows = self.windows.all(tick_s).filter(|(_, own)| own.samples > 0);
         let lasted = self.states.iter().zip(STATES).filter(|(own, _)| own.ticks > 0);
         Told {
-            windows: windows
-                .map(|(time_s, own)| {
-                    let mean = |sum: f64| sum / own.samples as f64;
-                    TrackWindow {
-                        time_s,
-                        reference_m: own.reference_m,
-                        displacement_m: own.displacement_m,
-                        estimated_a_per_m: mean(own.estimated_a_per_m),
-                        deviation_a_per_m: mean(own.deviation_a_per_m),
-                        true_a_per_m: mean(own.true_a_per_m),
-                    }
-                })
-                .collect(),
+            windows: windows.map(|(time_s, own)| (time_s, own.with_means())).collect(),
             events: self.events.clone(),
             states: lasted
                 .map(|(own, (name, _))| (name.to_owned(), own.ticks, own.first_tick, own.last_tick))
@@ -200,15 +190,15 @@ impl Told {
         sections
     }
 
-    fn curve(&self, of: impl Fn(&TrackWindow) -> f64, role: Role) -> Curve {
-        Curve::new(self.windows.iter().map(|own| [own.time_s, of(own)]), role)
+    fn curve(&self, of: impl Fn(&Window) -> f64, role: Role) -> Curve {
+        Curve::new(self.windows.iter().map(|(time_s, own)| [*time_s, of(own)]), role)
     }
 
     fn tracking(&self) -> Chart {
         let reach = self
             .windows
             .iter()
-            .map(|own| (own.time_s, own.reference_m[0], own.reference_m[1]));
+            .map(|(time_s, own)| (*time_s, own.reference_m[0], own.reference_m[1]));
         Chart::new("tracking", TIME, Axis::new("displacement", "m"))
             .band(reach.collect(), Role::Nominal, Some("reference"))
             .curve(
@@ -220,14 +210,14 @@ impl Told {
 
     fn estimate(&self) -> Chart {
         let mut chart = Chart::new("estimate of a", TIME, Axis::new("a", "A/m"));
-        if self.windows.iter().any(|own| own.deviation_a_per_m > 0.0) {
-            let ends = |own: &TrackWindow| {
+        if self.windows.iter().any(|(_, own)| own.deviation_a_per_m > 0.0) {
+            let ends = |(time_s, own): &(f64, Window)| {
                 let reach = 2.0 * own.deviation_a_per_m;
-                (own.time_s, own.estimated_a_per_m - reach, own.estimated_a_per_m + reach)
+                (*time_s, own.estimated_a_per_m - reach, own.estimated_a_per_m + reach)
             };
             chart = chart.band(self.windows.iter().map(ends).collect(), Role::Amended, Some("± 2 σ"));
         }
-        if self.windows.iter().any(|own| own.true_a_per_m != 0.0) {
+        if self.windows.iter().any(|(_, own)| own.true_a_per_m != 0.0) {
             chart = chart.curve(self.curve(|own| own.true_a_per_m, Role::Truth).named("true"));
         }
         chart.curve(
@@ -308,7 +298,7 @@ mod tests {
         let expected = [("learning", 900, 100, 999), ("estimate held", 10, 0, 9)];
         let expected = expected.map(|(name, ticks, first, last)| (name.to_owned(), ticks, first, last));
         assert_eq!(told.states, expected);
-        for own in &told.windows {
+        for (_, own) in &told.windows {
             assert_eq!((own.displacement_m, own.reference_m), ([-2e-6, 1e-6], [-1e-6, 5e-7]));
             let means = [own.estimated_a_per_m, own.deviation_a_per_m, own.true_a_per_m];
             assert_eq!(means, [7000.0, 5.0, 7001.0]);

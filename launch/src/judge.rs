@@ -1,14 +1,14 @@
 //! Judges a cut while it runs: error is the reference minus the true displacement, after the settling time; at the samples, and half a
 //! tick before each, where the feedback does not look.
 
-use crate::any_number;
+use crate::any_number::{self, exceeds};
 use crate::course::{CourseJudge, Instant, counts};
 use crate::error_between::Between;
 use crate::error_course::ErrorCourse;
 use crate::error_spectrum::ErrorSpectrum;
 use crate::history::History;
 use crate::noticed::Noticing;
-use crate::verdict::{EstimatedParameters, LeastMargin, Verdict, exceeds};
+use crate::verdict::{EstimatedParameters, LeastMargin, Verdict};
 use anhyst_controller::Trajectory;
 use anhyst_ipc::{Change, CoilField, Demand, Estimate, MAX_CHANGES, Measurement, SafeField, Truth, Tunable};
 use anhyst_scenario::Expect;

@@ -1,6 +1,6 @@
 //! What a cut came to: its figures, what of them did not hold, and the sentence.
 
-use crate::any_number;
+use crate::any_number::{self, exceeds};
 use crate::course::CourseVerdict;
 use crate::error_between::ErrorBetween;
 use crate::error_course::ErrorWindow;
@@ -153,11 +153,6 @@ pub struct LeastMargin {
     /// Between two samples.
     #[serde(default)]
     pub between: bool,
-}
-
-/// A value that is no number exceeds every limit: it must never pass for a good result.
-pub(crate) fn exceeds(value: f64, limit: f64) -> bool {
-    value > limit || value.is_nan()
 }
 
 impl Verdict {

@@ -2,7 +2,7 @@
 
 #![allow(dead_code, reason = "every test file uses a part of it")]
 
-use anhyst_controller::{Controller, ControllerSettings, TrajectorySettings};
+use anhyst_controller::{Controller, ControllerSettings, Motion, TrajectorySettings};
 use anhyst_ipc::{Block, Demand, FieldCommand, Measurement, Now, Previous, SafeField, status_word};
 use anhyst_model::{Material, RodConstants, RodElements, RodState, TwoPole, TwoPolePropagator};
 use std::path::Path;
@@ -14,6 +14,17 @@ const SUBSTEPS: u32 = 8;
 /// The paper's rod, two elements, gain per free strain.
 pub fn rod() -> TwoPole {
     RodElements::assemble(&RodConstants::paper(), 2).unwrap().two_pole(1.0)
+}
+
+/// Position, velocity, acceleration, jerk, snap.
+pub fn derivatives(motion: Motion) -> [f64; 5] {
+    [
+        motion.position_m,
+        motion.velocity_m_per_s,
+        motion.acceleration_m_per_s2,
+        motion.jerk_m_per_s3,
+        motion.snap_m_per_s4,
+    ]
 }
 
 /// 50 Hz and 150 Hz, ±40 µm together at most.

@@ -3,7 +3,7 @@
 
 use super::Instant;
 use crate::any_number;
-use crate::verdict::exceeds;
+use crate::any_number::exceeds;
 use anhyst_controller::{Step, Steps};
 use anhyst_report::number::Si;
 use anhyst_scenario::Expect;

@@ -3,7 +3,7 @@
 use super::Instant;
 use super::response::Response;
 use crate::any_number;
-use crate::verdict::exceeds;
+use crate::any_number::exceeds;
 use anhyst_controller::Sweep;
 use anhyst_scenario::Expect;
 use serde::{Deserialize, Serialize};
