@@ -18,6 +18,7 @@ pub(crate) struct Sizes {
     errors: Spread,
     field_peak_a_per_m: f64,
     shape: Extent,
+    parameters: bool,
 }
 
 impl Sizes {
@@ -35,6 +36,7 @@ impl Sizes {
         for field in [row.safe_field.field_a_per_m, row.coil_field.field_a_per_m] {
             self.field_peak_a_per_m = self.field_peak_a_per_m.max(field.abs());
         }
+        self.parameters = has.parameters;
         self.shape.add(row.estimate.shape_a_per_m);
         if has.truth {
             self.shape.add(row.truth.shape_a_per_m);
@@ -59,6 +61,7 @@ impl Sizes {
         });
         layout.shows_field_limit = self.field_peak_a_per_m >= FILLED * run.field_limit_a_per_m;
         let [low, high] = run.parameter_range;
+        layout.shows_parameters = self.parameters;
         layout.shows_shape_range = self.shape.length() >= FILLED * (high - low);
     }
 }
@@ -98,6 +101,7 @@ mod tests {
             tolerance_nm: 100.0,
             shows_field_limit: true,
             shows_shape_range: true,
+            shows_parameters: false,
         };
         sizes.fit(&mut layout, &run, failed);
         layout

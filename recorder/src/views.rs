@@ -31,6 +31,8 @@ pub(crate) struct Layout {
     /// Whether the lines of limit and range are drawn: not where they would squash what is between them.
     pub shows_field_limit: bool,
     pub shows_shape_range: bool,
+    /// Other parameters than `a` are estimated.
+    pub shows_parameters: bool,
 }
 
 /// A property of a view.
@@ -150,17 +152,17 @@ fn left(desk: &mut Desk, layout: &Layout) -> ContainerLike {
     } else {
         "/shape/lines"
     };
-    let shape = Tabs::new([
+    let mut shapes = vec![
         desk.plot("Shape parameter a [A/m]", &[shape], Span::Run),
         desk.plot("How well a is known [A/m]", &["/excitation"], Span::Run),
         desk.plot("Covers [µm]", &["/covers"], last),
-        desk.plot(
-            "Other parameters, against what was believed [%]",
-            &["/parameters"],
-            Span::Run,
-        ),
         desk.plot("Output error of the estimator [nm]", &["/output_error"], Span::Run),
-    ]);
+    ];
+    if layout.shows_parameters {
+        let title = "Other parameters, against what was believed [%]";
+        shapes.insert(1, desk.plot(title, &["/parameters"], Span::Run));
+    }
+    let shape = Tabs::new(shapes);
     Vertical::new([tracking.into(), error, shape.into()])
         .with_row_shares([1.2, 1.0, 1.0])
         .into()

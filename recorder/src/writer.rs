@@ -44,6 +44,7 @@ impl Logger {
             tolerance_nm: run.tolerance_m * 1e9,
             shows_field_limit: true,
             shows_shape_range: true,
+            shows_parameters: false,
         };
         for stream in &streams {
             layout.send(&stream.rerun)?;
