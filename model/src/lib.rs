@@ -38,8 +38,11 @@ pub use effects::{Effect, EffectKind, Stage};
 pub use error::ModelError;
 pub use excitation::DriveSignal;
 pub use flicker::Flicker;
-pub use law::HysteresisLaw;
 pub use law::domain_wall::{Bank, Hysteresis, HysteresisParameter, Inversion, MagneticState, SensitiveState};
+pub use law::{
+    BoucWen, Density, HysteresisLaw, Law, LawModel, LawModelState, LawParameter, LawState, PlayGroup, PlaySum,
+    PlaySumState, PrandtlIshlinskiiInverse, Preisach, PreisachState, ScaledDomainWall, SlowLag, Warp,
+};
 pub use magnetostriction::Magnetostriction;
 pub use material::Material;
 pub use parameter::{NominalParameter, ParameterRole, ParameterSpec, Screening, Signal};

@@ -2,7 +2,7 @@
 
 mod common;
 
-use anhyst_model::{Anhysteretic, Hysteresis, HysteresisLaw, MagneticState};
+use anhyst_model::{Anhysteretic, Hysteresis, MagneticState};
 use proptest::prelude::*;
 
 fn materials() -> impl Strategy<Value = Hysteresis> {
@@ -30,24 +30,6 @@ fn after(material: &Hysteresis, history: &[f64]) -> MagneticState {
     })
 }
 
-/// By how much the output misses that of an input when a law is asked for it. What any law must do besides: meet the demand
-/// within the limit, end where its forward step ends from the same state, to the last bit, and have a slope there.
-fn identity_error<L: HysteresisLaw>(law: &L, state: &L::State, input: f64, limit: f64) -> f64 {
-    let mut forward = state.clone();
-    law.advance(&mut forward, input);
-    let demanded = law.output(&forward);
-    let mut answer = state.clone();
-    assert!(
-        law.advance_to_output(&mut answer, demanded, limit),
-        "reported as limited"
-    );
-    let mut again = state.clone();
-    law.advance(&mut again, L::input(&answer));
-    assert!(again == answer, "inverse and forward step end apart");
-    assert!(law.slope(&answer, true).is_finite() && law.slope(&answer, false).is_finite());
-    (law.output(&answer) - demanded).abs()
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
@@ -62,7 +44,7 @@ proptest! {
         let state = after(&material, &history);
         let scale = material.shape_a_per_m + material.pinning_a_per_m;
         let field = state.field_a_per_m + reach * (to * scale - state.field_a_per_m);
-        let off = identity_error(&material, &state, field, 10.0 * scale) / material.saturation_magnetization_a_per_m;
+        let off = common::identity_error(&material, &state, field, 10.0 * scale) / material.saturation_magnetization_a_per_m;
         prop_assert!(off < 1e-12, "off by {off:.1e} Ms");
     }
 

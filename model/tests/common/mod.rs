@@ -1,7 +1,7 @@
 //! The 32 reference curves (`tests/reference/README.md`) and their materials.
 #![allow(dead_code)] // Each test file uses its own part of this.
 
-use anhyst_model::{Anhysteretic, Hysteresis};
+use anhyst_model::{Anhysteretic, Hysteresis, HysteresisLaw};
 use proptest::prelude::*;
 
 pub const MATERIALS: [&str; 4] = ["terfenol", "positive_coupling", "soft", "hard"];
@@ -110,4 +110,22 @@ fn row(line: &str) -> (f64, f64) {
         field.parse().expect("field"),
         magnetization.parse().expect("magnetization"),
     )
+}
+
+/// By how much the output misses that of an input when a law is asked for it. What any law must do besides: meet the demand
+/// within the limit, end where its forward step ends from the same state, to the last bit, and have a slope there.
+pub fn identity_error<L: HysteresisLaw>(law: &L, state: &L::State, input: f64, limit: f64) -> f64 {
+    let mut forward = state.clone();
+    law.advance(&mut forward, input);
+    let demanded = law.output(&forward);
+    let mut answer = state.clone();
+    assert!(
+        law.advance_to_output(&mut answer, demanded, limit),
+        "reported as limited"
+    );
+    let mut again = state.clone();
+    law.advance(&mut again, L::input(&answer));
+    assert!(again == answer, "inverse and forward step end apart");
+    assert!(law.slope(&answer, true).is_finite() && law.slope(&answer, false).is_finite());
+    (law.output(&answer) - demanded).abs()
 }

@@ -4,7 +4,7 @@ use super::coefficients::Coefficients;
 use super::{Hysteresis, HysteresisParameter, MagneticState, on_kernel};
 use crate::curve::{IsingEverywhere, LangevinByRange};
 use crate::kernel::Kernel;
-use crate::law::HysteresisLaw;
+use crate::law::{HysteresisLaw, LawParameter};
 use crate::{Anhysteretic, ModelError};
 
 impl Hysteresis {
@@ -88,15 +88,24 @@ impl Hysteresis {
 
 impl HysteresisLaw for Hysteresis {
     type State = MagneticState;
-    type Parameter = HysteresisParameter;
-    const PARAMETERS: &'static [HysteresisParameter] = &HysteresisParameter::ALL;
 
-    fn value(&self, parameter: HysteresisParameter) -> f64 {
-        parameter.of(self)
+    fn rest(&self) -> MagneticState {
+        MagneticState::default()
     }
 
-    fn with_value(self, parameter: HysteresisParameter, value: f64) -> Self {
-        parameter.with(self, value)
+    fn parameters(&self) -> Vec<LawParameter> {
+        let cubic = self.cubic_coupling_m2_per_a2;
+        let any = [f64::NEG_INFINITY, f64::INFINITY];
+        let of = |parameter: &HysteresisParameter| {
+            let bounds = match parameter {
+                HysteresisParameter::Coupling => any,
+                HysteresisParameter::Reversibility => [0.0, 1.0],
+                _ => [0.0, f64::INFINITY],
+            };
+            LawParameter::new(parameter.symbol(), parameter.of(self), bounds)
+        };
+        let prestress = (cubic != 0.0).then(|| LawParameter::new("cubic_coupling_m2_per_a2", cubic, any));
+        HysteresisParameter::ALL.iter().map(of).chain(prestress).collect()
     }
 
     fn validate(&self) -> Result<(), ModelError> {
@@ -115,10 +124,17 @@ impl HysteresisLaw for Hysteresis {
         *state = self.advance(*state, field_to);
     }
 
+    fn ahead(&self, state: &MagneticState, field_to: f64) -> (f64, f64) {
+        let there = self.advance(*state, field_to);
+        let slope = self.slope(there, field_to > state.field_a_per_m);
+        (there.magnetization_a_per_m, slope)
+    }
+
     fn slope(&self, state: &MagneticState, rising: bool) -> f64 {
         self.slope(*state, rising)
     }
 
+    /// By the law's own inverse, which knows its phases.
     fn advance_to_output(&self, state: &mut MagneticState, magnetization_to: f64, field_limit: f64) -> bool {
         let inversion = self.advance_to_magnetization(*state, magnetization_to, field_limit);
         *state = inversion.state;

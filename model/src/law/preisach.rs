@@ -1,0 +1,420 @@
+//! y = Σ_{i≥j} w_ij s_ij,  s_ij ← min(max(s_ij, L_i(v)), L_j(v)),  L_i(v) = clamp((v − l_i)/(l_{i+1} − l_i), 0, 1).
+//!
+//! Preisach's half plane α ≥ β, cut into cells by levels l_0 < … < l_n of the input: a cell switches up as v rises through its
+//! row and down as v falls through its column, continuously over a level's width (a relay would jump). w_ij ≥ 0: its weight.
+//! Weights are given one by one, or by a density of few numbers:
+//! μ(α, β) = A p((α − h₀)/σ) p((β + h₀)/σ), p(x) = 1/(1 + x²), a Lorentz distribution of coercivity h₀ and width σ.
+//! Properties for w ≥ 0: monotone, return-point memory, wiping-out and congruent minor loops, to the bit. Without history:
+//! demagnetised, the cells with α + β < 0 up, those above down.
+//! A rising input touches the rows whose ramp it passes, a falling one the columns: the sums of other rows are kept.
+//! Sources: Preisach (1935); Mayergoyz, *Mathematical Models of Hysteresis* (1991); the ramp: Krasnosel'skii and Pokrovskii
+//! (1989); the product form: Bertotti, *Hysteresis in Magnetism* (1998), ch. 14.
+
+use serde::{Deserialize, Serialize};
+
+use super::{HysteresisLaw, LawParameter};
+use crate::ModelError;
+use crate::error::{require, require_not_negative, require_positive};
+
+/// w over the half plane.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum Density {
+    /// Every cell has its own weight.
+    Cells {
+        /// Rising; one more than rows. Unit of the input.
+        levels: Vec<f64>,
+        /// Row by row, row i with columns 0 to i. Unit of the output.
+        weights: Vec<f64>,
+    },
+    /// A product of two Lorentz distributions.
+    Lorentz {
+        /// The sum of all weights ≥ 0, unit of the output.
+        amplitude: f64,
+        /// h₀ ≥ 0, unit of the input.
+        coercivity: f64,
+        /// σ > 0, unit of the input.
+        width: f64,
+        /// The levels go from −reach to reach, > 0, unit of the input; beyond, nothing switches.
+        reach: f64,
+        /// Rows; closer together about 0.
+        rows: usize,
+    },
+}
+
+/// Levels by a sinh are closer about 0 by this power of e.
+const CROWDING: f64 = 3.0;
+/// More rows than this are a step too slow for any loop.
+const MAX_ROWS: usize = 512;
+
+impl Density {
+    /// Levels from −reach to reach, symmetric, closer together about 0.
+    pub fn crowded_levels(reach: f64, rows: usize) -> Vec<f64> {
+        let at = |level: usize| (2 * level) as f64 / rows as f64 - 1.0;
+        let scale = reach / libm::sinh(CROWDING);
+        (0..=rows)
+            .map(|level| scale * libm::sinh(CROWDING * at(level)))
+            .collect()
+    }
+
+    /// Levels at equal distances.
+    pub fn even_levels([low, high]: [f64; 2], rows: usize) -> Vec<f64> {
+        (0..=rows)
+            .map(|level| low + (high - low) * level as f64 / rows as f64)
+            .collect()
+    }
+
+    fn parameters(&self) -> Vec<LawParameter> {
+        match self {
+            Density::Cells { weights, .. } => {
+                let named = weights.iter().enumerate();
+                named
+                    .map(|(cell, weight)| LawParameter::weight(format!("weight of cell {cell}"), *weight))
+                    .collect()
+            }
+            Density::Lorentz {
+                amplitude,
+                coercivity,
+                width,
+                ..
+            } => vec![
+                LawParameter::weight("amplitude", *amplitude),
+                LawParameter::weight("coercivity", *coercivity),
+                LawParameter::weight("width", *width),
+            ],
+        }
+    }
+
+    fn validate(&self) -> Result<(), ModelError> {
+        match self {
+            Density::Cells { levels, weights } => {
+                let rows = levels.len().saturating_sub(1);
+                rows_in_range(rows)?;
+                for pair in levels.windows(2) {
+                    require_positive(pair[1] - pair[0], "distance of two levels", "(unit of the input)")?;
+                }
+                if weights.len() != cells_of(rows) {
+                    return Err(ModelError::LengthsDiffer {
+                        quantity: "weights of cells",
+                        needed: cells_of(rows),
+                        given: weights.len(),
+                    });
+                }
+                let each = weights.iter();
+                each.copied()
+                    .try_for_each(|weight| require_not_negative(weight, "weight of a cell", "(unit of the output)"))
+            }
+            Density::Lorentz {
+                amplitude,
+                coercivity,
+                width,
+                reach,
+                rows,
+            } => {
+                rows_in_range(*rows)?;
+                require_not_negative(*amplitude, "amplitude of a density", "(unit of the output)")?;
+                require_not_negative(*coercivity, "coercivity of a density", "(unit of the input)")?;
+                require_positive(*width, "width of a density", "(unit of the input)")?;
+                require_positive(*reach, "reach of a density", "(unit of the input)")
+            }
+        }
+    }
+
+    /// Levels and weights.
+    fn cells(&self) -> (Vec<f64>, Vec<f64>) {
+        match self {
+            Density::Cells { levels, weights } => (levels.clone(), weights.clone()),
+            Density::Lorentz {
+                amplitude,
+                coercivity,
+                width,
+                reach,
+                rows,
+            } => {
+                let levels = Self::crowded_levels(*reach, *rows);
+                let density = |about: f64| 1.0 / (1.0 + (about / width) * (about / width));
+                let middle = |level: usize| 0.5 * (levels[level] + levels[level + 1]);
+                let span = |level: usize| levels[level + 1] - levels[level];
+                let mut weights = Vec::with_capacity(cells_of(*rows));
+                for row in 0..*rows {
+                    let of_row = density(middle(row) - coercivity) * span(row);
+                    for column in 0..=row {
+                        let of_column = density(middle(column) + coercivity) * span(column);
+                        // Of a cell on the diagonal the half plane has one half.
+                        let share = if row == column { 0.5 } else { 1.0 };
+                        weights.push(share * of_row * of_column);
+                    }
+                }
+                let sum: f64 = weights.iter().sum();
+                weights.iter_mut().for_each(|weight| *weight *= amplitude / sum);
+                (levels, weights)
+            }
+        }
+    }
+}
+
+fn cells_of(rows: usize) -> usize {
+    rows * (rows + 1) / 2
+}
+
+fn rows_in_range(rows: usize) -> Result<(), ModelError> {
+    let accepted = (1..=MAX_ROWS).contains(&rows);
+    require(
+        accepted,
+        "number of rows of a Preisach plane",
+        rows as f64,
+        "",
+        "from 1 to 512",
+    )
+}
+
+/// The law with its cells worked out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Density", into = "Density")]
+pub struct Preisach {
+    density: Density,
+    levels: Vec<f64>,
+    weights: Vec<f64>,
+}
+
+impl From<Density> for Preisach {
+    /// A density that [`Preisach::validate`] refuses has no cells.
+    fn from(density: Density) -> Self {
+        let (levels, weights) = if density.validate().is_ok() {
+            density.cells()
+        } else {
+            (Vec::new(), Vec::new())
+        };
+        Preisach {
+            density,
+            levels,
+            weights,
+        }
+    }
+}
+
+impl From<Preisach> for Density {
+    fn from(law: Preisach) -> Density {
+        law.density
+    }
+}
+
+/// Where the cells are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PreisachState {
+    /// v.
+    pub input: f64,
+    /// s of every cell, row by row.
+    pub cells: Vec<f64>,
+    /// Σ_j w_ij s_ij of every row, as the last step that touched it left it.
+    row_sums: Vec<f64>,
+}
+
+impl Preisach {
+    /// Levels of the input, one more than rows.
+    pub fn levels(&self) -> &[f64] {
+        &self.levels
+    }
+
+    fn rows(&self) -> usize {
+        self.levels.len().saturating_sub(1)
+    }
+
+    /// L of a level.
+    #[inline]
+    fn ramp(&self, level: usize, input: f64) -> f64 {
+        let low = self.levels[level];
+        ((input - low) / (self.levels[level + 1] - low)).clamp(0.0, 1.0)
+    }
+
+    /// Levels whose ramp has a part between two inputs.
+    fn between(&self, from: f64, to: f64) -> std::ops::Range<usize> {
+        let (low, high) = if from < to { (from, to) } else { (to, from) };
+        let begin = self.levels[1..].partition_point(|end| *end <= low);
+        let end = self.levels[..self.rows()].partition_point(|level| *level < high);
+        begin.min(end)..end
+    }
+
+    fn row(row: usize) -> std::ops::Range<usize> {
+        cells_of(row)..cells_of(row + 1)
+    }
+
+    /// Moves the cells, and tells which row has changed.
+    fn move_cells(&self, cells: &mut [f64], from: f64, to: f64, mut changed: impl FnMut(usize, &[f64])) {
+        let levels = self.between(from, to);
+        if to > from {
+            for row in levels {
+                let ramp = self.ramp(row, to);
+                let own = &mut cells[Self::row(row)];
+                own.iter_mut()
+                    .for_each(|cell| *cell = if *cell < ramp { ramp } else { *cell });
+                changed(row, own);
+            }
+        } else if !levels.is_empty() {
+            for row in levels.start..self.rows() {
+                let own = &mut cells[Self::row(row)];
+                let touched = levels.start..levels.end.min(row + 1);
+                for (cell, column) in own[touched.clone()].iter_mut().zip(touched) {
+                    let ramp = self.ramp(column, to);
+                    *cell = if *cell > ramp { ramp } else { *cell };
+                }
+                changed(row, own);
+            }
+        }
+    }
+
+    /// Moves cells to an input: what a fit of the weights needs.
+    pub fn follow(&self, cells: &mut [f64], from: f64, to: f64) {
+        self.move_cells(cells, from, to, |_, _| {});
+    }
+
+    fn row_sum(&self, row: usize, cells: &[f64]) -> f64 {
+        sum_of_products(&self.weights[Self::row(row)], cells)
+    }
+
+    /// Σ over one row with its cells moved on the way, and its slope there.
+    fn row_ahead(&self, state: &PreisachState, row: usize, to: f64, levels: &std::ops::Range<usize>) -> (f64, f64) {
+        let range = Self::row(row);
+        let (cells, weights) = (&state.cells[range.clone()], &self.weights[range]);
+        let inside = |level: usize| (self.levels[level]..self.levels[level + 1]).contains(&to);
+        let steep = |level: usize| 1.0 / (self.levels[level + 1] - self.levels[level]);
+        if to > state.input {
+            let ramp = self.ramp(row, to);
+            let (mut sum, mut moving) = (0.0, 0.0);
+            for (cell, weight) in cells.iter().zip(weights) {
+                sum += weight * if *cell < ramp { ramp } else { *cell };
+                moving += if *cell <= ramp { *weight } else { 0.0 };
+            }
+            (sum, if inside(row) { moving * steep(row) } else { 0.0 })
+        } else {
+            let touched = levels.start..levels.end.min(row + 1);
+            let (mut sum, mut slope) = (state.row_sums[row], 0.0);
+            for column in touched {
+                let ramp = self.ramp(column, to);
+                let (cell, weight) = (cells[column], weights[column]);
+                if cell >= ramp {
+                    sum -= weight * (cell - ramp);
+                    slope += if inside(column) { weight * steep(column) } else { 0.0 };
+                }
+            }
+            (sum, slope)
+        }
+    }
+}
+
+/// Σ a b in four running sums: the same bits everywhere, and four times as quick.
+#[inline]
+fn sum_of_products(first: &[f64], second: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (first_four, first_rest) = first.as_chunks::<4>();
+    let (second_four, second_rest) = second.as_chunks::<4>();
+    for (a, b) in first_four.iter().zip(second_four) {
+        for lane in 0..4 {
+            sums[lane] += a[lane] * b[lane];
+        }
+    }
+    let rest: f64 = first_rest.iter().zip(second_rest).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}
+
+impl HysteresisLaw for Preisach {
+    type State = PreisachState;
+
+    fn rest(&self) -> PreisachState {
+        let rows = self.rows();
+        let middle = |level: usize| 0.5 * (self.levels[level] + self.levels[level + 1]);
+        let mut cells = Vec::with_capacity(cells_of(rows));
+        for row in 0..rows {
+            for column in 0..=row {
+                let sum = middle(row) + middle(column);
+                let up = if sum < 0.0 {
+                    1.0
+                } else if sum > 0.0 {
+                    0.0
+                } else {
+                    0.5
+                };
+                cells.push(f64::clamp(up, self.ramp(row, 0.0), self.ramp(column, 0.0)));
+            }
+        }
+        let row_sums = (0..rows).map(|row| self.row_sum(row, &cells[Self::row(row)])).collect();
+        PreisachState {
+            input: 0.0,
+            cells,
+            row_sums,
+        }
+    }
+
+    fn parameters(&self) -> Vec<LawParameter> {
+        self.density.parameters()
+    }
+
+    fn validate(&self) -> Result<(), ModelError> {
+        self.density.validate()
+    }
+
+    fn input(state: &PreisachState) -> f64 {
+        state.input
+    }
+
+    fn output(&self, state: &PreisachState) -> f64 {
+        state.row_sums.iter().sum()
+    }
+
+    fn advance(&self, state: &mut PreisachState, input_to: f64) {
+        let PreisachState { input, cells, row_sums } = state;
+        self.move_cells(cells, *input, input_to, |row, own| {
+            row_sums[row] = self.row_sum(row, own)
+        });
+        *input = input_to;
+    }
+
+    fn ahead(&self, state: &PreisachState, input_to: f64) -> (f64, f64) {
+        let levels = self.between(state.input, input_to);
+        let rows = match (levels.is_empty(), input_to > state.input) {
+            (true, _) => 0..0,
+            (_, true) => levels.clone(),
+            (_, false) => levels.start..self.rows(),
+        };
+        let (mut output, mut slope) = (0.0, 0.0);
+        for row in 0..self.rows() {
+            if rows.contains(&row) {
+                let (own, own_slope) = self.row_ahead(state, row, input_to, &levels);
+                output += own;
+                slope += own_slope;
+            } else {
+                output += state.row_sums[row];
+            }
+        }
+        (output, slope)
+    }
+
+    fn slope(&self, state: &PreisachState, rising: bool) -> f64 {
+        let inside = |level: &usize| {
+            let (low, high) = (self.levels[*level], self.levels[*level + 1]);
+            // On a level the side that the input goes to counts.
+            if rising {
+                low <= state.input && state.input < high
+            } else {
+                low < state.input && state.input <= high
+            }
+        };
+        let Some(level) = (0..self.rows()).find(inside) else {
+            return 0.0;
+        };
+        let ramp = self.ramp(level, state.input);
+        let steep = 1.0 / (self.levels[level + 1] - self.levels[level]);
+        let moving: f64 = if rising {
+            let range = Self::row(level);
+            let own = state.cells[range.clone()].iter().zip(&self.weights[range]);
+            own.filter(|(cell, _)| **cell <= ramp).map(|(_, weight)| weight).sum()
+        } else {
+            let of_column = (level..self.rows()).map(|row| cells_of(row) + level);
+            of_column
+                .filter(|cell| state.cells[*cell] >= ramp)
+                .map(|cell| self.weights[cell])
+                .sum()
+        };
+        steep * moving
+    }
+}
