@@ -94,11 +94,10 @@ impl Waker {
             tv_nsec: limit.subsec_nanos().into(),
         };
         let ready = poll(&mut [PollFd::new(&descriptor, PollFlags::IN)], Some(&limit));
-        if matches!(ready, Ok(1..)) {
-            // Who notified is of no interest; what for is looked at next.
-            let _ = self.listener.try_wait(|_| {});
-        }
-        !matches!(ready, Ok(0))
+        // Who notified is of no interest; what for is looked at next. Also if nobody has: iceoryx2 sends nothing to a listener that
+        // it believes notified, and were that ever wrong, only this would end it.
+        let heard = self.listener.try_wait(|_| {});
+        !matches!((ready, heard), (Ok(0), Ok(0)))
     }
 }
 
@@ -109,13 +108,23 @@ pub struct Peer {
 }
 
 impl Peer {
-    /// The process with this status.
+    /// The process with this status. A notifier that could not connect to its listener when it was made never tries again: one is
+    /// made until it can, or the process has gone.
     pub fn new(node: &Node<ipc::Service>, process: &str, status: PeerStatus) -> Result<Self, LinkError> {
-        let created = event(node, process)?.notifier_builder().create();
-        Ok(Self {
-            status,
-            notifier: created.map_err(refused("create a notifier"))?,
-        })
+        let service = event(node, process)?;
+        let create = || {
+            let created = service.notifier_builder().create();
+            created.map_err(refused("create a notifier"))
+        };
+        let connected = retry(true, || {
+            let notifier = create()?;
+            match notifier.notify().map_err(refused("notify a process"))? {
+                0 => Err(refused("notify a process")("nobody listens")),
+                _ => Ok(notifier),
+            }
+        });
+        let notifier = connected.or_else(|_| create())?;
+        Ok(Self { status, notifier })
     }
 }
 
