@@ -45,7 +45,7 @@ class Peer:
         self._phase, self._asleep, self._tick = map(entry, (interface.PHASE, interface.ASLEEP, interface.TICK))
         # Both must live as long as their entries.
         self._keep = (status, reader)
-        self.bell = event(node, name).notifier_builder().create()
+        self.bell = listened_bell(event(node, name))
 
     def phase(self):
         return value(self._phase)
@@ -55,6 +55,16 @@ class Peer:
 
     def tick(self):
         return value(self._tick)
+
+
+def listened_bell(service):
+    """A bell that could not connect to its listener when it was made never tries again: make one until it can."""
+    for _ in range(1000):
+        bell = service.notifier_builder().create()
+        if bell.notify() > 0:
+            break
+        time.sleep(0.002)
+    return bell
 
 
 def value(entry):
