@@ -10,4 +10,5 @@ pub mod control;
 mod diagnosis_album;
 pub mod estimate;
 mod fit_picture;
+mod law_picture;
 pub mod spelling;

@@ -1,11 +1,11 @@
 //! `anhyst fit`: a material from measured loops, with standard deviations, warnings and a picture.
 
 use super::{Ending, json, save, stem};
-use crate::arguments::{JsonArgument, OutArgument, TableArguments};
+use crate::arguments::{JsonArgument, OutArgument, TableArguments, ThreadsArgument};
 use crate::fit_picture::picture;
 use anhyst_identify::{Curves, Fit, FitOptions, FitReport, Fixed, IdentifyError, Progress, fit, material_text};
 use anhyst_launch::error::RunError;
-use anhyst_measured::{MeasuredError, MeasuredRun};
+use anhyst_measured::{MeasuredError, MeasuredRun, Quantity};
 use anhyst_model::Anhysteretic;
 use anhyst_report::table::Table;
 use anhyst_scenario::to_ron;
@@ -24,6 +24,16 @@ pub struct FitArguments {
     /// What of them is read.
     #[command(flatten)]
     pub table: TableArguments,
+    /// Fit this hysteresis law to any input and output instead of a material; auto: all, chosen by what they predict of data that
+    /// are kept back.
+    #[arg(long, value_parser = super::fit_law::names(), value_name = "LAW")]
+    pub law: Option<String>,
+    /// With --law: the output (default: displacement, magnetization, flux or strain, the first that was measured).
+    #[arg(long, value_parser = super::fit_law::outputs(), value_name = "QUANTITY", requires = "law")]
+    pub output: Option<Quantity>,
+    /// With --law.
+    #[command(flatten)]
+    pub threads: ThreadsArgument,
     /// Hold a parameter: `--fix alpha=-0.01`
     #[arg(long, value_name = "PARAMETER=VALUE")]
     pub fix: Vec<Fixed>,
@@ -68,6 +78,9 @@ pub enum Curve {
 pub fn run(arguments: &FitArguments) -> miette::Result<Ending> {
     let data = arguments.data.as_ref().or(arguments.loops.as_ref());
     let data = data.ok_or_else(|| miette::miette!("--data names no file"))?;
+    if let Some(law) = &arguments.law {
+        return super::fit_law::run(arguments, data, law);
+    }
     let name = arguments.name.clone().unwrap_or_else(|| stem(data));
     if name.trim().is_empty() || name.contains(['/', '\n', '"', '\\']) || name.starts_with('.') {
         return Err(miette::miette!(

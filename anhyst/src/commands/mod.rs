@@ -14,6 +14,7 @@ pub mod estimate;
 #[cfg(feature = "recorder")]
 pub mod export;
 pub mod fit;
+pub mod fit_law;
 pub mod graph;
 pub mod interface;
 pub mod node;

@@ -70,6 +70,41 @@ impl MeasuredRun {
         }
     }
 
+    /// One record, or every loop of a table that holds several, whatever drives and answers; loops may be short or stand still.
+    ///
+    /// # Errors
+    /// A table that is none, or without an input or an output.
+    pub fn read_records(file: &Path, options: &RunReadOptions) -> Result<Vec<Self>, MeasuredError> {
+        match Self::read(file, options) {
+            Err(MeasuredError::SeveralLoops { .. }) => {}
+            one => return one.map(|run| vec![run]),
+        }
+        let sheet = Sheet::open(file)?;
+        let columns = Columns::resolve(file, &sheet.headers, &options.mappings, &Quantity::ALL)?;
+        require_both_ends(&sheet, &columns)?;
+        let all = Selection {
+            rows: chosen(&sheet, options),
+            sheet: &sheet,
+            columns: &columns,
+            remedy: Remedy::DropRow,
+        };
+        let loop_of = |selection: Selection| {
+            let mut series = selection.series()?;
+            let time_s = series[Quantity::Time.index()].take();
+            if let Some(time_s) = &time_s {
+                time::refuse_disorder(&selection, time_s)?;
+            }
+            units::limits(&selection, &series)?;
+            Ok(selection.run(series, time_s))
+        };
+        let loops = all.by_loop()?.into_iter();
+        // A loop of one row has no motion.
+        loops
+            .filter(|selection| selection.rows.len() > 1)
+            .map(loop_of)
+            .collect()
+    }
+
     /// Reads and checks sweeps of the field, one a loop, in the order of their first rows. Their time need not be uniform, and is not
     /// looked at.
     ///

@@ -110,6 +110,40 @@ impl HysteresisLaw for Law {
     }
 }
 
+impl Law {
+    /// What the output is linear in, each not negative.
+    pub fn weights(&self) -> Vec<f64> {
+        match self {
+            Law::Plays(own) => own.groups.iter().flat_map(|group| &group.weights).copied().collect(),
+            Law::Preisach(own) => own.free_weights().to_vec(),
+            Law::BoucWen(own) => vec![own.amplitude],
+            Law::DomainWall(own) => vec![own.gain],
+        }
+    }
+
+    fn set_weights(&mut self, weights: &[f64]) {
+        match self {
+            Law::Plays(own) => {
+                let own = own.groups.iter_mut().flat_map(|group| &mut group.weights);
+                own.zip(weights).for_each(|(own, weight)| *own = *weight);
+            }
+            Law::Preisach(own) => own.set_free_weights(weights),
+            Law::BoucWen(own) => own.amplitude = weights[0],
+            Law::DomainWall(own) => own.gain = weights[0],
+        }
+    }
+
+    fn regressors(&self, state: &LawState, into: &mut Vec<f64>) {
+        match (self, state) {
+            (Law::Plays(_), LawState::Plays(of)) => into.extend(&of.plays),
+            (Law::Preisach(own), LawState::Preisach(of)) => own.regressors(of, into),
+            (Law::BoucWen(_), LawState::BoucWen(of)) => into.push(of.yielded),
+            (Law::DomainWall(_), LawState::DomainWall(of)) => into.push(of.magnetization_a_per_m),
+            _ => {}
+        }
+    }
+}
+
 /// One lag of the creep.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -165,6 +199,49 @@ impl LawModel {
         for (lag, share) in state.lags.iter_mut().zip(&state.shares) {
             *lag += share * (state.input - *lag);
         }
+    }
+
+    /// What the output is linear in: offset, line, the weights of each law in turn, those of the lags. All but the offset are not
+    /// negative.
+    pub fn weights(&self) -> Vec<f64> {
+        let laws = self.laws.iter().flat_map(Law::weights);
+        let lags = self.creep.iter().map(|lag| lag.weight);
+        [self.offset, self.slope].into_iter().chain(laws).chain(lags).collect()
+    }
+
+    /// Takes other weights, as many as there are. States from before keep sums of the old ones: begin anew.
+    pub fn set_weights(&mut self, weights: &[f64]) {
+        let (beside, mut weights) = weights.split_at(2);
+        (self.offset, self.slope) = (beside[0], beside[1]);
+        for law in &mut self.laws {
+            let (own, rest) = weights.split_at(law.weights().len());
+            law.set_weights(own);
+            weights = rest;
+        }
+        for (lag, weight) in self.creep.iter_mut().zip(weights) {
+            lag.weight = *weight;
+        }
+    }
+
+    /// Leaves out what has no weight: plays, laws, lags. The output stays the same.
+    pub fn drop_zeros(&mut self) {
+        self.laws.retain_mut(|law| {
+            if let Law::Plays(own) = law {
+                own.drop_zeros();
+            }
+            law.weights().iter().any(|weight| *weight != 0.0)
+        });
+        self.creep.retain(|lag| lag.weight != 0.0);
+    }
+
+    /// d output/d weight of each of [`LawModel::weights`], which for a law's own amplitude holds while it is above 0.
+    pub fn regressors(&self, state: &LawModelState, into: &mut Vec<f64>) {
+        into.clear();
+        into.extend([1.0, state.input]);
+        for (law, own) in self.laws.iter().zip(&state.laws) {
+            law.regressors(own, into);
+        }
+        into.extend(&state.lags);
     }
 
     /// All that is not a law.

@@ -179,6 +179,17 @@ impl PlaySum {
         }
     }
 
+    /// Leaves out plays without weight, and groups without plays.
+    pub fn drop_zeros(&mut self) {
+        for group in &mut self.groups {
+            let of = std::mem::take(&mut group.radii)
+                .into_iter()
+                .zip(std::mem::take(&mut group.weights));
+            (group.radii, group.weights) = of.filter(|(_, weight)| *weight != 0.0).unzip();
+        }
+        self.groups.retain(|group| !group.radii.is_empty());
+    }
+
     /// Moves plays to an input and leaves what each of them is in `plays`: what a fit of the weights needs.
     pub fn follow(&self, state: &mut PlaySumState, input_to: f64) {
         state.input = input_to;

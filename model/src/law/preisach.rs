@@ -216,6 +216,29 @@ impl Preisach {
         &self.levels
     }
 
+    /// The weights that are free: of every cell, or the amplitude.
+    pub(super) fn free_weights(&self) -> &[f64] {
+        match &self.density {
+            Density::Cells { weights, .. } => weights,
+            Density::Lorentz { amplitude, .. } => std::slice::from_ref(amplitude),
+        }
+    }
+
+    pub(super) fn set_free_weights(&mut self, to: &[f64]) {
+        match &mut self.density {
+            Density::Cells { weights, .. } => weights.copy_from_slice(to),
+            Density::Lorentz { amplitude, .. } => *amplitude = to[0],
+        }
+        *self = self.density.clone().into();
+    }
+
+    pub(super) fn regressors(&self, state: &PreisachState, into: &mut Vec<f64>) {
+        match &self.density {
+            Density::Cells { .. } => into.extend(&state.cells),
+            Density::Lorentz { amplitude, .. } => into.push(self.output(state) / amplitude),
+        }
+    }
+
     fn rows(&self) -> usize {
         self.levels.len().saturating_sub(1)
     }

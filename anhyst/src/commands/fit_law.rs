@@ -1,0 +1,105 @@
+//! `anhyst fit --law`: hysteresis laws from measured data, chosen by what they predict of data that were kept back.
+
+use super::fit::FitArguments;
+use super::{Ending, json, save, stem};
+use crate::law_picture;
+use anhyst_identify::laws::{Family, LawData, LawError, LawFit, LawOptions, LawReport, fit_laws};
+use anhyst_launch::error::RunError;
+use anhyst_measured::{MeasuredError, MeasuredRun, OUTPUTS, Quantity};
+use anhyst_report::table::Table;
+use anhyst_scenario::to_ron;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use std::path::Path;
+
+/// `auto`: all of them.
+pub const AUTO: &str = "auto";
+
+/// `auto`, and every law by its name.
+pub fn names() -> PossibleValuesParser {
+    PossibleValuesParser::new(std::iter::once(AUTO).chain(Family::ALL.map(Family::name)))
+}
+
+/// An output of an actuator by its key.
+pub fn outputs() -> impl TypedValueParser<Value = Quantity> {
+    PossibleValuesParser::new(OUTPUTS.map(Quantity::key)).try_map(|key| {
+        let named = OUTPUTS.into_iter().find(|quantity| quantity.key() == key);
+        named.ok_or("no output has this name")
+    })
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad data, a law that does not describe them, or a result that cannot be written.
+pub fn run(arguments: &FitArguments, data: &Path, law: &str) -> miette::Result<Ending> {
+    let runs = MeasuredRun::read_records(data, &arguments.table.reading())
+        .map_err(|error: MeasuredError| miette::miette!("{error}"))?;
+    let refused = |error: LawError| miette::miette!("{error}");
+    let records = LawData::of(&runs, None, arguments.output).map_err(refused)?;
+    let bar = super::count_bar(0, "fit");
+    let progress = |done: usize, total: usize| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+    };
+    let found = fit_laws(
+        Family::named(law),
+        &records,
+        &LawOptions::default(),
+        arguments.threads.count(),
+        &progress,
+    )
+    .map_err(refused)?;
+    bar.finish_and_clear();
+    let results = arguments.out.claim(&format!("fit-{}", stem(data)))?;
+    write(&found, &records, &results.path)?;
+    if arguments.json.json {
+        crate::say!("{}", json(&found.report)?);
+    } else {
+        print(&found.report);
+        crate::say!("\nresults: {}", results.path.display());
+    }
+    Ok(Ending::Held)
+}
+
+fn write(found: &LawFit, data: &LawData, out: &Path) -> Result<(), RunError> {
+    let setup = |error: String| RunError::Setup(error);
+    let law = to_ron(&found.file).map_err(|error| setup(error.to_string()))? + "\n";
+    let title = format!(
+        "{}: {:.3} % of range rms, {:.3} % of what was kept back",
+        found.report.law,
+        100.0 * found.report.nrmse,
+        100.0 * found.report.held_out_nrmse
+    );
+    let drawing = law_picture::picture(&title, data, &found.modelled).map_err(|error| setup(error.to_string()))?;
+    save(out, "law.ron", &law)?;
+    save(out, "fit.json", &(json(&found.report)? + "\n"))?;
+    save(out, "fit.svg", &drawing)
+}
+
+fn print(report: &LawReport) {
+    let mut table = Table::new(["law", "numbers", "left, % of range", "predicted, % of range"]);
+    for own in &report.candidates {
+        let chosen = if own.law == report.law { " <-" } else { "" };
+        table.push([
+            format!("{}{chosen}", own.law),
+            own.parameters.to_string(),
+            format!("{:.3}", 100.0 * own.nrmse),
+            format!("{:.3}", 100.0 * own.held_out_nrmse),
+        ]);
+    }
+    crate::say!("{}", table.terminal());
+    crate::say!(
+        "\n{} over {}: {} leaves {:.4e} {} rms ({:.3} % of the range), and predicts what was kept back to {:.3} %",
+        report.output,
+        report.input,
+        report.law,
+        report.rms,
+        report.unit,
+        100.0 * report.nrmse,
+        100.0 * report.held_out_nrmse
+    );
+    crate::say!("assumed: {}", report.start);
+    for warning in &report.warnings {
+        crate::say!("WARNING: {warning}");
+    }
+}

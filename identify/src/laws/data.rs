@@ -1,0 +1,209 @@
+//! Measured runs and sweeps as what a law sees: one input, one output, and time where there is one.
+
+use anhyst_measured::{INPUTS, MeasuredRun, OUTPUTS, Quantity};
+
+use super::LawError;
+
+/// Fewer samples in all hold no law.
+const LEAST_SAMPLES: usize = 20;
+/// A sweep that ends where it began, to this share of the spans, has come round.
+const CLOSED: f64 = 0.05;
+
+/// One record in the order in which it was measured. Both series have one length, at least 2.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LawRecord {
+    pub id: String,
+    /// SI units.
+    pub input: Vec<f64>,
+    /// SI units.
+    pub output: Vec<f64>,
+    /// s; none for a sweep.
+    pub time_s: Option<Vec<f64>>,
+}
+
+impl LawRecord {
+    pub fn len(&self) -> usize {
+        self.input.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.input.is_empty()
+    }
+
+    /// s from the sample before; 0 without time.
+    pub fn passed_s(&self, sample: usize) -> f64 {
+        match &self.time_s {
+            Some(time_s) if sample > 0 => time_s[sample] - time_s[sample - 1],
+            _ => 0.0,
+        }
+    }
+
+    /// It comes back to where it began, as a loop does.
+    pub fn is_closed(&self) -> bool {
+        let back = |series: &[f64]| {
+            let [low, high] = extent(series.iter());
+            (series[0] - series[series.len() - 1]).abs() <= CLOSED * (high - low)
+        };
+        self.time_s.is_none() && back(&self.input) && back(&self.output)
+    }
+
+    /// Output, highest less lowest.
+    pub fn range(&self) -> f64 {
+        let [low, high] = extent(self.output.iter());
+        high - low
+    }
+}
+
+/// Lowest and highest.
+pub(super) fn extent<'a>(values: impl Iterator<Item = &'a f64>) -> [f64; 2] {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
+        [low.min(*value), high.max(*value)]
+    })
+}
+
+/// Records of one device.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LawData {
+    /// Where they come from.
+    pub source: String,
+    pub input: Quantity,
+    pub output: Quantity,
+    pub records: Vec<LawRecord>,
+    /// Of the input over all records.
+    pub input_extent: [f64; 2],
+    /// Of the output over all records.
+    pub output_extent: [f64; 2],
+}
+
+impl LawData {
+    /// The first input of the runs (command, field, current, voltage) and the first output that was measured (displacement,
+    /// magnetization, flux density, strain), unless they are named.
+    ///
+    /// # Errors
+    /// Runs without them, or in which one of them stands still.
+    pub fn of(runs: &[MeasuredRun], input: Option<Quantity>, output: Option<Quantity>) -> Result<Self, LawError> {
+        let source = runs.first().map_or_else(String::new, |run| run.source.clone());
+        let present = || {
+            let held = Quantity::ALL
+                .iter()
+                .filter(|quantity| runs.iter().all(|run| run.series(**quantity).is_some()));
+            held.map(|quantity| quantity.name()).collect::<Vec<_>>().join(", ")
+        };
+        let in_all = |quantity: &Quantity| runs.iter().all(|run| run.series(*quantity).is_some());
+        let measured = |quantity: &Quantity| in_all(quantity) && runs.iter().all(|run| run.column(*quantity).is_some());
+        let none = || LawError::NoInput {
+            source_of_data: source.clone(),
+            present: present(),
+        };
+        let input = match input {
+            Some(input) => input,
+            None => INPUTS.into_iter().find(in_all).ok_or_else(none)?,
+        };
+        // Strain last: over a field it is no hysteresis of one input but the square of one.
+        let preferred = [
+            Quantity::Displacement,
+            Quantity::Magnetization,
+            Quantity::FluxDensity,
+            Quantity::Strain,
+        ];
+        let output = match output {
+            Some(output) => output,
+            None => {
+                let first = preferred.into_iter().find(measured);
+                first.or_else(|| OUTPUTS.into_iter().find(in_all)).ok_or_else(none)?
+            }
+        };
+        let series = |run: &MeasuredRun, wanted: Quantity, whose| {
+            let series = run.series(wanted).map(<[f64]>::to_vec);
+            series.ok_or_else(|| LawError::Missing {
+                source_of_data: source.clone(),
+                wanted,
+                whose,
+                present: present(),
+            })
+        };
+        let record = |run: &MeasuredRun| {
+            Ok(LawRecord {
+                id: run.loop_id.clone(),
+                input: series(run, input, "drives the law")?,
+                output: series(run, output, "the law gives")?,
+                time_s: run.time_s.clone(),
+            })
+        };
+        let records: Vec<LawRecord> = runs.iter().map(record).collect::<Result<_, LawError>>()?;
+        Self::checked(source.clone(), input, output, records)
+    }
+
+    fn checked(source: String, input: Quantity, output: Quantity, records: Vec<LawRecord>) -> Result<Self, LawError> {
+        let samples: usize = records.iter().map(LawRecord::len).sum();
+        if samples < LEAST_SAMPLES {
+            return Err(LawError::TooFew {
+                source_of_data: source,
+                samples,
+                least: LEAST_SAMPLES,
+            });
+        }
+        let of = |series: fn(&LawRecord) -> &Vec<f64>| extent(records.iter().flat_map(series));
+        let (input_extent, output_extent) = (of(|record| &record.input), of(|record| &record.output));
+        for (quantity, [low, high]) in [(input, input_extent), (output, output_extent)] {
+            if low >= high {
+                return Err(LawError::Still {
+                    source_of_data: source,
+                    quantity,
+                    value: low,
+                });
+            }
+        }
+        Ok(LawData {
+            source,
+            input,
+            output,
+            records,
+            input_extent,
+            output_extent,
+        })
+    }
+
+    /// Refuses an output that falls as the input rises, as an inverted sensor gives it.
+    ///
+    /// # Errors
+    /// [`LawError::Falls`].
+    pub fn refuse_falling(&self) -> Result<(), LawError> {
+        let mut sums = [0.0; 3];
+        for record in &self.records {
+            let mean = |series: &[f64]| series.iter().sum::<f64>() / series.len() as f64;
+            let (of_input, of_output) = (mean(&record.input), mean(&record.output));
+            for (input, output) in record.input.iter().zip(&record.output) {
+                let (input, output) = (input - of_input, output - of_output);
+                sums[0] += input * input;
+                sums[1] += input * output;
+                sums[2] += output * output;
+            }
+        }
+        let correlation = sums[1] / (sums[0] * sums[2]).sqrt();
+        if correlation < -0.3 {
+            return Err(LawError::Falls {
+                source_of_data: self.source.clone(),
+                input: self.input,
+                output: self.output,
+                correlation,
+            });
+        }
+        Ok(())
+    }
+
+    /// Samples in all.
+    pub fn samples(&self) -> usize {
+        self.records.iter().map(LawRecord::len).sum()
+    }
+
+    /// Output, highest less lowest.
+    pub fn output_range(&self) -> f64 {
+        self.output_extent[1] - self.output_extent[0]
+    }
+
+    /// Time is known in every record.
+    pub fn has_time(&self) -> bool {
+        self.records.iter().all(|record| record.time_s.is_some())
+    }
+}

@@ -1,0 +1,30 @@
+//! A fitted law as a file: `law.ron`.
+
+use anhyst_measured::Quantity;
+use anhyst_model::{HysteresisLaw, LawModel, ModelError};
+use serde::{Deserialize, Serialize};
+
+use super::Start;
+
+/// A law with what it is of and where its records begin. All numbers in SI units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LawFile {
+    /// What drives it.
+    pub input: Quantity,
+    /// What it gives.
+    pub output: Quantity,
+    /// What is assumed before a record.
+    pub start: Start,
+    /// Of the input that it was fitted to.
+    pub input_extent: [f64; 2],
+    pub model: LawModel,
+}
+
+impl LawFile {
+    /// # Errors
+    /// The first number that the law does not take.
+    pub fn validate(&self) -> Result<(), ModelError> {
+        self.model.validate()
+    }
+}

@@ -1,0 +1,27 @@
+//! Hysteresis laws out of measured data: each fitted, and judged by what it predicts of the data that were kept back.
+//!
+//! A law is linear in its weights, which are not negative, and in the data's zero; the few numbers inside (radii, warps, a
+//! density's shape) are searched for around that. [`fit_laws`] fits every [`Family`], freely running along the records, and takes the
+//! one of the fewest numbers among those within [`TIE`] of the best prediction.
+//! Sources: non-negative least squares: Lawson and Hanson (1974), Bro and de Jong, J. Chemometrics 11 (1997) 393; the search
+//! outside: variable projection, Golub and Pereyra (1973), by the method of Nelder and Mead (1965).
+
+mod data;
+mod error;
+mod family;
+mod file;
+mod gram;
+mod nnls;
+mod predict;
+mod search;
+mod start;
+mod verdict;
+
+pub use data::{LawData, LawRecord};
+pub use error::LawError;
+pub use family::Family;
+pub use file::LawFile;
+pub use predict::{Prediction, predict};
+pub use search::{FittedLaw, LawOptions, fit_law};
+pub use start::Start;
+pub use verdict::{LawCandidate, LawFit, LawReport, TIE, fit_laws, starts};

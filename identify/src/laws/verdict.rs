@@ -1,0 +1,227 @@
+//! Which law, of those that were fitted, and what the data cannot tell.
+
+use anhyst_model::HysteresisLaw;
+use serde::Serialize;
+
+use super::predict::run_along;
+use super::search::{FittedLaw, fit_law};
+use super::{Family, LawData, LawError, LawFile, LawOptions, Start};
+use crate::parallel;
+
+/// Predictions as near as this to each other are a tie: of the same laws on other parts of the same data they differ as much.
+pub const TIE: f64 = 1.15;
+/// A prediction so much worse than its fit tells of too many numbers for these data.
+const OVERFITTED: f64 = 3.0;
+
+/// One law in the comparison. Shares of the output's range.
+#[derive(Clone, Debug, Serialize)]
+pub struct LawCandidate {
+    pub law: &'static str,
+    /// Numbers that the fit chose.
+    pub parameters: usize,
+    pub nrmse: f64,
+    pub held_out_nrmse: f64,
+}
+
+/// A number of the chosen law.
+#[derive(Clone, Debug, Serialize)]
+pub struct LawNumber {
+    pub name: String,
+    pub value: f64,
+}
+
+/// What `fit.json` says.
+#[derive(Clone, Debug, Serialize)]
+pub struct LawReport {
+    pub data: String,
+    pub input: String,
+    pub output: String,
+    /// Unit of the output.
+    pub unit: &'static str,
+    pub samples: usize,
+    pub records: usize,
+    /// The chosen law.
+    pub law: &'static str,
+    /// Numbers that the fit chose.
+    pub parameters: usize,
+    /// rms of what is left, over the output's range.
+    pub nrmse: f64,
+    /// The same of data that were kept back, predicted by fits of the others.
+    pub held_out_nrmse: f64,
+    /// rms of what is left, unit of the output.
+    pub rms: f64,
+    /// Highest less lowest output.
+    pub range: f64,
+    pub start: &'static str,
+    pub values: Vec<LawNumber>,
+    /// All that were fitted, the best prediction first.
+    pub candidates: Vec<LawCandidate>,
+    pub warnings: Vec<String>,
+}
+
+/// The chosen law, as a file and as a report.
+#[derive(Clone, Debug)]
+pub struct LawFit {
+    pub file: LawFile,
+    pub report: LawReport,
+    /// What it makes of each record.
+    pub modelled: Vec<Vec<f64>>,
+}
+
+/// The histories that records of this kind can have.
+pub fn starts(data: &LawData) -> &'static [Start] {
+    if data.has_time() {
+        &[Start::Rest, Start::FarEnd]
+    } else if data.records.iter().all(|record| record.is_closed()) {
+        &[Start::Cycled, Start::FarEnd, Start::Rest]
+    } else {
+        &[Start::FarEnd, Start::Rest]
+    }
+}
+
+/// Fits the named law, or all and takes the one that is worth its numbers.
+///
+/// # Errors
+/// An output that falls as the input rises, and a law that ends no better than a line.
+pub fn fit_laws(
+    family: Option<Family>,
+    data: &LawData,
+    options: &LawOptions,
+    threads: usize,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<LawFit, LawError> {
+    data.refuse_falling()?;
+    // The history matters more than the form: one form tells which it was.
+    let judge = if data.has_time() {
+        Family::BentPlays
+    } else {
+        Family::TanhPlays(2)
+    };
+    let quick = LawOptions {
+        draws: 4,
+        steps: 10,
+        ..*options
+    };
+    let tried = parallel::map(threads, starts(data), |start| fit_law(judge, data, *start, &quick));
+    let by_nrmse = |one: &&FittedLaw, other: &&FittedLaw| one.nrmse.total_cmp(&other.nrmse);
+    let start = tried.iter().min_by(by_nrmse).map_or(Start::Rest, |best| best.start);
+    let families: Vec<Family> = match family {
+        Some(family) => vec![Family::Linear, family],
+        None => Family::ALL.to_vec(),
+    };
+    let done = std::sync::atomic::AtomicUsize::new(0);
+    let mut fitted = parallel::map(threads, &families, |family| {
+        let fitted = fit_law(*family, data, start, options);
+        progress(
+            1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed),
+            families.len(),
+        );
+        fitted
+    });
+    let line = fitted[0].clone();
+    if family.is_some_and(|family| family != Family::Linear) {
+        fitted.remove(0);
+    }
+    fitted.retain(|own| own.model.validate().is_ok() && own.held_out_nrmse.is_finite());
+    fitted.sort_by(|one, other| one.held_out_nrmse.total_cmp(&other.held_out_nrmse));
+    let Some(best) = fitted.first() else {
+        return Err(worse(family.unwrap_or(Family::Linear), f64::NAN, line.nrmse));
+    };
+    let tied = |own: &&FittedLaw| own.held_out_nrmse <= TIE * best.held_out_nrmse;
+    let price = |one: &&FittedLaw, other: &&FittedLaw| one.parameters.cmp(&other.parameters);
+    let chosen = fitted.iter().filter(tied).min_by(price).unwrap_or(best);
+    if family.is_some_and(|family| family != Family::Linear) && chosen.nrmse > line.nrmse {
+        return Err(worse(chosen.family, chosen.nrmse, line.nrmse));
+    }
+    let ties: Vec<&FittedLaw> = fitted
+        .iter()
+        .filter(tied)
+        .filter(|own| own.family != chosen.family)
+        .collect();
+    let warnings = warnings(data, chosen, &ties, &line);
+    Ok(made(data, chosen, &fitted, warnings))
+}
+
+fn worse(family: Family, nrmse: f64, line_nrmse: f64) -> LawError {
+    LawError::WorseThanALine {
+        law: family.name(),
+        nrmse: 100.0 * nrmse,
+        line_nrmse: 100.0 * line_nrmse,
+    }
+}
+
+fn warnings(data: &LawData, chosen: &FittedLaw, ties: &[&FittedLaw], line: &FittedLaw) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if line.held_out_nrmse <= TIE * chosen.held_out_nrmse {
+        warnings.push("a line predicts as well: these data show no hysteresis".to_owned());
+    }
+    if !ties.is_empty() {
+        let names: Vec<String> = ties
+            .iter()
+            .map(|own| format!("{} ({})", own.family.name(), own.parameters))
+            .collect();
+        warnings.push(format!(
+            "the data cannot choose: {} (numbers) predict as well as {} ({}), to {:.0} %",
+            names.join(", "),
+            chosen.family.name(),
+            chosen.parameters,
+            100.0 * (TIE - 1.0)
+        ));
+    }
+    if chosen.held_out_nrmse > OVERFITTED * chosen.nrmse {
+        warnings.push(format!(
+            "data that were kept back are predicted {:.1} times worse than those that were fitted: of other motions expect the former",
+            chosen.held_out_nrmse / chosen.nrmse
+        ));
+    }
+    if data.records.len() == 1 {
+        warnings.push(
+            "one record: what was kept back are parts of the same motion; other amplitudes and histories are not tested".to_owned(),
+        );
+    }
+    warnings
+}
+
+fn made(data: &LawData, chosen: &FittedLaw, fitted: &[FittedLaw], warnings: Vec<String>) -> LawFit {
+    let candidate = |own: &FittedLaw| LawCandidate {
+        law: own.family.name(),
+        parameters: own.parameters,
+        nrmse: own.nrmse,
+        held_out_nrmse: own.held_out_nrmse,
+    };
+    let parameters = HysteresisLaw::parameters(&chosen.model).into_iter();
+    let values = parameters.filter(|number| number.value != 0.0).map(|number| LawNumber {
+        name: number.name,
+        value: number.value,
+    });
+    let report = LawReport {
+        data: data.source.clone(),
+        input: data.input.name().to_owned(),
+        output: data.output.name().to_owned(),
+        unit: data.output.unit(),
+        samples: data.samples(),
+        records: data.records.len(),
+        law: chosen.family.name(),
+        parameters: chosen.parameters,
+        nrmse: chosen.nrmse,
+        held_out_nrmse: chosen.held_out_nrmse,
+        rms: chosen.nrmse * data.output_range(),
+        range: data.output_range(),
+        start: chosen.start.words(),
+        values: values.collect(),
+        candidates: fitted.iter().map(candidate).collect(),
+        warnings,
+    };
+    let along = |record| run_along(&chosen.model, chosen.start, record, data.input_extent);
+    LawFit {
+        modelled: data.records.iter().map(along).collect(),
+        file: LawFile {
+            input: data.input,
+            output: data.output,
+            start: chosen.start,
+            input_extent: data.input_extent,
+            model: chosen.model.clone(),
+        },
+        report,
+    }
+}
