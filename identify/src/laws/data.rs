@@ -1,6 +1,8 @@
 //! Measured runs and sweeps as what a law sees: one input, one output, and time where there is one.
 
 use anhyst_measured::{INPUTS, MeasuredRun, OUTPUTS, Quantity};
+use anhyst_model::SlowLag;
+use serde::{Deserialize, Serialize};
 
 use super::LawError;
 
@@ -59,6 +61,14 @@ pub(super) fn extent<'a>(values: impl Iterator<Item = &'a f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
         [low.min(*value), high.max(*value)]
     })
+}
+
+/// How late the device sees its input: a delay, then a first-order lag. Amplifier, acquisition, and what moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Reaction {
+    pub delay_s: f64,
+    pub lag_s: f64,
 }
 
 /// Records of one device.
@@ -200,6 +210,55 @@ impl LawData {
     /// Output, highest less lowest.
     pub fn output_range(&self) -> f64 {
         self.output_extent[1] - self.output_extent[0]
+    }
+
+    /// s between samples of the longest record, on average; none without time.
+    pub fn tick_s(&self) -> Option<f64> {
+        let longest = self
+            .records
+            .iter()
+            .filter(|_| self.has_time())
+            .max_by_key(|record| record.len())?;
+        let time_s = longest.time_s.as_ref()?;
+        Some((time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64)
+    }
+
+    /// The input as the device sees it; `from_rest`: before the first sample it was 0, else as in that.
+    pub fn reacted(&self, reaction: Reaction, from_rest: bool) -> LawData {
+        if reaction == Reaction::default() {
+            return self.clone();
+        }
+        let record = |record: &LawRecord| {
+            let Some(time_s) = &record.time_s else {
+                return record.clone();
+            };
+            let before = if from_rest { 0.0 } else { record.input[0] };
+            let (mut seen, mut next) = (before, 0);
+            let mut delayed = before;
+            let input = (0..record.len()).map(|sample| {
+                // What was held since the sample before.
+                if reaction.lag_s > 0.0 {
+                    seen += SlowLag::share_in(reaction.lag_s, record.passed_s(sample)) * (delayed - seen);
+                }
+                // A hundredth of a step is no delay.
+                let due_s = time_s[sample] - reaction.delay_s + 0.01 * record.passed_s(sample);
+                while next <= sample && time_s[next] <= due_s {
+                    delayed = record.input[next];
+                    next += 1;
+                }
+                if reaction.lag_s > 0.0 { seen } else { delayed }
+            });
+            LawRecord {
+                input: input.collect(),
+                ..record.clone()
+            }
+        };
+        let records: Vec<LawRecord> = self.records.iter().map(record).collect();
+        LawData {
+            input_extent: extent(records.iter().flat_map(|record| &record.input)),
+            records,
+            ..self.clone()
+        }
     }
 
     /// Time is known in every record.

@@ -11,7 +11,11 @@ use super::LawData;
 const PLAYS: usize = 12;
 const TANH_PLAYS: usize = 8;
 /// Rows of a density's plane.
-const LORENTZ_ROWS: usize = 36;
+const LORENTZ_ROWS: usize = 44;
+/// Of the data's largest input: as far goes its plane, so that larger motions find cells, too.
+const LORENTZ_REACH: f64 = 2.0;
+/// Fewer records than this do not cover the half plane.
+const LEAST_OF_CELLS: usize = 5;
 /// A step that lasts shorter than so many samples is none.
 const QUICKEST: f64 = 2.0;
 
@@ -70,6 +74,12 @@ impl Family {
         Self::ALL.into_iter().find(|family| family.name() == name)
     }
 
+    /// Whether these data can tell its numbers. Free cells describe the motions that they have seen best of all and others worst,
+    /// unless there were many.
+    pub(super) fn suits(self, data: &LawData) -> bool {
+        !matches!(self, Family::Preisach(_)) || data.records.len() >= LEAST_OF_CELLS
+    }
+
     /// Inner numbers.
     pub fn dimensions(self) -> usize {
         match self {
@@ -123,7 +133,7 @@ impl Family {
                 amplitude: 1.0,
                 coercivity: log(place[0], 1e-3 * reach, reach),
                 width: log(place[1], 3e-3 * reach, reach),
-                reach: 1.05 * reach,
+                reach: LORENTZ_REACH * reach,
                 rows: LORENTZ_ROWS,
             }))),
             Family::BoucWen => Some(Law::BoucWen(BoucWen {

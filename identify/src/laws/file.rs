@@ -4,7 +4,7 @@ use anhyst_measured::Quantity;
 use anhyst_model::{HysteresisLaw, LawModel, ModelError};
 use serde::{Deserialize, Serialize};
 
-use super::Start;
+use super::{Reaction, Start};
 
 /// A law with what it is of and where its records begin. All numbers in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -18,6 +18,9 @@ pub struct LawFile {
     pub start: Start,
     /// Of the input that it was fitted to.
     pub input_extent: [f64; 2],
+    /// Before the law.
+    #[serde(default)]
+    pub reaction: Reaction,
     pub model: LawModel,
 }
 

@@ -1,4 +1,4 @@
-//! Sums over samples of everything that a least squares needs: products of regressors and output, of which parts can be taken away.
+//! Sums over samples of everything that a least squares needs: products of regressors and output.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -39,12 +39,6 @@ impl Gram {
         }
     }
 
-    pub fn minus(&self, other: &Gram) -> Gram {
-        Gram {
-            sums: &self.sums - &other.sums,
-        }
-    }
-
     fn at(&self, one: usize, other: usize) -> f64 {
         self.sums[(one.max(other), one.min(other))]
     }
@@ -61,7 +55,8 @@ impl Gram {
         let about_mean = |i: usize, j: usize| self.at(i, j) - self.at(0, i) * self.at(0, j) / all;
         let gram = DMatrix::from_fn(last - 1, last - 1, |i, j| about_mean(i + 1, j + 1));
         let moment = DVector::from_fn(last - 1, |i, _| about_mean(i + 1, last));
-        let weights = nnls(&gram, &moment);
+        let mean_squares = DVector::from_fn(last - 1, |i, _| self.at(0, i + 1).powi(2) / all);
+        let weights = nnls(&gram, &moment, &mean_squares);
         let of_weights: f64 = (0..last - 1).map(|i| weights[i] * self.at(0, i + 1)).sum();
         let offset = (self.at(0, last) - of_weights) / all;
         DVector::from_iterator(last, std::iter::once(offset).chain(weights.iter().copied()))

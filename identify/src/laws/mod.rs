@@ -17,7 +17,7 @@ mod search;
 mod start;
 mod verdict;
 
-pub use data::{LawData, LawRecord};
+pub use data::{LawData, LawRecord, Reaction};
 pub use error::LawError;
 pub use family::Family;
 pub use file::LawFile;

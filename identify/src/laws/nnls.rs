@@ -8,11 +8,13 @@ use nalgebra::{DMatrix, DVector};
 const RIDGE: f64 = 1e-6;
 /// Of the largest gradient: what is as small is zero.
 const TOLERANCE: f64 = 1e-10;
+/// Of a column's mean square: one that hardly moves gets its weight from noise, and shows it where it does move.
+const STILL: f64 = 1e-8;
 /// Columns of less power than this share of the largest are no columns.
 const NOTHING: f64 = 1e-14;
 
-/// The weights; A is symmetric and not negative.
-pub(super) fn nnls(gram: &DMatrix<f64>, moment: &DVector<f64>) -> DVector<f64> {
+/// The weights; A is symmetric and not negative, `mean_squares` are those of the columns before their means were taken off.
+pub(super) fn nnls(gram: &DMatrix<f64>, moment: &DVector<f64>, mean_squares: &DVector<f64>) -> DVector<f64> {
     let count = moment.len();
     let largest = (0..count).map(|i| gram[(i, i)]).fold(0.0, f64::max);
     let scale = DVector::from_fn(count, |i, _| {
@@ -24,7 +26,8 @@ pub(super) fn nnls(gram: &DMatrix<f64>, moment: &DVector<f64>) -> DVector<f64> {
         }
     });
     let scaled = DMatrix::from_fn(count, count, |i, j| {
-        gram[(i, j)] * scale[i] * scale[j] + if i == j { RIDGE } else { 0.0 }
+        let ridge = RIDGE + STILL * mean_squares[i] * scale[i] * scale[i];
+        gram[(i, j)] * scale[i] * scale[j] + if i == j { ridge } else { 0.0 }
     });
     let wanted = moment.component_mul(&scale);
     let level = TOLERANCE * wanted.amax();
@@ -88,7 +91,7 @@ mod tests {
     fn a_weight_that_would_be_negative_is_zero() {
         let gram = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 1.0]);
         let moment = DVector::from_row_slice(&[2.0, 0.5]);
-        let weights = nnls(&gram, &moment);
+        let weights = nnls(&gram, &moment, &DVector::zeros(2));
         assert_eq!(weights[1], 0.0);
         assert!((weights[0] - 1.0).abs() < 1e-5);
     }
@@ -98,7 +101,7 @@ mod tests {
     fn without_bounds_it_solves() {
         let gram = DMatrix::from_row_slice(3, 3, &[4.0, 1.0, 0.5, 1.0, 3.0, 0.2, 0.5, 0.2, 2.0]);
         let truth = DVector::from_row_slice(&[1.0, 0.3, 2.0]);
-        let found = nnls(&gram, &(&gram * &truth));
+        let found = nnls(&gram, &(&gram * &truth), &DVector::zeros(3));
         assert!((found - truth).amax() < 1e-4);
     }
 }

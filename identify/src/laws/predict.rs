@@ -64,6 +64,7 @@ pub(super) fn run_along(model: &LawModel, start: Start, record: &LawRecord, inpu
 
 /// Runs a law freely along every record of a file.
 pub fn predict(law: &LawFile, data: &LawData) -> Prediction {
+    let data = &data.reacted(law.reaction, law.start == Start::Rest);
     let own = data.input_extent;
     let extent = [own[0].min(law.input_extent[0]), own[1].max(law.input_extent[1])];
     let modelled: Vec<Vec<f64>> = data

@@ -1,7 +1,8 @@
 //! One form, fitted: weights by least squares at every place of the inner numbers, and the best place.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 
+use anhyst_measured::sweep;
 use anhyst_model::{HysteresisLaw, LawModel};
 use argmin::core::{CostFunction, Executor};
 use argmin::solver::neldermead::NelderMead;
@@ -41,8 +42,15 @@ impl Default for LawOptions {
 
 /// Segments of a single record that are kept back alternately.
 const SEGMENTS: usize = 20;
+/// Fewer motions than this between turns of the input cannot be told by their amplitude.
+const LEAST_MOTIONS: usize = 10;
+/// The amplitude changes if a tenth of the motions is smaller than this share of the middle one.
+const CHANGING: f64 = 0.8;
 /// The sensor's filter and the stage's mode answer a jump at the start of a run: so many samples are not fitted.
 const SETTLING: usize = 20;
+
+/// Of the whole range: no record counts as smaller.
+const SMALLEST: f64 = 0.1;
 
 /// A form with its numbers.
 #[derive(Clone, Debug)]
@@ -56,6 +64,8 @@ pub struct FittedLaw {
     pub nrmse: f64,
     /// The same of data that were kept back, each part predicted by a fit of the others.
     pub held_out_nrmse: f64,
+    /// As that, each record's share of its own range, or of a tenth of the whole if that is more; rms over records.
+    pub held_out_own_nrmse: f64,
 }
 
 /// What one place came to.
@@ -63,8 +73,16 @@ struct Visited {
     place: Vec<f64>,
     /// Weighted squares of the fit of all.
     squares: f64,
-    /// Of each fold: squares of its training, and of what was kept back.
-    folds: Vec<(f64, f64)>,
+    folds: Vec<VisitedFold>,
+}
+
+/// Squares of a fold.
+struct VisitedFold {
+    /// Of its training.
+    trained: f64,
+    /// Of what was kept back, as they are and as shares of the records' own ranges.
+    plain: f64,
+    own: f64,
 }
 
 /// Where each sample belongs: its fold, its weight; fold `None` is not fitted.
@@ -82,6 +100,11 @@ impl Parts {
             2..=4 => records,
             _ => options.folds.min(records),
         };
+        let halves = if records == 1 {
+            halves(&data.records[0])
+        } else {
+            Vec::new()
+        };
         let of_record = |(index, record): (usize, &LawRecord)| {
             let settling = if record.time_s.is_some() {
                 SETTLING.min(record.len() / 50)
@@ -89,14 +112,11 @@ impl Parts {
                 0
             };
             // Small loops count for more than their size, if not as much as large ones.
-            let weight = range / record.range().max(0.05 * range);
+            let own_range = record.range().max(SMALLEST * range);
+            let weight = range / own_range;
             (0..record.len())
                 .map(|sample| {
-                    let fold = if records == 1 {
-                        sample * SEGMENTS / record.len() % 2
-                    } else {
-                        index % folds
-                    };
+                    let fold = if records == 1 { halves[sample] } else { index % folds };
                     ((sample >= settling).then_some(fold), weight)
                 })
                 .collect()
@@ -108,11 +128,40 @@ impl Parts {
     }
 }
 
+/// Which half of a single record each sample belongs to: one of the large motions and one of the small where the amplitude changes,
+/// else alternate segments.
+fn halves(record: &LawRecord) -> Vec<usize> {
+    let turns = sweep::turning_points(&record.input, sweep::DEFAULT_THRESHOLD);
+    let ends: Vec<usize> = turns.into_iter().chain([record.len() - 1]).collect();
+    let mut begin = 0;
+    let mut spans = Vec::new();
+    for end in &ends {
+        spans.push((record.input[*end] - record.input[begin]).abs());
+        begin = *end;
+    }
+    let mut sorted = spans.clone();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted[sorted.len() / 2];
+    let small = sorted[sorted.len() / 10];
+    if spans.len() < LEAST_MOTIONS || small > CHANGING * middle {
+        return (0..record.len())
+            .map(|sample| sample * SEGMENTS / record.len() % 2)
+            .collect();
+    }
+    let mut of = Vec::with_capacity(record.len());
+    for (end, span) in ends.iter().zip(&spans) {
+        of.resize(*end, usize::from(*span >= middle));
+    }
+    of.resize(record.len(), 0);
+    of
+}
+
 /// The sums of one fold: as the fit weighs them, and as they are.
 #[derive(Clone)]
 struct FoldSums {
     weighted: Gram,
     plain: Gram,
+    own: Gram,
 }
 
 struct Search<'a> {
@@ -120,6 +169,8 @@ struct Search<'a> {
     data: &'a LawData,
     start: Start,
     parts: &'a Parts,
+    /// The fold that is kept back while places are ranked; none: all data.
+    fold: Cell<Option<usize>>,
     visited: RefCell<Vec<Visited>>,
 }
 
@@ -130,11 +181,14 @@ impl Search<'_> {
         let empty = FoldSums {
             weighted: Gram::new(free),
             plain: Gram::new(free),
+            own: Gram::new(free),
         };
+        let range = self.data.output_range();
         let mut folds = vec![empty; self.parts.folds];
         let (mut regressors, mut z) = (Vec::new(), vec![0.0; free + 2]);
         let zero = self.data.output_extent[0];
         for (record, parts) in self.data.records.iter().zip(&self.parts.of) {
+            let share = 1.0 / (record.range().max(SMALLEST * range).powi(2) * record.len() as f64);
             let mut state = self.start.state(&model, record, self.data.input_extent);
             for (sample, (fold, weight)) in parts.iter().enumerate() {
                 if sample > 0 {
@@ -153,35 +207,49 @@ impl Search<'_> {
                 z[free + 1] = record.output[sample] - zero;
                 folds[*fold].weighted.add(&z, *weight);
                 folds[*fold].plain.add(&z, 1.0);
+                folds[*fold].own.add(&z, share);
             }
         }
         folds
     }
 
     fn visit(&self, place: &[f64]) -> f64 {
-        let folds = self.sums(place);
-        let all = whole(&folds);
+        let sums = self.sums(place);
+        let all = weighted_sums(&sums, None);
         let squares = all.squares(&all.fitted());
-        let of_fold = |fold: &FoldSums| {
-            let others = all.minus(&fold.weighted);
+        let folds = (0..sums.len()).map(|fold| {
+            let others = weighted_sums(&sums, Some(fold));
             let weights = others.fitted();
-            (others.squares(&weights), fold.plain.squares(&weights))
-        };
-        let squares = if squares.is_finite() { squares } else { f64::MAX };
-        let folds = folds.iter().map(of_fold).collect();
+            VisitedFold {
+                trained: finite(others.squares(&weights)),
+                plain: sums[fold].plain.squares(&weights),
+                own: sums[fold].own.squares(&weights),
+            }
+        });
+        let folds: Vec<VisitedFold> = folds.collect();
+        let of_fold = self.fold.get().map(|fold| folds[fold].trained);
+        let cost = of_fold.unwrap_or(finite(squares));
         self.visited.borrow_mut().push(Visited {
             place: place.to_vec(),
-            squares,
+            squares: finite(squares),
             folds,
         });
-        squares
+        cost
     }
 }
 
-fn whole(folds: &[FoldSums]) -> Gram {
-    let (first, rest) = folds.split_at(1);
-    rest.iter()
-        .fold(first[0].weighted.clone(), |sum, fold| sum.plus(&fold.weighted))
+fn finite(squares: f64) -> f64 {
+    if squares.is_finite() { squares } else { f64::MAX }
+}
+
+/// Those of all folds but one. Added, not taken away: what only that one has moved must be nothing, not rounding.
+fn weighted_sums(folds: &[FoldSums], without: Option<usize>) -> Gram {
+    let kept = folds.iter().enumerate().filter(|(fold, _)| Some(*fold) != without);
+    let sum = |sum: Option<Gram>, (_, fold): (usize, &FoldSums)| match sum {
+        None => Some(fold.weighted.clone()),
+        Some(sum) => Some(sum.plus(&fold.weighted)),
+    };
+    kept.fold(None, sum).unwrap_or_else(|| folds[0].weighted.clone())
 }
 
 impl CostFunction for &Search<'_> {
@@ -208,27 +276,34 @@ pub fn fit_law(family: Family, data: &LawData, start: Start, options: &LawOption
         data: &thinned,
         start,
         parts: &parts,
+        fold: Cell::default(),
         visited: RefCell::default(),
     };
     look(&search, options);
     let visited = search.visited.into_inner();
     let best = least(&visited, |visited| visited.squares);
     // Each fold trusts only what it was trained on, for its place as for its weights.
-    let kept_back: f64 = (0..parts.folds)
-        .map(|fold| least(&visited, |visited| visited.folds[fold].0).folds[fold].1)
-        .sum();
+    let kept_back = |of: fn(&VisitedFold) -> f64| -> f64 {
+        let folds = 0..parts.folds;
+        folds
+            .map(|fold| of(&least(&visited, |visited| visited.folds[fold].trained).folds[fold]))
+            .sum()
+    };
     let of_search = parts.of.iter().flatten().filter(|(fold, _)| fold.is_some()).count();
     let place = best.place.clone();
+    let held_out_nrmse = (kept_back(|fold| fold.plain) / of_search as f64).sqrt() / data.output_range();
+    let held_out_own_nrmse = (kept_back(|fold| fold.own) / data.records.len() as f64).sqrt();
     let parts = Parts::of(data, options);
     let full = Search {
         family,
         data,
         start,
         parts: &parts,
+        fold: Cell::default(),
         visited: RefCell::default(),
     };
     let folds = full.sums(&place);
-    let weights = whole(&folds).fitted();
+    let weights = weighted_sums(&folds, None).fitted();
     let plain: f64 = folds.iter().map(|fold| fold.plain.squares(&weights)).sum();
     let samples: f64 = folds.iter().map(|fold| fold.plain.weight()).sum();
     let model = weighted(family, &place, data, &weights);
@@ -239,7 +314,8 @@ pub fn fit_law(family: Family, data: &LawData, start: Start, options: &LawOption
         start,
         parameters: 1 + nonzero + family.dimensions(),
         nrmse: (plain / samples).sqrt() / data.output_range(),
-        held_out_nrmse: (kept_back / of_search as f64).sqrt() / data.output_range(),
+        held_out_nrmse,
+        held_out_own_nrmse,
     }
 }
 
@@ -268,17 +344,27 @@ fn look(search: &Search, options: &LawOptions) {
         place.extend((1..dimensions).map(|_| (random.next_u32() as f64 + 0.5) / (u32::MAX as f64 + 1.0)));
         search.visit(&place);
     }
-    let best = least(&search.visited.borrow(), |visited| visited.squares).place.clone();
+    let steps = options.steps * dimensions as u64 / 2;
+    close_in(search, steps);
+    // And for each fold what it would have found without the part that is kept back.
+    for fold in 0..search.parts.folds {
+        search.fold.set(Some(fold));
+        close_in(search, steps / 3);
+    }
+}
+
+/// From the best that was visited, by the method of Nelder and Mead; what it finds is among the visited.
+fn close_in(search: &Search, steps: u64) {
+    let fold = search.fold.get();
+    let cost = |visited: &Visited| fold.map_or(visited.squares, |fold| visited.folds[fold].trained);
+    let best = least(&search.visited.borrow(), cost).place.clone();
     let mut simplex = vec![best.clone()];
-    for dimension in 0..dimensions {
+    for dimension in 0..best.len() {
         let mut corner = best.clone();
         corner[dimension] += if corner[dimension] < 0.5 { 0.1 } else { -0.1 };
         simplex.push(corner);
     }
-    let solver = NelderMead::new(simplex).with_sd_tolerance(1e-12);
-    if let Ok(solver) = solver {
-        let steps = options.steps * dimensions as u64 / 2;
-        // What it found is among the visited.
+    if let Ok(solver) = NelderMead::new(simplex).with_sd_tolerance(1e-12) {
         let _ = Executor::new(search, solver)
             .configure(|state| state.max_iters(steps))
             .run();

@@ -13,21 +13,24 @@ const ROUNDS: usize = 2;
 pub enum Start {
     /// None: from rest at input 0 to the first sample.
     Rest,
-    /// The loop itself, until it repeats; a record that does not come round begins as [`Start::FarEnd`].
+    /// The loop itself, until it repeats; a record that does not come round begins as [`Start::Onward`].
     Cycled,
-    /// The end of the whole input range that the record moves away from, as a first-order reversal curve does from saturation.
-    FarEnd,
+    /// From the end of the whole input range that the record moves away from: it goes on in the direction in which it came.
+    Onward,
+    /// From the other end: it turned round at its first sample, as a first-order reversal curve does.
+    Turned,
 }
 
 impl Start {
-    pub const ALL: [Start; 3] = [Start::Cycled, Start::FarEnd, Start::Rest];
-
     /// As reports say it.
     pub fn words(self) -> &'static str {
         match self {
             Start::Rest => "each record begins at rest at input 0",
             Start::Cycled => "each loop had been run before",
-            Start::FarEnd => "each record comes from the far end of the input's range",
+            Start::Onward => "each record comes from one end of the input's range and goes on to the other",
+            Start::Turned => {
+                "each record turned round where it begins, coming from the end of the input's range that it goes to"
+            }
         }
     }
 
@@ -43,12 +46,13 @@ impl Start {
                 model.advance(&mut state, record.input[0]);
             }
             _ => {
-                let rises = first_move(&record.input) > 0.0;
-                let far = if rises { input_extent[0] } else { input_extent[1] };
+                let [low, high] = input_extent;
+                let from_low = rises_first(&record.input) != (self == Start::Turned);
+                let (far, other) = if from_low { (low, high) } else { (high, low) };
                 // Over the other end, so that nothing of the rest is left.
-                model.advance(&mut state, input_extent[0] + input_extent[1] - far);
-                model.advance(&mut state, far);
-                model.advance(&mut state, record.input[0]);
+                for input in [other, far, record.input[0]] {
+                    model.advance(&mut state, input);
+                }
                 // It has stood there for long.
                 model.pass(&mut state, f64::INFINITY);
             }
@@ -57,27 +61,22 @@ impl Start {
     }
 }
 
-/// Which way the input goes first, past the noise: to whichever of its ends comes first.
-fn first_move(input: &[f64]) -> f64 {
-    let at = |better: fn(&f64, &f64) -> bool| {
-        let mut best = 0;
-        for sample in 1..input.len() {
-            if better(&input[sample], &input[best]) {
-                best = sample;
-            }
+/// Whether the input comes to its highest value before its lowest, where it does not begin at one of them.
+fn rises_first(input: &[f64]) -> bool {
+    let (mut lowest, mut highest) = (0, 0);
+    for (sample, value) in input.iter().enumerate() {
+        if *value < input[lowest] {
+            lowest = sample;
         }
-        best
-    };
-    let (lowest, highest) = (at(|a, b| a < b), at(|a, b| a > b));
-    // The end that the record begins at is no move.
-    let to_lowest = (input[lowest] - input[0]).abs();
-    let to_highest = (input[highest] - input[0]).abs();
-    match (
-        lowest < highest,
-        to_lowest > 0.1 * to_highest,
-        to_highest > 0.1 * to_lowest,
-    ) {
-        (true, true, _) | (false, _, false) => -1.0,
-        _ => 1.0,
+        if *value > input[highest] {
+            highest = sample;
+        }
+    }
+    let (down, up) = (input[0] - input[lowest], input[highest] - input[0]);
+    // The end that it begins at is no way to go.
+    if down < 0.1 * up || up < 0.1 * down {
+        up > down
+    } else {
+        highest < lowest
     }
 }

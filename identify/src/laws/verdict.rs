@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::predict::run_along;
 use super::search::{FittedLaw, fit_law};
-use super::{Family, LawData, LawError, LawFile, LawOptions, Start};
+use super::{Family, LawData, LawError, LawFile, LawOptions, Reaction, Start};
 use crate::parallel;
 
 /// Predictions as near as this to each other are a tie: of the same laws on other parts of the same data they differ as much.
@@ -21,6 +21,8 @@ pub struct LawCandidate {
     pub parameters: usize,
     pub nrmse: f64,
     pub held_out_nrmse: f64,
+    /// Each record's over its own range (or a tenth of the whole, if that is more), rms over records: by this they are ranked.
+    pub held_out_own_nrmse: f64,
 }
 
 /// A number of the chosen law.
@@ -53,6 +55,7 @@ pub struct LawReport {
     /// Highest less lowest output.
     pub range: f64,
     pub start: &'static str,
+    pub reaction: Reaction,
     pub values: Vec<LawNumber>,
     /// All that were fitted, the best prediction first.
     pub candidates: Vec<LawCandidate>,
@@ -71,11 +74,11 @@ pub struct LawFit {
 /// The histories that records of this kind can have.
 pub fn starts(data: &LawData) -> &'static [Start] {
     if data.has_time() {
-        &[Start::Rest, Start::FarEnd]
+        &[Start::Rest, Start::Onward, Start::Turned]
     } else if data.records.iter().all(|record| record.is_closed()) {
-        &[Start::Cycled, Start::FarEnd, Start::Rest]
+        &[Start::Cycled, Start::Onward, Start::Rest]
     } else {
-        &[Start::FarEnd, Start::Rest]
+        &[Start::Onward, Start::Turned, Start::Rest]
     }
 }
 
@@ -91,23 +94,12 @@ pub fn fit_laws(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<LawFit, LawError> {
     data.refuse_falling()?;
-    // The history matters more than the form: one form tells which it was.
-    let judge = if data.has_time() {
-        Family::BentPlays
-    } else {
-        Family::TanhPlays(2)
-    };
-    let quick = LawOptions {
-        draws: 4,
-        steps: 10,
-        ..*options
-    };
-    let tried = parallel::map(threads, starts(data), |start| fit_law(judge, data, *start, &quick));
-    let by_nrmse = |one: &&FittedLaw, other: &&FittedLaw| one.nrmse.total_cmp(&other.nrmse);
-    let start = tried.iter().min_by(by_nrmse).map_or(Start::Rest, |best| best.start);
+    let (start, reaction) = circumstances(data, options, threads);
+    let asked = data;
+    let data = &data.reacted(reaction, start == Start::Rest);
     let families: Vec<Family> = match family {
         Some(family) => vec![Family::Linear, family],
-        None => Family::ALL.to_vec(),
+        None => Family::ALL.into_iter().filter(|family| family.suits(data)).collect(),
     };
     let done = std::sync::atomic::AtomicUsize::new(0);
     let mut fitted = parallel::map(threads, &families, |family| {
@@ -123,13 +115,25 @@ pub fn fit_laws(
         fitted.remove(0);
     }
     fitted.retain(|own| own.model.validate().is_ok() && own.held_out_nrmse.is_finite());
-    fitted.sort_by(|one, other| one.held_out_nrmse.total_cmp(&other.held_out_nrmse));
+    fitted.sort_by(|one, other| one.held_out_own_nrmse.total_cmp(&other.held_out_own_nrmse));
     let Some(best) = fitted.first() else {
         return Err(worse(family.unwrap_or(Family::Linear), f64::NAN, line.nrmse));
     };
-    let tied = |own: &&FittedLaw| own.held_out_nrmse <= TIE * best.held_out_nrmse;
+    let tied = |own: &&FittedLaw| own.held_out_own_nrmse <= TIE * best.held_out_own_nrmse;
     let price = |one: &&FittedLaw, other: &&FittedLaw| one.parameters.cmp(&other.parameters);
-    let chosen = fitted.iter().filter(tied).min_by(price).unwrap_or(best);
+    // Of those that predict alike, those that also describe alike; of these the cheapest.
+    let least = fitted
+        .iter()
+        .filter(tied)
+        .map(|own| own.nrmse)
+        .fold(f64::INFINITY, f64::min);
+    let described = |own: &&FittedLaw| own.nrmse <= TIE * least;
+    let chosen = fitted
+        .iter()
+        .filter(tied)
+        .filter(described)
+        .min_by(price)
+        .unwrap_or(best);
     if family.is_some_and(|family| family != Family::Linear) && chosen.nrmse > line.nrmse {
         return Err(worse(chosen.family, chosen.nrmse, line.nrmse));
     }
@@ -139,7 +143,56 @@ pub fn fit_laws(
         .filter(|own| own.family != chosen.family)
         .collect();
     let warnings = warnings(data, chosen, &ties, &line);
-    Ok(made(data, chosen, &fitted, warnings))
+    Ok(made(data, asked, reaction, chosen, &fitted, warnings))
+}
+
+/// History, and how quickly the device reacts: they matter more than the form, so one form tells what they are.
+fn circumstances(data: &LawData, options: &LawOptions, threads: usize) -> (Start, Reaction) {
+    let judge = if data.has_time() {
+        Family::BentPlays
+    } else {
+        Family::TanhPlays(2)
+    };
+    let quick = LawOptions {
+        draws: 3,
+        steps: 10,
+        samples: options.samples.min(5000),
+        ..*options
+    };
+    let best_of = |tried: &[(Start, Reaction)]| {
+        let nrmse = parallel::map(threads, tried, |(start, reaction)| {
+            let reacted = data.reacted(*reaction, *start == Start::Rest);
+            fit_law(judge, &reacted, *start, &quick).nrmse
+        });
+        let best = (0..tried.len()).min_by(|one, other| nrmse[*one].total_cmp(&nrmse[*other]));
+        tried[best.unwrap_or_default()]
+    };
+    let begun: Vec<_> = starts(data).iter().map(|start| (*start, Reaction::default())).collect();
+    let (start, _) = best_of(&begun);
+    let Some(tick_s) = data.tick_s() else {
+        return (start, Reaction::default());
+    };
+    let lags = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0].map(|ticks| {
+        (
+            start,
+            Reaction {
+                delay_s: 0.0,
+                lag_s: ticks * tick_s,
+            },
+        )
+    });
+    let (_, lagged) = best_of(&lags);
+    let sum = lagged.lag_s;
+    let delays = [0.0, 1.0, 2.0].map(|ticks| {
+        (
+            start,
+            Reaction {
+                delay_s: ticks * tick_s,
+                lag_s: (sum - ticks * tick_s).max(0.0),
+            },
+        )
+    });
+    best_of(&delays)
 }
 
 fn worse(family: Family, nrmse: f64, line_nrmse: f64) -> LawError {
@@ -152,7 +205,7 @@ fn worse(family: Family, nrmse: f64, line_nrmse: f64) -> LawError {
 
 fn warnings(data: &LawData, chosen: &FittedLaw, ties: &[&FittedLaw], line: &FittedLaw) -> Vec<String> {
     let mut warnings = Vec::new();
-    if line.held_out_nrmse <= TIE * chosen.held_out_nrmse {
+    if line.held_out_own_nrmse <= TIE * chosen.held_out_own_nrmse {
         warnings.push("a line predicts as well: these data show no hysteresis".to_owned());
     }
     if !ties.is_empty() {
@@ -182,12 +235,20 @@ fn warnings(data: &LawData, chosen: &FittedLaw, ties: &[&FittedLaw], line: &Fitt
     warnings
 }
 
-fn made(data: &LawData, chosen: &FittedLaw, fitted: &[FittedLaw], warnings: Vec<String>) -> LawFit {
+fn made(
+    data: &LawData,
+    asked: &LawData,
+    reaction: Reaction,
+    chosen: &FittedLaw,
+    fitted: &[FittedLaw],
+    warnings: Vec<String>,
+) -> LawFit {
     let candidate = |own: &FittedLaw| LawCandidate {
         law: own.family.name(),
         parameters: own.parameters,
         nrmse: own.nrmse,
         held_out_nrmse: own.held_out_nrmse,
+        held_out_own_nrmse: own.held_out_own_nrmse,
     };
     let parameters = HysteresisLaw::parameters(&chosen.model).into_iter();
     let values = parameters.filter(|number| number.value != 0.0).map(|number| LawNumber {
@@ -208,6 +269,7 @@ fn made(data: &LawData, chosen: &FittedLaw, fitted: &[FittedLaw], warnings: Vec<
         rms: chosen.nrmse * data.output_range(),
         range: data.output_range(),
         start: chosen.start.words(),
+        reaction,
         values: values.collect(),
         candidates: fitted.iter().map(candidate).collect(),
         warnings,
@@ -219,7 +281,8 @@ fn made(data: &LawData, chosen: &FittedLaw, fitted: &[FittedLaw], warnings: Vec<
             input: data.input,
             output: data.output,
             start: chosen.start,
-            input_extent: data.input_extent,
+            input_extent: asked.input_extent,
+            reaction,
             model: chosen.model.clone(),
         },
         report,
