@@ -1,7 +1,7 @@
 //! The command line: the commands, and how the help groups them.
 
 use crate::commands::{
-    check, diagnose, doctor, estimate, fit, graph, interface, node, replay, run_arguments, study, tune,
+    check, diagnose, doctor, estimate, fit, graph, interface, node, predict, replay, run_arguments, study, tune,
     verify_amplifier,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -41,10 +41,14 @@ pub enum Command {
     /// Write a recorded run as a measured table and an actuator model, for `diagnose` and `estimate`.
     #[cfg(feature = "recorder")]
     Export(crate::commands::export::ExportArguments),
-    /// Fit a material to measured loops.
+    /// Fit a material to measured loops, or with --law any hysteresis law to any input and output.
     ///
-    /// Results: material.ron (without strain hysteresis.ron), fit.json, fit.svg.
+    /// Results: material.ron (without strain hysteresis.ron; with --law law.ron), fit.json, fit.svg.
     Fit(Box<fit::FitArguments>),
+    /// Run any model freely along a measured file, and tell how far it is.
+    ///
+    /// Results: predict.json, predict.csv, predict.svg.
+    Predict(Box<predict::PredictArguments>),
     /// Estimate parameters of a model from a measured run.
     ///
     /// Results: estimate.json, estimate.svg, estimate.rrd.
@@ -91,7 +95,7 @@ pub const GROUPS: [(&str, &[&str]); 5] = [
             "export",
         ],
     ),
-    ("Measurements", &["fit", "estimate", "diagnose"]),
+    ("Measurements", &["fit", "predict", "estimate", "diagnose"]),
     ("Studies", &["study"]),
     (
         "Processes and drivers",

@@ -268,6 +268,16 @@ fn load_material(
     Ok(model)
 }
 
+/// Reads another file of ours, which is told by a field of its own; none if it has not that field.
+///
+/// # Errors
+/// The first thing that is wrong, with file, line and column.
+pub fn load_with<T: DeserializeOwned>(path: &Path, field: &str) -> Result<Option<T>, ScenarioError> {
+    let text = read(path)?;
+    let is_one = source::read(&text).is_some_and(|place| place.has_field(field));
+    is_one.then(|| parse(path, &text)).transpose()
+}
+
 /// Reads a model of an actuator; a file of a material alone is one without amplifier and rod, for sweeps, and one of a hysteresis
 /// alone, as `anhyst fit` writes it where no strain was measured, one without a strain law too, for sweeps of magnetization.
 ///

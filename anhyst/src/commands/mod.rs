@@ -19,6 +19,7 @@ pub mod graph;
 pub mod interface;
 pub mod node;
 pub mod part;
+pub mod predict;
 pub mod replay;
 #[cfg(feature = "recorder")]
 pub mod replay_recording;

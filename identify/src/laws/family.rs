@@ -6,6 +6,7 @@ use anhyst_model::{
 };
 
 use super::LawData;
+use super::gram::Smoothness;
 
 /// Plays of one group, and how much closer their radii lie at small ones.
 const PLAYS: usize = 12;
@@ -83,8 +84,8 @@ impl Family {
     /// Inner numbers.
     pub fn dimensions(self) -> usize {
         match self {
-            Family::Linear | Family::Preisach(_) => 0,
-            Family::PrandtlIshlinskii | Family::BentPlays => 1,
+            Family::Linear => 0,
+            Family::PrandtlIshlinskii | Family::BentPlays | Family::Preisach(_) => 1,
             Family::TanhPlays(_) => 2,
             Family::PreisachLorentz | Family::BoucWen => 3,
             Family::DomainWall => 4,
@@ -171,9 +172,30 @@ impl Family {
         })
     }
 
-    /// With unit weights, and creep where time is known; the second says which weights are one number: that of each of
-    /// [`LawModel::weights`] after the offset, none where it is held at 0.
-    pub(super) fn skeleton(self, place: &[f64], data: &LawData) -> (LawModel, Vec<Option<usize>>) {
+    /// Free cells are smoothed, as much as predicts best; of all else the place is that of the best fit.
+    pub(super) fn is_smoothed(self) -> bool {
+        matches!(self, Family::Preisach(_))
+    }
+
+    fn smoothness(self, place: &[f64]) -> Smoothness {
+        let Family::Preisach(rows) = self else {
+            return Smoothness::default();
+        };
+        let cell = |row: usize, column: usize| usize::from(self.has_line()) + row * (row + 1) / 2 + column;
+        let cells = (0..rows).flat_map(|row| (0..=row).map(move |column| (row, column)));
+        let neighbours = cells.flat_map(|(row, column)| {
+            let below = (row + 1 < rows).then(|| (cell(row, column), cell(row + 1, column)));
+            let beside = (column < row).then(|| (cell(row, column), cell(row, column + 1)));
+            below.into_iter().chain(beside)
+        });
+        Smoothness {
+            neighbours: neighbours.collect(),
+            strength: 1e-12 * 1e12_f64.powf(place[0]),
+        }
+    }
+
+    /// With unit weights, and creep where time is known.
+    pub(super) fn skeleton(self, place: &[f64], data: &LawData) -> Skeleton {
         let laws: Vec<Law> = self
             .law(place, data)
             .into_iter()
@@ -206,8 +228,20 @@ impl Family {
             tied.extend(group.iter().map(|_| Some(next)));
             next += 1;
         }
-        (model, tied)
+        Skeleton {
+            model,
+            tied,
+            smoothness: self.smoothness(place),
+        }
     }
+}
+
+/// A form at one place.
+pub(super) struct Skeleton {
+    pub model: LawModel,
+    /// Of each of [`LawModel::weights`] after the offset: which free weight it is; none where it is held at 0.
+    pub tied: Vec<Option<usize>>,
+    pub smoothness: Smoothness,
 }
 
 /// From 0 to nearly the end, closer together about 0 if the power is above 1.

@@ -4,6 +4,27 @@ use nalgebra::{DMatrix, DVector};
 
 use super::nnls::nnls;
 
+/// Which weights are neighbours, and how much their differences cost.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Smoothness {
+    /// Regressors, two by two.
+    pub neighbours: Vec<(usize, usize)>,
+    /// Of the mean power of the regressors.
+    pub strength: f64,
+}
+
+impl Smoothness {
+    fn penalise(&self, gram: &mut DMatrix<f64>) {
+        let price = self.strength * gram.trace() / gram.nrows() as f64;
+        for (one, other) in &self.neighbours {
+            gram[(*one, *one)] += price;
+            gram[(*other, *other)] += price;
+            gram[(*one, *other)] -= price;
+            gram[(*other, *one)] -= price;
+        }
+    }
+}
+
 /// Σ z zᵀ over samples, z = (1, regressors, output).
 #[derive(Clone, Debug)]
 pub(super) struct Gram {
@@ -48,12 +69,13 @@ impl Gram {
         self.at(0, 0)
     }
 
-    /// Offset, then the weights of the regressors, not negative.
-    pub fn fitted(&self) -> DVector<f64> {
+    /// Offset, then the weights of the regressors, not negative and as alike as `smooth` asks.
+    pub fn fitted(&self, smooth: &Smoothness) -> DVector<f64> {
         let last = self.sums.nrows() - 1;
         let all = self.weight();
         let about_mean = |i: usize, j: usize| self.at(i, j) - self.at(0, i) * self.at(0, j) / all;
-        let gram = DMatrix::from_fn(last - 1, last - 1, |i, j| about_mean(i + 1, j + 1));
+        let mut gram = DMatrix::from_fn(last - 1, last - 1, |i, j| about_mean(i + 1, j + 1));
+        smooth.penalise(&mut gram);
         let moment = DVector::from_fn(last - 1, |i, _| about_mean(i + 1, last));
         let mean_squares = DVector::from_fn(last - 1, |i, _| self.at(0, i + 1).powi(2) / all);
         let weights = nnls(&gram, &moment, &mean_squares);

@@ -3,8 +3,8 @@
 //! A law is linear in its weights, which are not negative, and in the data's zero; the few numbers inside (radii, warps, a
 //! density's shape) are searched for around that. [`fit_laws`] fits every [`Family`], freely running along the records, and takes the
 //! one of the fewest numbers among those within [`TIE`] of the best prediction.
-//! Sources: non-negative least squares: Lawson and Hanson (1974), Bro and de Jong, J. Chemometrics 11 (1997) 393; the search
-//! outside: variable projection, Golub and Pereyra (1973), by the method of Nelder and Mead (1965).
+//! Sources: non-negative least squares: Kim and Park, SIAM J. Sci. Comput. 33 (2011) 3261; the search outside: variable projection,
+//! Golub and Pereyra (1973), by the method of Nelder and Mead (1965).
 
 mod data;
 mod error;
@@ -21,7 +21,7 @@ pub use data::{LawData, LawRecord, Reaction};
 pub use error::LawError;
 pub use family::Family;
 pub use file::LawFile;
-pub use predict::{Prediction, predict};
+pub use predict::{Distance, Prediction, predict};
 pub use search::{FittedLaw, LawOptions, fit_law};
 pub use start::Start;
 pub use verdict::{LawCandidate, LawFit, LawReport, TIE, fit_laws, starts};

@@ -1,6 +1,6 @@
 //! min ½ wᵀ A w − bᵀ w over w ≥ 0: least squares with weights that are not negative, from the Gram matrix.
 //!
-//! The active set of Lawson and Hanson in the form of Bro and de Jong, J. Chemometrics 11 (1997) 393.
+//! Block principal pivoting: Portugal, Júdice and Vicente, Math. Comp. 63 (1994) 625; Kim and Park, SIAM J. Sci. Comput. 33 (2011) 3261.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -10,6 +10,8 @@ const RIDGE: f64 = 1e-6;
 const TOLERANCE: f64 = 1e-10;
 /// Of a column's mean square: one that hardly moves gets its weight from noise, and shows it where it does move.
 const STILL: f64 = 1e-8;
+/// Exchanges of whole blocks that may get nowhere.
+const PATIENCE: usize = 4;
 /// Columns of less power than this share of the largest are no columns.
 const NOTHING: f64 = 1e-14;
 
@@ -31,48 +33,42 @@ pub(super) fn nnls(gram: &DMatrix<f64>, moment: &DVector<f64>, mean_squares: &DV
     });
     let wanted = moment.component_mul(&scale);
     let level = TOLERANCE * wanted.amax();
-    let mut weights = DVector::zeros(count);
-    let mut free: Vec<usize> = Vec::new();
-    for _ in 0..10 * count {
-        let gradient = &wanted - &scaled * &weights;
-        let candidates = (0..count).filter(|i| scale[*i] > 0.0 && !free.contains(i));
-        let Some(next) = candidates.max_by(|i, j| gradient[*i].total_cmp(&gradient[*j])) else {
+    let used: Vec<bool> = scale.iter().map(|scale| *scale > 0.0).collect();
+    let mut free = vec![false; count];
+    let (mut weights, mut gradient) = (DVector::zeros(count), -&wanted);
+    let (mut fewest, mut patience) = (count + 1, PATIENCE);
+    for _ in 0..100 * count {
+        let wrong = |i: &usize| {
+            used[*i]
+                && if free[*i] {
+                    weights[*i] < 0.0
+                } else {
+                    gradient[*i] < -level
+                }
+        };
+        let wrong: Vec<usize> = (0..count).filter(wrong).collect();
+        let Some(last) = wrong.last() else { break };
+        if wrong.len() < fewest {
+            (fewest, patience) = (wrong.len(), PATIENCE);
+        } else if patience > 0 {
+            patience -= 1;
+        }
+        // Whole blocks as long as that gets on; else the last one alone, which comes to an end.
+        let exchanged = if patience > 0 {
+            &wrong[..]
+        } else {
+            std::slice::from_ref(last)
+        };
+        exchanged.iter().for_each(|i| free[*i] = !free[*i]);
+        let set: Vec<usize> = (0..count).filter(|i| free[*i]).collect();
+        let Some(solved) = solved(&scaled, &wanted, &set) else {
             break;
         };
-        if gradient[next] <= level {
-            break;
-        }
-        free.push(next);
-        // Until all that are free are above 0.
-        while let Some(solved) = solved(&scaled, &wanted, &free) {
-            if solved.iter().all(|weight| *weight > 0.0) {
-                weights.fill(0.0);
-                free.iter().zip(&solved).for_each(|(i, weight)| weights[*i] = *weight);
-                break;
-            }
-            let mut share: f64 = 1.0;
-            for (i, to) in free.iter().zip(&solved) {
-                if *to <= 0.0 {
-                    share = share.min(weights[*i] / (weights[*i] - to));
-                }
-            }
-            for (i, to) in free.iter().zip(&solved) {
-                weights[*i] += share * (to - weights[*i]);
-            }
-            // The one that stopped it is 0 but for rounding.
-            let before = free.len();
-            free.retain(|i| weights[*i] > 1e-15);
-            if free.len() == before {
-                break;
-            }
-            (0..count)
-                .filter(|i| !free.contains(i))
-                .collect::<Vec<_>>()
-                .iter()
-                .for_each(|i| weights[*i] = 0.0);
-        }
+        weights.fill(0.0);
+        set.iter().zip(&solved).for_each(|(i, weight)| weights[*i] = *weight);
+        gradient = &scaled * &weights - &wanted;
     }
-    weights.component_mul(&scale)
+    weights.map(|weight: f64| weight.max(0.0)).component_mul(&scale)
 }
 
 fn solved(gram: &DMatrix<f64>, moment: &DVector<f64>, free: &[usize]) -> Option<Vec<f64>> {

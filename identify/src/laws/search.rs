@@ -10,6 +10,7 @@ use nalgebra::DVector;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
+use super::family::Skeleton;
 use super::gram::Gram;
 use super::start::Start;
 use super::{Family, LawData, LawRecord};
@@ -71,7 +72,7 @@ pub struct FittedLaw {
 /// What one place came to.
 struct Visited {
     place: Vec<f64>,
-    /// Weighted squares of the fit of all.
+    /// Weighted squares of the fit of all; of a smoothed form, of what was kept back.
     squares: f64,
     folds: Vec<VisitedFold>,
 }
@@ -176,7 +177,7 @@ struct Search<'a> {
 
 impl Search<'_> {
     fn sums(&self, place: &[f64]) -> Vec<FoldSums> {
-        let (model, tied) = self.family.skeleton(place, self.data);
+        let Skeleton { model, tied, .. } = self.family.skeleton(place, self.data);
         let free = tied.iter().flatten().max().map_or(0, |last| last + 1);
         let empty = FoldSums {
             weighted: Gram::new(free),
@@ -215,11 +216,12 @@ impl Search<'_> {
 
     fn visit(&self, place: &[f64]) -> f64 {
         let sums = self.sums(place);
+        let smoothness = &self.family.skeleton(place, self.data).smoothness;
         let all = weighted_sums(&sums, None);
-        let squares = all.squares(&all.fitted());
+        let squares = all.squares(&all.fitted(smoothness));
         let folds = (0..sums.len()).map(|fold| {
             let others = weighted_sums(&sums, Some(fold));
-            let weights = others.fitted();
+            let weights = others.fitted(smoothness);
             VisitedFold {
                 trained: finite(others.squares(&weights)),
                 plain: sums[fold].plain.squares(&weights),
@@ -227,11 +229,12 @@ impl Search<'_> {
             }
         });
         let folds: Vec<VisitedFold> = folds.collect();
-        let of_fold = self.fold.get().map(|fold| folds[fold].trained);
-        let cost = of_fold.unwrap_or(finite(squares));
+        let predicted = folds.iter().map(|fold| fold.own).sum();
+        let squares = finite(if self.family.is_smoothed() { predicted } else { squares });
+        let cost = self.fold.get().map_or(squares, |fold| folds[fold].trained);
         self.visited.borrow_mut().push(Visited {
             place: place.to_vec(),
-            squares: finite(squares),
+            squares,
             folds,
         });
         cost
@@ -286,7 +289,15 @@ pub fn fit_law(family: Family, data: &LawData, start: Start, options: &LawOption
     let kept_back = |of: fn(&VisitedFold) -> f64| -> f64 {
         let folds = 0..parts.folds;
         folds
-            .map(|fold| of(&least(&visited, |visited| visited.folds[fold].trained).folds[fold]))
+            .map(|fold| {
+                let trained = |visited: &Visited| visited.folds[fold].trained;
+                let place = if family.is_smoothed() {
+                    best
+                } else {
+                    least(&visited, trained)
+                };
+                of(&place.folds[fold])
+            })
             .sum()
     };
     let of_search = parts.of.iter().flatten().filter(|(fold, _)| fold.is_some()).count();
@@ -303,7 +314,7 @@ pub fn fit_law(family: Family, data: &LawData, start: Start, options: &LawOption
         visited: RefCell::default(),
     };
     let folds = full.sums(&place);
-    let weights = weighted_sums(&folds, None).fitted();
+    let weights = weighted_sums(&folds, None).fitted(&family.skeleton(&place, data).smoothness);
     let plain: f64 = folds.iter().map(|fold| fold.plain.squares(&weights)).sum();
     let samples: f64 = folds.iter().map(|fold| fold.plain.weight()).sum();
     let model = weighted(family, &place, data, &weights);
@@ -347,7 +358,7 @@ fn look(search: &Search, options: &LawOptions) {
     let steps = options.steps * dimensions as u64 / 2;
     close_in(search, steps);
     // And for each fold what it would have found without the part that is kept back.
-    for fold in 0..search.parts.folds {
+    for fold in (0..search.parts.folds).filter(|_| !search.family.is_smoothed()) {
         search.fold.set(Some(fold));
         close_in(search, steps / 3);
     }
@@ -373,7 +384,7 @@ fn close_in(search: &Search, steps: u64) {
 
 /// The law with its weights, without what has none.
 fn weighted(family: Family, place: &[f64], data: &LawData, weights: &DVector<f64>) -> LawModel {
-    let (mut model, tied) = family.skeleton(place, data);
+    let Skeleton { mut model, tied, .. } = family.skeleton(place, data);
     let of = |tied: &Option<usize>| tied.map_or(0.0, |of| weights[1 + of]);
     let mut all = vec![weights[0] + data.output_extent[0]];
     all.extend(tied.iter().map(of));

@@ -1,0 +1,159 @@
+//! Guards `fit --law` on measured ferrites and on made relays, counted one by one: nothing here shares code with the laws.
+
+use anhyst_identify::laws::{Family, LawData, LawFit, LawOptions, Start, fit_laws, predict};
+use anhyst_measured::{MeasuredRun, Quantity, RunReadOptions};
+use std::path::Path;
+
+fn fitted(family: Option<Family>, data: &LawData) -> LawFit {
+    fit_laws(family, data, &LawOptions::default(), 2, &|_, _| ()).unwrap()
+}
+
+fn ferrite(kept: impl Fn(usize) -> bool) -> LawData {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/mnzn_ferrite_4amp.csv");
+    let runs = MeasuredRun::read_records(&file, &RunReadOptions::default()).unwrap();
+    let kept: Vec<MeasuredRun> = (0..runs.len())
+        .filter(|own| kept(*own))
+        .map(|own| runs[own].clone())
+        .collect();
+    LawData::of(&kept, None, None).unwrap()
+}
+
+/// All amplitudes by one set of numbers, and each of the larger ones by a fit that has not seen it.
+#[test]
+fn a_measured_ferrite_is_described_and_predicted() {
+    let joint = fitted(None, &ferrite(|_| true));
+    assert!(joint.report.nrmse <= 0.0045, "{:?}", joint.report);
+    assert_eq!(joint.file.start, Start::Cycled);
+    for (left_out, limit) in [(1, 0.025), (2, 0.025), (3, 0.05)] {
+        let found = fitted(None, &ferrite(|own| own != left_out));
+        let error = predict(&found.file, &ferrite(|own| own == left_out)).error;
+        assert!(
+            error.rms <= limit * error.range,
+            "{left_out}: {error:?} by {}",
+            found.report.law
+        );
+    }
+}
+
+/// Relays on a grid over the half plane, of coercivities about `h`.
+struct Relays {
+    up: Vec<f64>,
+    down: Vec<f64>,
+    weight: Vec<f64>,
+    is_up: Vec<bool>,
+}
+
+impl Relays {
+    fn new(h: f64) -> Self {
+        const FINE: i32 = 90;
+        let level = |index: i32| f64::from(2 * index + 1) / f64::from(FINE);
+        let mut relays = Relays {
+            up: vec![],
+            down: vec![],
+            weight: vec![],
+            is_up: vec![],
+        };
+        for up in -FINE..FINE {
+            for down in -FINE..=up {
+                let (coercive, shifted) = (0.5 * (level(up) - level(down)), 0.5 * (level(up) + level(down)));
+                let density = (-((coercive - h) / 0.12).powi(2) - (shifted / 0.2).powi(2)).exp();
+                relays.up.push(level(up));
+                relays.down.push(level(down));
+                relays.weight.push(density);
+                relays.is_up.push(shifted < 0.0);
+            }
+        }
+        let sum: f64 = relays.weight.iter().sum();
+        relays.weight.iter_mut().for_each(|weight| *weight /= sum);
+        relays
+    }
+
+    fn switch(&mut self, input: f64) -> f64 {
+        let mut sum = 0.0;
+        for relay in 0..self.up.len() {
+            self.is_up[relay] = input >= self.up[relay] || self.is_up[relay] && input > self.down[relay];
+            sum += if self.is_up[relay] { self.weight[relay] } else { 0.0 };
+        }
+        sum
+    }
+}
+
+/// First-order reversal curves: down from 1 to each reversal unseen, then up, 40 points.
+fn reversal_curves(reversals: impl Iterator<Item = f64>) -> LawData {
+    let mut relays = Relays::new(0.25);
+    let runs: Vec<MeasuredRun> = reversals
+        .map(|reversal| {
+            relays.switch(1.0);
+            relays.switch(reversal);
+            let field: Vec<f64> = (0..40)
+                .map(|point| reversal + (1.0 - reversal) * f64::from(point) / 39.0)
+                .collect();
+            let response = field.iter().map(|field| relays.switch(*field)).collect();
+            MeasuredRun::in_memory(
+                "relays",
+                None,
+                vec![(Quantity::Field, field), (Quantity::Magnetization, response)],
+            )
+            .unwrap()
+        })
+        .collect();
+    LawData::of(&runs, None, None).unwrap()
+}
+
+#[test]
+fn reversal_curves_of_relays_predict_those_between_them() {
+    let reversal = |curve: usize| 0.8 - 1.7 * curve as f64 / 59.0;
+    let found = fitted(None, &reversal_curves((0..60).step_by(2).map(reversal)));
+    assert_eq!(found.file.start, Start::Turned, "{:?}", found.report);
+    let error = predict(&found.file, &reversal_curves((1..60).step_by(2).map(reversal))).error;
+    for own in &found.report.candidates {
+        println!("C {own:?}");
+    }
+    assert!(error.rms <= 0.01 * error.range, "{error:?} by {}", found.report.law);
+    // What it said of itself is about what came.
+    let told = found.report.held_out_nrmse * error.range;
+    assert!(error.rms < 2.0 * told && told < 4.0 * error.rms, "{told} {error:?}");
+}
+
+fn over_time(output: impl Fn(f64, f64) -> f64) -> LawData {
+    let time: Vec<f64> = (0..3000).map(|sample| 0.01 * f64::from(sample)).collect();
+    let voltage: Vec<f64> = time
+        .iter()
+        .map(|t| 5.0 + (2.0 + 2.5 * (0.3 * t).sin()) * (2.0 * t).sin())
+        .collect();
+    let displacement = time.iter().zip(&voltage).map(|(t, v)| output(*t, *v)).collect();
+    let series = vec![(Quantity::Voltage, voltage), (Quantity::Displacement, displacement)];
+    LawData::of(
+        &[MeasuredRun::in_memory("made", Some(0.01), series).unwrap()],
+        None,
+        None,
+    )
+    .unwrap()
+}
+
+/// Where there is no hysteresis none is claimed.
+#[test]
+fn a_line_stays_a_line() {
+    let noise = |t: f64| 3e-9 * (12.9898e3 * t).sin() * (78.233e2 * t).cos();
+    let found = fitted(None, &over_time(|t, v| 2e-6 * v - 7e-6 + noise(t)));
+    assert_eq!(found.report.law, "linear");
+    assert!(
+        found.report.warnings.iter().any(|own| own.contains("no hysteresis")),
+        "{:?}",
+        found.report.warnings
+    );
+    assert!((found.file.model.slope - 2e-6).abs() < 1e-9, "{:?}", found.file.model);
+}
+
+#[test]
+fn an_output_that_falls_is_refused_by_name() {
+    let data = over_time(|_, v| -2e-6 * v);
+    let refused = fit_laws(None, &data, &LawOptions::default(), 1, &|_, _| ())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        refused.starts_with("made: the displacement falls as the voltage rises"),
+        "{refused}"
+    );
+    assert!(refused.ends_with("--column displacement=HEADER*-1"), "{refused}");
+}
