@@ -13,6 +13,7 @@ mod inversion;
 mod plays;
 mod preisach;
 mod scaled_domain_wall;
+mod sums;
 
 pub use bouc_wen::BoucWen;
 pub use composite::{Law, LawModel, LawModelState, LawState, SlowLag};

@@ -10,6 +10,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::sums::sum_of_products;
 use super::{HysteresisLaw, LawParameter};
 use crate::ModelError;
 use crate::error::{require, require_not_negative, require_positive};
@@ -132,14 +133,30 @@ impl PlayGroup {
     #[inline]
     fn ahead(&self, plays: &[f64], input: f64, rising: bool) -> (f64, f64) {
         let (value, slope) = self.warp.value_and_slope(input);
-        let (mut output, mut moving) = (0.0, 0.0);
-        for ((play, radius), weight) in plays.iter().zip(&self.radii).zip(&self.weights) {
+        // In the order of `sum_of_products`: the same bits as those of the output there.
+        let (mut output, mut moving) = ([0.0; 4], [0.0; 4]);
+        let mut add = |lane: usize, play: f64, radius: f64, weight: f64, rest: Option<&mut f64>| {
             let (low, high) = (value - radius, value + radius);
-            output += weight * clip(*play, low, high);
-            let moves = if rising { *play <= low } else { *play >= high };
-            moving += if moves { *weight } else { 0.0 };
+            *rest.unwrap_or(&mut output[lane]) += weight * clip(play, low, high);
+            let moves = if rising { play <= low } else { play >= high };
+            moving[lane] += if moves { weight } else { 0.0 };
+        };
+        let (four, radii, weights) = (
+            plays.as_chunks::<4>(),
+            self.radii.as_chunks::<4>(),
+            self.weights.as_chunks::<4>(),
+        );
+        for ((plays, radii), weights) in four.0.iter().zip(radii.0).zip(weights.0) {
+            for lane in 0..4 {
+                add(lane, plays[lane], radii[lane], weights[lane], None);
+            }
         }
-        (output, slope * moving)
+        let mut last = 0.0;
+        for ((play, radius), weight) in four.1.iter().zip(radii.1).zip(weights.1) {
+            add(0, *play, *radius, *weight, Some(&mut last));
+        }
+        let sum = (output[0] + output[1]) + (output[2] + output[3]) + last;
+        (sum, slope * (moving[0] + moving[1] + moving[2] + moving[3]))
     }
 }
 
@@ -298,11 +315,13 @@ impl HysteresisLaw for PlaySum {
     }
 
     fn output(&self, state: &PlaySumState) -> f64 {
-        let weights = self.groups.iter().flat_map(|group| &group.weights);
         // From 0.0, not from the -0.0 of an empty sum: the same as on the way there.
         let mut output = 0.0;
-        for (weight, play) in weights.zip(&state.plays) {
-            output += weight * play;
+        let mut plays = &state.plays[..];
+        for group in &self.groups {
+            let (own, rest) = plays.split_at(group.radii.len());
+            output += sum_of_products(&group.weights, own);
+            plays = rest;
         }
         output
     }
