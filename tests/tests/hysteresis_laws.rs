@@ -1,0 +1,112 @@
+//! Guards `fit --law` and `predict` as a user runs them, on a made stage: backlash elements in parallel, moved one by one.
+
+use anhyst_tests::{Finished, LIMIT};
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::path::Path;
+
+const NOISE_M: f64 = 5e-9;
+
+/// A stage of five backlashes behind a soft spring each, driven by a swelling sine about 60 V: `time_s,voltage_V,displacement_um`.
+fn measured(folder: &Path, name: &str, hertz: f64) -> String {
+    let (widths, gains) = ([2.0, 6.0, 12.0, 22.0, 40.0], [0.006, 0.008, 0.005, 0.004, 0.002]);
+    let mut followers = [0.0_f64; 5];
+    let mut noise = 12_345_u64;
+    let mut text = "time_s,voltage_V,displacement_um\n".to_owned();
+    for sample in 0..4000 {
+        let t = 0.005 * f64::from(sample);
+        let v = 60.0 * (1.0 - (-t / 0.2).exp()) + (15.0 + 2.0 * t) * (2.0 * std::f64::consts::PI * hertz * t).sin();
+        let mut micrometres = 0.03 * v;
+        for ((follower, width), gain) in followers.iter_mut().zip(widths).zip(gains) {
+            // Dragged by the edge that it meets.
+            if v - *follower > 0.5 * width {
+                *follower = v - 0.5 * width;
+            }
+            if v - *follower < -0.5 * width {
+                *follower = v + 0.5 * width;
+            }
+            micrometres += gain * *follower;
+        }
+        noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        micrometres += 1e6 * NOISE_M * ((noise >> 40) as f64 / f64::from(1 << 23) - 1.0);
+        writeln!(text, "{t},{v},{micrometres}").unwrap();
+    }
+    let file = folder.join(name);
+    std::fs::write(&file, text).unwrap();
+    file.to_string_lossy().into_owned()
+}
+
+fn read(finished: Finished) -> Value {
+    serde_json::from_str(&finished.expect(0).out).unwrap()
+}
+
+#[test]
+fn a_law_is_fitted_to_one_file_and_predicts_another() {
+    let root = tempfile::tempdir().unwrap();
+    let (one, other) = (
+        measured(root.path(), "one.csv", 1.0),
+        measured(root.path(), "other.csv", 0.37),
+    );
+    let out = |name: &str| root.path().join(name).to_string_lossy().into_owned();
+    let fit = read(Finished::run(
+        &["fit", &one, "--law", "auto", "--out", &out("fit"), "--json"],
+        LIMIT,
+    ));
+    let told = fit["held_out_nrmse"].as_f64().unwrap();
+    assert!(told < 2e-3 && fit["law"].is_string(), "{fit}");
+    let law = root.path().join("fit/law.ron").to_string_lossy().into_owned();
+    let along = [
+        "predict",
+        "--model",
+        &law,
+        "--data",
+        &other,
+        "--out",
+        &out("predict"),
+        "--json",
+    ];
+    let predicted = read(Finished::run(&along, LIMIT));
+    assert_eq!(predicted["unit"], "m", "{predicted}");
+    let number = |field: &str| predicted[field].as_f64().unwrap();
+    // Noise is 3 nm rms of a range of 5 µm.
+    assert!(number("rms") < 5.0 * NOISE_M, "{predicted}");
+    assert!(
+        number("rms_after_mean") <= number("rms") && number("range") > 4e-6,
+        "{predicted}"
+    );
+    assert!(root.path().join("predict/predict.csv").exists() && root.path().join("fit/fit.svg").exists());
+    // A law that cannot describe it says so in its report, not with a small number.
+    let line = read(Finished::run(
+        &["fit", &one, "--law", "linear", "--out", &out("line"), "--json"],
+        LIMIT,
+    ));
+    assert!(line["held_out_nrmse"].as_f64().unwrap() > 5.0 * told, "{line}");
+}
+
+/// A file of a law that holds what no law takes is refused with its place, and one for another input by name.
+#[test]
+fn a_wrong_law_is_refused() {
+    let root = tempfile::tempdir().unwrap();
+    let data = measured(root.path(), "one.csv", 1.0);
+    let law = root.path().join("law.ron");
+    let refused = |text: &str| {
+        std::fs::write(&law, text).unwrap();
+        let (law, out) = (law.to_string_lossy(), root.path().join("out"));
+        let out = out.to_string_lossy();
+        Finished::run(&["predict", "--model", &law, "--data", &data, "--out", &out], LIMIT)
+            .expect(2)
+            .err
+    };
+    let plays = "laws: [Plays(groups: [(warp: Straight, radii: [1.0], weights: [-2.0])])]";
+    let file = |input: &str, laws: &str| {
+        format!(
+            "(input: {input}, output: Displacement, start: Rest, input_extent: (0.0, 1.0), model: (offset: 0.0, slope: 1.0, {laws}))"
+        )
+    };
+    let negative = refused(&file("Voltage", plays));
+    assert!(negative.contains("weight of a play is -2"), "{negative}");
+    let other = refused(&file("Current", "laws: []"));
+    assert!(other.contains("holds no current, which drives the law"), "{other}");
+    let unknown = refused(&file("Voltage", "lawz: []"));
+    assert!(unknown.contains("lawz") && unknown.contains("law.ron:1:"), "{unknown}");
+}
