@@ -1,8 +1,8 @@
 //! The command line: the commands, and how the help groups them.
 
 use crate::commands::{
-    check, diagnose, doctor, estimate, fit, graph, interface, node, predict, replay, run_arguments, study, tune,
-    verify_amplifier,
+    benchmark, check, diagnose, doctor, estimate, fit, graph, interface, node, predict, replay, run_arguments, study,
+    tune, verify_amplifier,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
@@ -49,6 +49,10 @@ pub enum Command {
     ///
     /// Results: predict.json, predict.csv, predict.svg.
     Predict(Box<predict::PredictArguments>),
+    /// Judge every hysteresis law on open data, beside a line and what others have published.
+    ///
+    /// Results: benchmark.json, benchmark.md.
+    Benchmark(benchmark::BenchmarkArguments),
     /// Estimate parameters of a model from a measured run.
     ///
     /// Results: estimate.json, estimate.svg, estimate.rrd.
@@ -96,7 +100,7 @@ pub const GROUPS: [(&str, &[&str]); 5] = [
         ],
     ),
     ("Measurements", &["fit", "predict", "estimate", "diagnose"]),
-    ("Studies", &["study"]),
+    ("Studies", &["study", "benchmark"]),
     (
         "Processes and drivers",
         &["node", "bridge", "interface", "verify-amplifier"],

@@ -54,6 +54,7 @@ fn run(command: &Command) -> miette::Result<Ending> {
         #[cfg(feature = "recorder")]
         Command::Export(arguments) => commands::export::run(arguments),
         Command::Fit(arguments) => commands::fit::run(arguments),
+        Command::Benchmark(arguments) => commands::benchmark::run(arguments),
         Command::Predict(arguments) => commands::predict::run(arguments),
         Command::Estimate(arguments) => commands::estimate::run(arguments),
         Command::Diagnose(arguments) => commands::diagnose::run(arguments),

@@ -4,5 +4,6 @@ pub mod blind;
 mod error;
 pub mod laws;
 pub mod paper;
+pub mod scoreboard;
 
 pub use error::StudyError;

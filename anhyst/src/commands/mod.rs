@@ -1,5 +1,6 @@
 //! One file per subcommand.
 
+pub mod benchmark;
 #[cfg(feature = "bridge")]
 pub mod bridge;
 pub mod check;

@@ -7,6 +7,7 @@ use super::predict::run_along;
 use super::search::{FittedLaw, fit_law};
 use super::{Family, LawData, LawError, LawFile, LawOptions, Reaction, Start};
 use crate::parallel;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Predictions as near as this to each other are a tie: of the same laws on other parts of the same data they differ as much.
 pub const TIE: f64 = 1.15;
@@ -94,22 +95,11 @@ pub fn fit_laws(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<LawFit, LawError> {
     data.refuse_falling()?;
-    let (start, reaction) = circumstances(data, options, threads);
-    let asked = data;
-    let data = &data.reacted(reaction, start == Start::Rest);
     let families: Vec<Family> = match family {
         Some(family) => vec![Family::Linear, family],
         None => Family::ALL.into_iter().filter(|family| family.suits(data)).collect(),
     };
-    let done = std::sync::atomic::AtomicUsize::new(0);
-    let mut fitted = parallel::map(threads, &families, |family| {
-        let fitted = fit_law(*family, data, start, options);
-        progress(
-            1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed),
-            families.len(),
-        );
-        fitted
-    });
+    let (seen, mut fitted) = fit_all(&families, data, options, threads, progress);
     let line = fitted[0].clone();
     if family.is_some_and(|family| family != Family::Linear) {
         fitted.remove(0);
@@ -143,7 +133,41 @@ pub fn fit_laws(
         .filter(|own| own.family != chosen.family)
         .collect();
     let warnings = warnings(data, chosen, &ties, &line);
-    Ok(made(data, asked, reaction, chosen, &fitted, warnings))
+    Ok(made(&seen, data, chosen, &fitted, warnings))
+}
+
+/// The data as the device sees them, with its reaction.
+struct Seen {
+    data: LawData,
+    reaction: Reaction,
+}
+
+fn fit_all(
+    families: &[Family],
+    data: &LawData,
+    options: &LawOptions,
+    threads: usize,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> (Seen, Vec<FittedLaw>) {
+    let (start, reaction) = circumstances(data, options, threads);
+    let seen = data.reacted(reaction, start == Start::Rest);
+    let done = AtomicUsize::new(0);
+    let fitted = parallel::map(threads, families, |family| {
+        let fitted = fit_law(*family, &seen, start, options);
+        progress(1 + done.fetch_add(1, Ordering::Relaxed), families.len());
+        fitted
+    });
+    (Seen { data: seen, reaction }, fitted)
+}
+
+/// Every law that [`fit_laws`] would choose from, each with a report of its own.
+pub fn fit_each(data: &LawData, options: &LawOptions, threads: usize) -> Vec<LawFit> {
+    let families: Vec<Family> = Family::ALL.into_iter().filter(|family| family.suits(data)).collect();
+    let (seen, fitted) = fit_all(&families, data, options, threads, &|_, _| ());
+    fitted
+        .iter()
+        .map(|own| made(&seen, data, own, std::slice::from_ref(own), Vec::new()))
+        .collect()
 }
 
 /// History, and how quickly the device reacts: they matter more than the form, so one form tells what they are.
@@ -235,14 +259,8 @@ fn warnings(data: &LawData, chosen: &FittedLaw, ties: &[&FittedLaw], line: &Fitt
     warnings
 }
 
-fn made(
-    data: &LawData,
-    asked: &LawData,
-    reaction: Reaction,
-    chosen: &FittedLaw,
-    fitted: &[FittedLaw],
-    warnings: Vec<String>,
-) -> LawFit {
+fn made(seen: &Seen, asked: &LawData, chosen: &FittedLaw, fitted: &[FittedLaw], warnings: Vec<String>) -> LawFit {
+    let Seen { data, reaction } = seen;
     let candidate = |own: &FittedLaw| LawCandidate {
         law: own.family.name(),
         parameters: own.parameters,
@@ -269,7 +287,7 @@ fn made(
         rms: chosen.nrmse * data.output_range(),
         range: data.output_range(),
         start: chosen.start.words(),
-        reaction,
+        reaction: *reaction,
         values: values.collect(),
         candidates: fitted.iter().map(candidate).collect(),
         warnings,
@@ -282,7 +300,7 @@ fn made(
             output: data.output,
             start: chosen.start,
             input_extent: asked.input_extent,
-            reaction,
+            reaction: *reaction,
             model: chosen.model.clone(),
         },
         report,
