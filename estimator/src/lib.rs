@@ -35,6 +35,7 @@ mod scalar;
 mod settings;
 mod smooth;
 mod washout;
+mod weights;
 
 pub use any_law::AnyLaw;
 pub use coil_field::{CoilFieldModel, FieldKnowledge};
@@ -58,3 +59,4 @@ pub use settings::{
     MultiParameterSettings, OutlierSettings, ParameterSettings, Tuning,
 };
 pub use smooth::SmoothPoint;
+pub use weights::{WeightEstimator, WeightSettings};
