@@ -83,6 +83,20 @@ fn markdown(board: &Scoreboard) -> String {
             table.markdown()
         );
     }
+    for (set, own) in board.sets.iter().filter_map(|set| set.on_line.map(|own| (set, own))) {
+        let number = |value: f64| format!("{value:.3e}");
+        let mut table = Table::new(["free run of bent-plays, rms after the mean", set.unit]);
+        for (of, value) in [
+            ("weights up to 60 % wrong", own.wrong),
+            ("adapted along this file for 10 s", own.after_10_s),
+            ("adapted to its end", own.at_end),
+            ("the last, along the file that was fitted", own.other_at_end),
+        ] {
+            table.push([of.to_owned(), number(value)]);
+        }
+        let heading = format!("On line: {}, the other file", set.set);
+        text += &format!("\n### {heading}\n\nThe worst of five draws.\n\n{}\n", table.markdown());
+    }
     for missing in &board.missing {
         text += &format!("\nnot there: {missing}\n");
     }

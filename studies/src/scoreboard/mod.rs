@@ -3,8 +3,13 @@
 //! The data lie in a folder that the caller names; none of them is fetched. A set whose files are not there is left out, with the place
 //! where they are to be had.
 
-use anhyst_identify::laws::{LawData, LawError, LawFit, LawOptions, fit_each, fit_laws, predict};
+mod on_line;
+
+pub use on_line::OnLineScore;
+
+use anhyst_identify::laws::{Family, LawData, LawError, LawFit, LawOptions, fit_each, fit_laws, predict};
 use anhyst_measured::{MeasuredError, MeasuredRun, RunReadOptions};
+use anhyst_model::ModelError;
 use serde::Serialize;
 use std::path::Path;
 use thiserror::Error;
@@ -109,6 +114,8 @@ pub enum ScoreError {
     Measured(#[from] MeasuredError),
     #[error(transparent)]
     Law(#[from] LawError),
+    #[error(transparent)]
+    Model(#[from] ModelError),
     #[error("{folder} holds none of the open data sets; they are to be had from: {sources}")]
     NoData { folder: String, sources: String },
 }
@@ -141,6 +148,8 @@ pub struct SetScore {
     pub chosen: &'static str,
     /// Best first.
     pub laws: Vec<LawScore>,
+    /// The other way round, on line: plays with weights up to 60 % wrong, adapted along the other file.
+    pub on_line: Option<OnLineScore>,
 }
 
 /// The board.
@@ -202,6 +211,7 @@ fn judged(folder: &Path, set: &OpenSet, threads: usize) -> Result<SetScore, Scor
     let data = LawData::of(&runs, None, None)?;
     let options = LawOptions::default();
     let fits = fit_each(&data, &options, threads);
+    let mut adapted = None;
     let percent = |rms: f64, range: f64| 100.0 * rms / range;
     let score = |fit: &LawFit, score_percent: f64, score: f64, left_out_percent: Vec<f64>| LawScore {
         law: fit.report.law,
@@ -228,6 +238,11 @@ fn judged(folder: &Path, set: &OpenSet, threads: usize) -> Result<SetScore, Scor
         }
         Protocol::Across { other } => {
             let other = LawData::of(&read(folder, other, set.columns)?, Some(data.input), Some(data.output))?;
+            // Over time only: an adaptation of sweeps would be another fit.
+            let plays = fits.iter().find(|fit| fit.report.law == Family::BentPlays.name());
+            if let Some(plays) = plays.filter(|_| data.has_time()) {
+                adapted = Some(on_line::on_line(&plays.file, &other, &data)?);
+            }
             let of = |fit: &LawFit| {
                 let error = predict(&fit.file, &other).error;
                 score(
@@ -276,6 +291,7 @@ fn judged(folder: &Path, set: &OpenSet, threads: usize) -> Result<SetScore, Scor
         unit: data.output.unit(),
         published: set.published,
         source: set.source,
+        on_line: adapted,
         chosen: fit_laws(None, &data, &options, threads, &|_, _| ())?.report.law,
         laws,
     })
