@@ -21,7 +21,7 @@ mod tuning;
 pub use anti_windup::{AntiWindup, Applied};
 pub use controller::{Controller, Peak};
 pub use feedforward::Feedforward;
-pub use learner::LearningSettings;
+pub use learner::{Learner, LearningSettings, Turns};
 pub use loop_shape::LoopShape;
 pub use margins::{Largest, LoopPoint, Margins};
 pub use pid::{DerivativeOn, Pid, PidOutput, PidSettings};

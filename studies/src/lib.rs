@@ -5,5 +5,6 @@ mod error;
 pub mod laws;
 pub mod paper;
 pub mod scoreboard;
+pub mod stage;
 
 pub use error::StudyError;

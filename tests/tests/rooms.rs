@@ -86,6 +86,7 @@ fn rooms_know_only_what_they_may() {
             "anhyst-studies",
             &[
                 "anhyst-model",
+                "anhyst-controller",
                 "anhyst-plant-sim",
                 "anhyst-estimator",
                 "anhyst-recorder",

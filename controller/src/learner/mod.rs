@@ -92,7 +92,7 @@ struct Cycle {
 
 /// The bank of harmonics.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Learner {
+pub struct Learner {
     settings: LearningSettings,
     shape: LoopShape,
     tick_s: f64,
@@ -125,7 +125,8 @@ pub(crate) struct Learner {
 
 /// Where the reference is.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Turns {
+pub struct Turns {
+    /// At the measurement.
     pub now: f64,
     /// At t_{k+2}.
     pub then: f64,
