@@ -60,6 +60,14 @@ pub fn judged(scenario: &Scenario) -> Result<Vec<ProcessReport>, RunError> {
     whole(scenario, None, &mut |_| ())
 }
 
+/// Assembles all nodes and runs none: what only shows when they are built is refused before a long work begins.
+///
+/// # Errors
+/// What could not be assembled.
+pub fn assembled(scenario: &Scenario) -> Result<(), RunError> {
+    process::open("embedded", &NodeId::LOOP_ORDER, scenario, None, None).map(drop)
+}
+
 fn whole(
     scenario: &Scenario,
     folder: Option<&RunFolder>,

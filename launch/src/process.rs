@@ -44,7 +44,7 @@ const MAX_FOLLOWED_TICKS: u64 = 1024;
 /// How often a process says where it is and looks whether it should stop.
 const HOUSEKEEPING_TICKS: u64 = 64;
 
-struct Loop {
+pub(crate) struct Loop {
     connections: Connections,
     stages: Vec<Box<dyn Stage>>,
     scribe: Option<Node<Scribe>>,
@@ -108,7 +108,8 @@ pub fn run(
     looping.report(process, folder, loop_s, failure)
 }
 
-fn open(
+/// The nodes, built and connected.
+pub(crate) fn open(
     process: &str,
     nodes: &[NodeId],
     scenario: &Scenario,
