@@ -1,7 +1,7 @@
 //! The command line: the commands, and how the help groups them.
 
 use crate::commands::{
-    check, diagnose, doctor, estimate, fit, graph, interface, node, replay, run_arguments, study, tune,
+    check, diagnose, doctor, estimate, fit, graph, interface, node, replay, run_arguments, study, sweep, tune,
     verify_amplifier,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -22,6 +22,12 @@ pub struct Cli {
 pub enum Command {
     /// Run a scenario: start its processes, cut, judge, record; of several scenarios print one table.
     Run(Box<run_arguments::RunArguments>),
+    /// Run a scenario under values that vary and under many seeds, on all cores.
+    ///
+    /// Results: sweep.csv, sweep.parquet, sweep.html; rows.jsonl has every run that is done.
+    Sweep(Box<sweep::SweepArguments>),
+    /// Put the shards of a sweep together.
+    Gather(sweep::GatherArguments),
     /// Bring a rig that nobody knows into the loop: small, whole, diagnosed, again while it gets better.
     ///
     /// Results: commissioned.ron, commission.json, commission.html, a folder for each cut.
@@ -82,6 +88,8 @@ pub const GROUPS: [(&str, &[&str]); 5] = [
         "Scenarios",
         &[
             "run",
+            "sweep",
+            "gather",
             "tune",
             "commission",
             "check",
