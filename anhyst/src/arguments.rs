@@ -59,7 +59,7 @@ pub struct JsonArgument {
 #[derive(Debug, Clone, Copy, Args)]
 pub struct ThreadsArgument {
     /// Threads that work side by side (default: one a core).
-    #[arg(long, default_value_t = 0, hide_default_value = true)]
+    #[arg(long, alias = "jobs", default_value_t = 0, hide_default_value = true)]
     pub threads: usize,
 }
 

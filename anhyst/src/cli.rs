@@ -2,7 +2,7 @@
 
 use crate::commands::{
     benchmark, check, diagnose, doctor, estimate, fit, graph, interface, node, predict, replay, run_arguments, study,
-    tune, verify_amplifier,
+    sweep, tune, verify_amplifier,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
@@ -22,6 +22,12 @@ pub struct Cli {
 pub enum Command {
     /// Run a scenario: start its processes, cut, judge, record; of several scenarios print one table.
     Run(Box<run_arguments::RunArguments>),
+    /// Run a scenario under values that vary and under many seeds, on all cores.
+    ///
+    /// Results: sweep.csv, sweep.parquet, sweep.html; rows.jsonl has every run that is done.
+    Sweep(Box<sweep::SweepArguments>),
+    /// Put the shards of a sweep together.
+    Gather(sweep::GatherArguments),
     /// Bring a rig that nobody knows into the loop: small, whole, diagnosed, again while it gets better.
     ///
     /// Results: commissioned.ron, commission.json, commission.html, a folder for each cut.
@@ -90,6 +96,8 @@ pub const GROUPS: [(&str, &[&str]); 5] = [
         "Scenarios",
         &[
             "run",
+            "sweep",
+            "gather",
             "tune",
             "commission",
             "check",

@@ -43,6 +43,8 @@ fn main() -> ExitCode {
 fn run(command: &Command) -> miette::Result<Ending> {
     match command {
         Command::Run(arguments) => commands::run::run(arguments),
+        Command::Sweep(arguments) => commands::sweep::run(arguments),
+        Command::Gather(arguments) => commands::sweep::run_gather(arguments),
         #[cfg(feature = "recorder")]
         Command::Commission(arguments) => commands::commission::run(arguments),
         Command::Check(arguments) => commands::check::run(arguments),

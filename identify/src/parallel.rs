@@ -1,33 +1,61 @@
 //! The same work on many items by a few threads; results in the order of the items, whatever the timing.
 
+use std::ops::ControlFlow;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// f of every item, on up to `threads` threads.
 pub fn map<T: Sync, R: Send>(threads: usize, items: &[T], f: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    if threads <= 1 || items.len() <= 1 {
-        return items.iter().map(f).collect();
+    let mut done: Vec<(usize, R)> = Vec::with_capacity(items.len());
+    let threads = threads.min(items.len());
+    each(
+        threads,
+        0..items.len(),
+        |index| (index, f(&items[index])),
+        |result| {
+            done.push(result);
+            ControlFlow::Continue(())
+        },
+    );
+    done.sort_by_key(|(index, _)| *index);
+    done.into_iter().map(|(_, result)| result).collect()
+}
+
+/// f of every item, on up to `threads` threads; each result goes to `keep` as soon as it is there, in whatever order. No item is begun
+/// after `keep` has broken off.
+pub fn each<T: Send, R: Send>(
+    threads: usize,
+    items: impl Iterator<Item = T> + Send,
+    f: impl Fn(T) -> R + Sync,
+    mut keep: impl FnMut(R) -> ControlFlow<()> + Send,
+) {
+    if threads <= 1 {
+        for item in items {
+            if keep(f(item)).is_break() {
+                return;
+            }
+        }
+        return;
     }
-    let next = AtomicUsize::new(0);
-    let done: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::with_capacity(items.len()));
+    // None from the moment when nothing is begun any more.
+    let waiting = Mutex::new(Some(items));
+    let keep = Mutex::new(keep);
+    let next = || waiting.lock().ok()?.as_mut()?.next();
     std::thread::scope(|scope| {
-        for _ in 0..threads.min(items.len()) {
+        for _ in 0..threads {
             scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(item) = items.get(index) else { break };
+                while let Some(item) = next() {
                     let result = f(item);
-                    // A poisoned lock means that another item panicked: the scope passes that panic on.
-                    if let Ok(mut done) = done.lock() {
-                        done.push((index, result));
+                    // A poisoned lock means that another thread panicked: the scope passes that panic on.
+                    let Ok(mut keep) = keep.lock() else { return };
+                    if keep(result).is_break()
+                        && let Ok(mut waiting) = waiting.lock()
+                    {
+                        *waiting = None;
                     }
                 }
             });
         }
     });
-    let mut done = done.into_inner().unwrap_or_default();
-    done.sort_by_key(|(index, _)| *index);
-    done.into_iter().map(|(_, result)| result).collect()
 }
 
 /// Threads that this machine runs side by side.
@@ -37,6 +65,8 @@ pub fn available() -> usize {
 
 #[cfg(test)]
 mod tests {
+    use std::ops::ControlFlow;
+
     /// Guards reproducibility: the order of results must not depend on which thread was faster.
     #[test]
     fn results_keep_their_order() {
@@ -49,5 +79,28 @@ mod tests {
             super::map(4, &items, slow_first),
             super::map(1, &items, |item| item * item)
         );
+    }
+
+    /// Guards an end that is asked for: with one thread nothing follows it, with several nothing is begun after it.
+    #[test]
+    fn nothing_is_begun_after_a_break() {
+        for threads in [1, 4] {
+            let mut kept = 0;
+            super::each(
+                threads,
+                0..1000,
+                |item: u32| item,
+                |_| {
+                    kept += 1;
+                    if kept == 10 {
+                        ControlFlow::Break(())
+                    } else {
+                        ControlFlow::Continue(())
+                    }
+                },
+            );
+            // Those that were under way are kept, too.
+            assert!((10..10 + threads).contains(&kept), "{kept}");
+        }
     }
 }

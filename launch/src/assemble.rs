@@ -106,7 +106,7 @@ pub fn late_channels(scenario: &Scenario) -> Result<Vec<Channel>, RunError> {
 ///
 /// # Errors
 /// If the recording cannot be created.
-pub fn scribe(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<Scribe, RunError> {
+pub fn scribe(scenario: &Scenario, folder: Option<&RunFolder>, rejoins: bool) -> Result<Scribe, RunError> {
     let foreign = scenario.external_nodes().into_iter();
     let overheard = foreign.map(|node| Overheard::new(node, scenario.ticks())).collect();
     let limit_a_per_m = scenario.guard.field_limit_a_per_m;
@@ -120,18 +120,18 @@ pub fn scribe(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<
         .clock
         .realtime()
         .is_some_and(|realtime| realtime.restart.contains(&NodeId::Recorder));
-    let scribe = if restarted {
-        scribe.with_notes(folder.judged(), rejoins)
-    } else {
-        scribe
+    let scribe = match folder.filter(|_| restarted) {
+        Some(folder) => scribe.with_notes(folder.judged(), rejoins),
+        None => scribe,
     };
-    if !scenario.recording.on {
+    let Some(folder) = folder.filter(|_| scenario.recording.on) else {
         return Ok(scribe);
-    }
+    };
     #[cfg(feature = "recorder")]
     return crate::recording::add(scribe, scenario, folder, rejoins);
     #[cfg(not(feature = "recorder"))]
     {
+        let _ = folder;
         Err(RunError::Setup(
             "this build has no recorder (cargo feature `recorder`): run with --no-recording".into(),
         ))

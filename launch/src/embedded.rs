@@ -49,6 +49,30 @@ pub fn embedded(
     folder: &RunFolder,
     progress: &mut dyn FnMut(u64),
 ) -> Result<Vec<ProcessReport>, RunError> {
+    whole(scenario, Some(folder), progress)
+}
+
+/// Runs all nodes in this process and keeps nothing but what is reported: no folder, no recording.
+///
+/// # Errors
+/// What went wrong in the loop.
+pub fn judged(scenario: &Scenario) -> Result<Vec<ProcessReport>, RunError> {
+    whole(scenario, None, &mut |_| ())
+}
+
+/// Assembles all nodes and runs none: what only shows when they are built is refused before a long work begins.
+///
+/// # Errors
+/// What could not be assembled.
+pub fn assembled(scenario: &Scenario) -> Result<(), RunError> {
+    process::open("embedded", &NodeId::LOOP_ORDER, scenario, None, None).map(drop)
+}
+
+fn whole(
+    scenario: &Scenario,
+    folder: Option<&RunFolder>,
+    progress: &mut dyn FnMut(u64),
+) -> Result<Vec<ProcessReport>, RunError> {
     let report = process::run("embedded", &NodeId::LOOP_ORDER, scenario, folder, None, progress)?;
     match report.failure {
         Some(failure) => Err(RunError::Setup(failure.sentence)),

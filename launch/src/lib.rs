@@ -3,7 +3,7 @@
 pub mod say;
 
 pub mod across;
-mod any_number;
+pub mod any_number;
 pub mod assemble;
 pub mod claim;
 pub mod course;

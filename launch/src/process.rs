@@ -44,7 +44,7 @@ const MAX_FOLLOWED_TICKS: u64 = 1024;
 /// How often a process says where it is and looks whether it should stop.
 const HOUSEKEEPING_TICKS: u64 = 64;
 
-struct Loop {
+pub(crate) struct Loop {
     connections: Connections,
     stages: Vec<Box<dyn Stage>>,
     scribe: Option<Node<Scribe>>,
@@ -66,7 +66,8 @@ struct Loop {
     ending: Option<Ending>,
 }
 
-/// Runs the `nodes` of `scenario` in this process; `meeting` is none if all nodes are here. `progress` hears finished ticks.
+/// Runs the `nodes` of `scenario` in this process; `meeting` is none if all nodes are here, `folder` if nothing is to be kept but the
+/// report. `progress` hears finished ticks.
 ///
 /// # Errors
 /// Only what prevents a report; what goes wrong in the loop is in the report.
@@ -74,7 +75,7 @@ pub fn run(
     process: &str,
     nodes: &[NodeId],
     scenario: &Scenario,
-    folder: &RunFolder,
+    folder: Option<&RunFolder>,
     meeting: Option<&Meeting>,
     progress: &mut dyn FnMut(u64),
 ) -> Result<ProcessReport, RunError> {
@@ -107,11 +108,12 @@ pub fn run(
     looping.report(process, folder, loop_s, failure)
 }
 
-fn open(
+/// The nodes, built and connected.
+pub(crate) fn open(
     process: &str,
     nodes: &[NodeId],
     scenario: &Scenario,
-    folder: &RunFolder,
+    folder: Option<&RunFolder>,
     meeting: Option<&Meeting>,
 ) -> Result<Loop, RunError> {
     let receive_limit = Duration::from_secs_f64(scenario.clock.receive_limit_s());
@@ -177,7 +179,7 @@ fn open(
             stages.push(assemble::stage(*node, scenario, &mut connections)?);
         }
     }
-    if realtime.is_some_and(|realtime| realtime.log_tokens) {
+    if let Some(folder) = folder.filter(|_| realtime.is_some_and(|realtime| realtime.log_tokens)) {
         log_tokens(&mut stages, scenario, folder, rejoins)?;
     }
     let tuning = tuning(nodes, shared.as_deref())?;
@@ -199,9 +201,9 @@ fn open(
         recorder_process: recorder_process.filter(elsewhere),
         plant_process: Some(leader).filter(elsewhere),
         // One process looks after the disk, for all: the one that writes most.
-        disk: nodes
-            .contains(&NodeId::Recorder)
-            .then(|| Disk::of_run(folder.path(), scenario.ticks())),
+        disk: folder
+            .filter(|_| nodes.contains(&NodeId::Recorder))
+            .map(|folder| Disk::of_run(folder.path(), scenario.ticks())),
         stop_at: None,
         receive_limit,
         timed,
@@ -390,7 +392,7 @@ impl Loop {
     fn report(
         mut self,
         process: &str,
-        folder: &RunFolder,
+        folder: Option<&RunFolder>,
         loop_s: f64,
         failure: Option<Failure>,
     ) -> Result<ProcessReport, RunError> {
@@ -404,10 +406,12 @@ impl Loop {
             lost_notifications: self.shared.as_ref().map_or(0, |shared| shared.lost_notifications()),
             ..ProcessReport::default()
         };
-        for stage in &self.stages {
-            let path = folder.digest_history(stage.node().name());
-            std::fs::write(&path, stage.digest_history().to_bytes())
-                .map_err(|cause| RunError::Write { path, cause })?;
+        if let Some(folder) = folder {
+            for stage in &self.stages {
+                let path = folder.digest_history(stage.node().name());
+                std::fs::write(&path, stage.digest_history().to_bytes())
+                    .map_err(|cause| RunError::Write { path, cause })?;
+            }
         }
         let round = self.scribe.as_ref().map(|scribe| scribe.block().round());
         report.realtime = self.timed.take().map(|timed| timed.report(round));
@@ -416,6 +420,7 @@ impl Loop {
             let mut scribe = scribe.into_block();
             for overheard in scribe.overheard() {
                 report.nodes.push(overheard.report());
+                let Some(folder) = folder else { continue };
                 let path = || folder.digest_history(overheard.report().node.name());
                 overheard
                     .write(folder)

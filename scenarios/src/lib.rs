@@ -22,6 +22,7 @@ pub use belief::Late;
 pub use clock::{Clock, Pacing, Realtime};
 pub use error::ScenarioError;
 pub use faults::{Fault, LinkFault, ProcessFault, ProcessKind};
-pub use load::{BUILT_IN_AMPLIFIER, Setting, load, load_changed, load_model, load_with, to_ron};
+pub use load::{BUILT_IN_AMPLIFIER, ScenarioText, Setting, load, load_changed, load_model, load_with, to_ron};
 pub use scenario::{Expect, MaterialSource, Placement, Recording, Rod, Scenario};
+pub use source::items;
 pub use wiring::wires;

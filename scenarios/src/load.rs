@@ -70,24 +70,76 @@ pub fn load_changed(
     settings: &[Setting],
     change: impl FnOnce(&mut Scenario),
 ) -> Result<Scenario, ScenarioError> {
-    let Resolved { file, shown, text } = resolve(path, settings, "--set", 0)?;
-    let mut scenario: Scenario = parse(&shown, &text)?;
-    let folder = file.parent().unwrap_or(Path::new("."));
-    if let MaterialSource::File(material) = &scenario.material {
-        let found = load_material(&folder.join(material), &shown, &text, scenario.amplifier)?;
-        // A model of an actuator: what the scenario says of itself goes before what the model says.
-        if scenario.effects.is_empty() {
-            scenario.effects = found.effects;
-        }
-        scenario.rod.two_pole = scenario.rod.two_pole.or(found.rod);
-        scenario.material = MaterialSource::Inline(found.material);
+    ScenarioText::read(path, settings)?.checked(change)
+}
+
+/// A scenario's text with what it is based on and `--set` worked in: read once, for scenarios that differ in a few values.
+#[derive(Debug, Clone)]
+pub struct ScenarioText {
+    /// The file that its lines belong to.
+    file: PathBuf,
+    /// Who else has changed the text.
+    changed_by: Vec<String>,
+    text: String,
+}
+
+impl ScenarioText {
+    /// Reads and edits it.
+    ///
+    /// # Errors
+    /// A file that cannot be read, or a setting that cannot be done.
+    pub fn read(path: &Path, settings: &[Setting]) -> Result<Self, ScenarioError> {
+        let by = (!settings.is_empty()).then(|| "--set".to_owned());
+        resolve(path, settings, by.into_iter().collect(), 0)
     }
-    follow_material(&mut scenario, &text);
-    scenario.complete_plant();
-    scenario.anchor(folder);
-    change(&mut scenario);
-    scenario.validate().map_err(|invalid| refuse(&shown, &text, &invalid))?;
-    Ok(scenario)
+
+    /// The same text with more changes; `by` says whose they are.
+    ///
+    /// # Errors
+    /// A setting that cannot be done.
+    pub fn changed(&self, settings: &[Setting], by: &str) -> Result<Self, ScenarioError> {
+        let mut changed_by = self.changed_by.clone();
+        changed_by.push(by.to_owned());
+        let text = edit(&self.text, settings)?;
+        Ok(Self {
+            file: self.file.clone(),
+            changed_by,
+            text,
+        })
+    }
+
+    /// The scenario, with `change` worked in before it is checked. Relative files in it are relative to its own.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with file, line and column.
+    pub fn checked(&self, change: impl FnOnce(&mut Scenario)) -> Result<Scenario, ScenarioError> {
+        let (shown, text) = (self.shown(), &self.text);
+        let mut scenario: Scenario = parse(&shown, text)?;
+        let folder = self.file.parent().unwrap_or(Path::new("."));
+        if let MaterialSource::File(material) = &scenario.material {
+            let found = load_material(&folder.join(material), &shown, text, scenario.amplifier)?;
+            // A model of an actuator: what the scenario says of itself goes before what the model says.
+            if scenario.effects.is_empty() {
+                scenario.effects = found.effects;
+            }
+            scenario.rod.two_pole = scenario.rod.two_pole.or(found.rod);
+            scenario.material = MaterialSource::Inline(found.material);
+        }
+        follow_material(&mut scenario, text);
+        scenario.complete_plant();
+        scenario.anchor(folder);
+        change(&mut scenario);
+        scenario.validate().map_err(|invalid| refuse(&shown, text, &invalid))?;
+        Ok(scenario)
+    }
+
+    /// The file in words for refusals: who has changed the text is part of it.
+    fn shown(&self) -> PathBuf {
+        match &self.changed_by[..] {
+            [] => self.file.clone(),
+            by => format!("{} (as changed by {})", self.file.display(), by.join(" and ")).into(),
+        }
+    }
 }
 
 /// The `a` for which the laws' default range and start are.
@@ -123,25 +175,17 @@ fn follow_material(scenario: &mut Scenario, text: &str) {
     }
 }
 
-/// The scenario's final text, with what it is based on and `--set` worked in.
-struct Resolved {
-    /// The file that its lines belong to.
-    file: PathBuf,
-    /// That file in words for refusals: who has changed the text is part of it.
-    shown: PathBuf,
-    text: String,
-}
-
-fn resolve(path: &Path, settings: &[Setting], by: &str, depth: usize) -> Result<Resolved, ScenarioError> {
+fn resolve(
+    path: &Path,
+    settings: &[Setting],
+    mut changed_by: Vec<String>,
+    depth: usize,
+) -> Result<ScenarioText, ScenarioError> {
     let text = read(path)?;
     if !is_derived(&text) {
-        let shown = match settings {
-            [] => path.to_owned(),
-            _ => format!("{} (as changed by {by})", path.display()).into(),
-        };
-        return Ok(Resolved {
+        return Ok(ScenarioText {
             file: path.to_owned(),
-            shown,
+            changed_by,
             text: edit(&text, settings)?,
         });
     }
@@ -151,11 +195,7 @@ fn resolve(path: &Path, settings: &[Setting], by: &str, depth: usize) -> Result<
         let sentence = "is based on itself, more than 8 files deep".into();
         return Err(ScenarioError::at(path, &text, bytes, sentence));
     }
-    let by = if settings.is_empty() {
-        path.display().to_string()
-    } else {
-        format!("{} and {by}", path.display())
-    };
+    changed_by.insert(0, path.display().to_string());
     let mut all = vec![Setting {
         path: "name".into(),
         value: format!("\"{}\"", derived.name),
@@ -163,7 +203,7 @@ fn resolve(path: &Path, settings: &[Setting], by: &str, depth: usize) -> Result<
     all.extend(derived.set.into_iter().map(|(path, value)| Setting { path, value }));
     all.extend_from_slice(settings);
     let base = path.parent().unwrap_or(Path::new(".")).join(derived.based_on);
-    resolve(&base, &all, &by, depth + 1)
+    resolve(&base, &all, changed_by, depth + 1)
 }
 
 /// What `verify-amplifier` takes unless it is told another scenario.

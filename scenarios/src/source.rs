@@ -37,6 +37,16 @@ pub fn read(text: &str) -> Option<Place> {
     scanner.value()
 }
 
+/// The texts of the values in a list, `[1.0, (a: 2)]`; `None` if it is none.
+pub fn items(text: &str) -> Option<Vec<&str>> {
+    let place = read(text)?;
+    let whole = place.value.start == 0 && place.value.end == text.len() && text.starts_with('[');
+    match place.kind {
+        Kind::List(items) if whole => Some(items.iter().map(|item| &text[item.value.clone()]).collect()),
+        _ => None,
+    }
+}
+
 impl Place {
     /// The value at `path`, or the innermost value on the way to it that exists.
     pub fn nearest(&self, path: &str) -> &Place {
@@ -349,6 +359,18 @@ mod tests {
                 .ends_with(",\nnew: (inner: 1))")
         );
         assert!(place.set(TEXT, "name.inner", "1").is_err());
+    }
+
+    #[test]
+    fn lists_are_taken_apart_at_their_own_commas() {
+        assert_eq!(
+            items("[1.0, Folded(a: (1, 2)), \"x, y\",]"),
+            Some(vec!["1.0", "Folded(a: (1, 2))", "\"x, y\""])
+        );
+        for text in ["(1, 2)", "[1, 2] 3", "[1, 2", "1", "[a: 1]"] {
+            assert_eq!(items(text), None, "{text}");
+        }
+        assert_eq!(items("[]"), Some(Vec::new()));
     }
 
     /// Guards against torn and hostile files: found by `tests/tests/torn_files.rs`.

@@ -56,7 +56,15 @@ fn allocations(file: &str, settings: &[&str]) -> u64 {
     let folder = RunFolder::create(Some(results.path()), "allocation").unwrap();
     let mut counts = Vec::with_capacity(128);
     let mut note = |_tick: u64| counts.push(ALLOCATIONS.get());
-    process::run("embedded", &NodeId::LOOP_ORDER, &scenario, &folder, None, &mut note).unwrap();
+    process::run(
+        "embedded",
+        &NodeId::LOOP_ORDER,
+        &scenario,
+        Some(&folder),
+        None,
+        &mut note,
+    )
+    .unwrap();
     counts.last().unwrap() - counts.first().unwrap()
 }
 

@@ -27,7 +27,7 @@ fn rooms_know_only_what_they_may() {
             )
         })
         .collect();
-    let may: [(&str, &[&str]); 20] = [
+    let may: [(&str, &[&str]); 21] = [
         ("anhyst-model", &[]),
         ("anhyst-ipc", &[]),
         ("anhyst-plant-sim", &["anhyst-model", "anhyst-ipc"]),
@@ -96,6 +96,16 @@ fn rooms_know_only_what_they_may() {
                 "anhyst-report",
                 "anhyst-launch",
                 "anhyst-witness",
+            ],
+        ),
+        (
+            "anhyst-sweep",
+            &[
+                "anhyst-ipc",
+                "anhyst-identify",
+                "anhyst-report",
+                "anhyst-scenario",
+                "anhyst-launch",
             ],
         ),
         ("anhyst-witness", &[]),

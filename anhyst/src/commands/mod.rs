@@ -28,6 +28,7 @@ pub mod run;
 pub mod run_arguments;
 pub mod several;
 pub mod study;
+pub mod sweep;
 pub mod tune;
 pub mod verify_amplifier;
 #[cfg(feature = "recorder")]

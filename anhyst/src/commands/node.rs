@@ -105,7 +105,7 @@ fn run_process(node: NodeId, arguments: &ProcessArguments) -> miette::Result<End
         let path = folder.scenario();
         std::fs::write(&path, effective).map_err(|cause| RunError::Write { path, cause })?;
     }
-    let report = process::run(&process, &nodes, &scenario, &folder, Some(&meeting), &mut |_| {})?;
+    let report = process::run(&process, &nodes, &scenario, Some(&folder), Some(&meeting), &mut |_| {})?;
     let path = folder.report(&process);
     let text = serde_json::to_string_pretty(&report).map_err(|error| RunError::Setup(error.to_string()))?;
     std::fs::write(&path, text).map_err(|cause| RunError::Write { path, cause })?;

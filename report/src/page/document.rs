@@ -1,6 +1,7 @@
 //! What a page is made of.
 
 use super::bars::{Bars, Shares};
+use super::heat::HeatMap;
 use crate::chart::Figure;
 use crate::table::{Badge, Table, Verdict};
 
@@ -39,6 +40,7 @@ pub enum Block {
     },
     Shares(Shares),
     Bars(Bars),
+    Heat(HeatMap),
     /// Two columns with a heading each: what the paper says, what we get.
     Beside {
         left: Note,

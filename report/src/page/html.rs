@@ -2,7 +2,7 @@
 
 use super::document::{Block, Footer, Note, Page, Section, slug};
 use super::escaped::{Plain, Prose};
-use super::{bars, interactive};
+use super::{bars, heat, interactive};
 use crate::chart::Figure;
 use crate::table::{Badge, Cell, Table, Verdict};
 
@@ -108,6 +108,7 @@ fn block(block: &Block) -> String {
         Block::Figure { figure: of, caption } => figure(of, caption),
         Block::Shares(of) => bars::shares(of),
         Block::Bars(of) => bars::bars(of),
+        Block::Heat(of) => heat::heat_map(of),
         Block::Beside { left, right, badge: of } => {
             let mark = of
                 .as_ref()

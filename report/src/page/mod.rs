@@ -8,8 +8,10 @@
 mod bars;
 mod document;
 mod escaped;
+mod heat;
 mod html;
 mod interactive;
 
 pub use bars::{Bar, Bars, Segment, Shares};
 pub use document::{Block, Footer, Note, Page, Section};
+pub use heat::{HeatMap, MOST_CELLS};

@@ -3,18 +3,20 @@
 //! Every finished run is a line of DIR/runs.jsonl, so that an interrupted study goes on where it was.
 
 use crate::arguments::{JsonArgument, ThreadsArgument};
+use crate::commands::sweep::told;
 use crate::commands::{Ending, count_bar, json, save};
+use anhyst_identify::parallel;
 use anhyst_launch::error::RunError;
 use anhyst_launch::say::quoted;
 use anhyst_model::ActuatorModel;
 use anhyst_scenario::load_model;
 use anhyst_studies::blind::{Case, Plan, Results, StudyRun, markdown, page, study, summary};
+use anhyst_sweep::Journal;
 use clap::Args;
 use std::collections::HashMap;
-use std::io::Write;
+use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::path::PathBuf;
 
 const RUNS: &str = "runs.jsonl";
 
@@ -129,61 +131,48 @@ fn command(arguments: &BlindArguments) -> String {
     )
 }
 
-/// Those that the folder holds, and the rest made now.
+/// Those that the folder holds, and the rest made now; in the order of the plan.
 fn all_runs(arguments: &BlindArguments, model: &ActuatorModel, plan: &Plan) -> miette::Result<Vec<StudyRun>> {
-    let path = arguments.out.join(RUNS);
-    let mut present = read(&path)?;
+    let out = &arguments.out;
+    std::fs::create_dir_all(out).map_err(|cause| RunError::Write {
+        path: out.clone(),
+        cause,
+    })?;
+    let mut present: HashMap<(u64, usize), StudyRun> = HashMap::new();
+    let journal = Journal::open(&out.join(RUNS), |run: StudyRun, _| {
+        present.insert((run.seed, run.rows), run);
+    });
+    let mut journal = journal.map_err(told)?;
     let cases = plan.cases();
-    let mut runs: Vec<StudyRun> = cases
+    let mut runs: HashMap<u64, StudyRun> = cases
         .iter()
         .filter_map(|case| present.remove(&(case.seed, plan.rows)).filter(|run| run.is_of(case)))
+        .map(|run| (run.seed, run))
         .collect();
-    let mut missing = cases;
-    missing.retain(|case| !runs.iter().any(|run| run.seed == case.seed));
-    let cause = |cause| RunError::Write {
-        path: path.clone(),
-        cause,
-    };
-    std::fs::create_dir_all(&arguments.out).map_err(cause)?;
-    let file = std::fs::OpenOptions::new().create(true).append(true).open(&path);
-    let file = Mutex::new(file.map_err(cause)?);
+    let missing: Vec<&Case> = cases.iter().filter(|case| !runs.contains_key(&case.seed)).collect();
     let bar = count_bar(missing.len() as u64, "study");
-    let made = anhyst_identify::parallel::map(arguments.threads.count(), &missing, |case| {
-        let run = studied(case, model);
-        let kept = keep(&file, &run);
-        bar.inc(1);
-        kept.map(|()| run).map_err(cause)
-    });
+    let mut kept = Ok(0);
+    parallel::each(
+        arguments.threads.count(),
+        missing.into_iter(),
+        |case| studied(case, model),
+        |run| {
+            kept = journal.append(&run);
+            runs.insert(run.seed, run);
+            bar.inc(1);
+            match kept {
+                Ok(_) => ControlFlow::Continue(()),
+                Err(_) => ControlFlow::Break(()),
+            }
+        },
+    );
     bar.finish_and_clear();
-    for run in made {
-        runs.push(run?);
-    }
-    Ok(runs)
+    kept.map_err(told)?;
+    Ok(cases.iter().filter_map(|case| runs.remove(&case.seed)).collect())
 }
 
 /// A panic is a failed run, not the end of the study.
 fn studied(case: &Case, model: &ActuatorModel) -> StudyRun {
     catch_unwind(AssertUnwindSafe(|| study(case, model)))
         .unwrap_or_else(|_| StudyRun::failed(case, "the diagnosis panicked".to_owned()))
-}
-
-fn keep(file: &Mutex<std::fs::File>, run: &StudyRun) -> std::io::Result<()> {
-    let line = serde_json::to_string(run)? + "\n";
-    match file.lock() {
-        Ok(mut file) => file.write_all(line.as_bytes()),
-        Err(_) => Err(std::io::Error::other("another thread failed while it wrote")),
-    }
-}
-
-/// Finished runs by seed and length; a last line that was cut off is left out.
-fn read(path: &Path) -> miette::Result<HashMap<(u64, usize), StudyRun>> {
-    let text = match std::fs::read_to_string(path) {
-        Ok(text) => text,
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(HashMap::new()),
-        Err(error) => return Err(miette::miette!("{} cannot be read: {error}", path.display())),
-    };
-    let runs = text
-        .lines()
-        .filter_map(|line| serde_json::from_str::<StudyRun>(line).ok());
-    Ok(runs.map(|run| ((run.seed, run.rows), run)).collect())
 }
