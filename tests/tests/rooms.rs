@@ -27,7 +27,7 @@ fn rooms_know_only_what_they_may() {
             )
         })
         .collect();
-    let may: [(&str, &[&str]); 20] = [
+    let may: [(&str, &[&str]); 21] = [
         ("anhyst-model", &[]),
         ("anhyst-ipc", &[]),
         ("anhyst-plant-sim", &["anhyst-model", "anhyst-ipc"]),
@@ -97,6 +97,7 @@ fn rooms_know_only_what_they_may() {
                 "anhyst-witness",
             ],
         ),
+        ("anhyst-fmu", &["anhyst-ipc", "anhyst-scenario"]),
         ("anhyst-witness", &[]),
     ];
     for (room, allowed) in may {
