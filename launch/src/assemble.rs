@@ -9,16 +9,8 @@ use crate::overheard::Overheard;
 use crate::report::ProcessReport;
 use crate::scribe::Scribe;
 use anhyst_controller::Trajectory;
-use anhyst_estimator::Estimator;
-use anhyst_guard::Guard;
-use anhyst_inverse::{Drive, Inverse};
 use anhyst_ipc::{Block, Channel, Connections, Node, NodeId, Stage};
-use anhyst_plant_sim::{AmplifierNode, PlantNode};
-use anhyst_scenario::Scenario;
-
-fn setup(error: impl std::fmt::Display) -> RunError {
-    RunError::Setup(error.to_string())
-}
+use anhyst_scenario::{InverseBlock, Scenario};
 
 /// Builds a node of the loop and opens its links.
 ///
@@ -28,56 +20,16 @@ pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -
     if scenario.clock.realtime().is_some_and(|realtime| realtime.empty_blocks) {
         return crate::realtime::empty_stage(node, scenario.ticks(), connections);
     }
-    let material = scenario.material()?;
-    let (believed, rod_per_strain) = scenario.believed()?;
-    let tick_s = scenario.tick_s;
     Ok(match node {
-        NodeId::Plant => {
-            let rod = &scenario.rod.constants;
-            let block = PlantNode::new(&scenario.plant, material, rod, tick_s, scenario.seed).map_err(setup)?;
-            boxed(block, scenario, connections)?
-        }
-        NodeId::Amplifier => {
-            let block = AmplifierNode::new(&scenario.amplifier, tick_s)
-                .and_then(|node| node.with_watchdog(&scenario.watchdog))
-                .map_err(setup)?;
-            boxed(block, scenario, connections)?
-        }
-        NodeId::Estimator => {
-            let block = Estimator::with_effects(
-                &scenario.estimator,
-                &believed,
-                rod_per_strain,
-                scenario.amplifier,
-                tick_s,
-                &scenario.effects,
-            )
-            .map_err(setup)?;
-            boxed(block, scenario, connections)?
-        }
+        NodeId::Plant => boxed(scenario.plant_block()?, scenario, connections)?,
+        NodeId::Amplifier => boxed(scenario.amplifier_block()?, scenario, connections)?,
+        NodeId::Estimator => boxed(scenario.estimator_block()?, scenario, connections)?,
         NodeId::Controller => boxed(scenario.controller()?, scenario, connections)?,
-        NodeId::Inverse => {
-            if let Some(signal) = scenario.inverse.drive {
-                let block = Drive::new(signal, tick_s, scenario.guard.acting_field_limit_a_per_m())?;
-                return boxed(block, scenario, connections);
-            }
-            let block = Inverse::with_effects(
-                &scenario.inverse,
-                believed.hysteresis,
-                &scenario.amplifier,
-                scenario.guard.acting_field_limit_a_per_m(),
-                &scenario.effects,
-                tick_s,
-            )
-            .and_then(|inverse| inverse.with_fall_back(&scenario.amplifier, tick_s))
-            .map_err(setup)?;
-            boxed(block, scenario, connections)?
-        }
-        NodeId::Guard => boxed(
-            Guard::new(&scenario.guard, tick_s)?.believing(&scenario.beliefs()?),
-            scenario,
-            connections,
-        )?,
+        NodeId::Inverse => match scenario.inverse_block()? {
+            InverseBlock::Inverse(block) => boxed(block, scenario, connections)?,
+            InverseBlock::Drive(block) => boxed(block, scenario, connections)?,
+        },
+        NodeId::Guard => boxed(scenario.guard_block()?, scenario, connections)?,
         NodeId::Recorder => return Err(RunError::Setup("the recorder is no stage of the loop".into())),
     })
 }

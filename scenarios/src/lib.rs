@@ -2,6 +2,7 @@
 //! faults, recording, and what must hold.
 
 mod belief;
+mod blocks;
 mod changes;
 mod clock;
 mod derive;
@@ -14,15 +15,18 @@ mod margins;
 mod misread;
 mod scenario;
 mod source;
+mod stepped;
 mod validate;
 mod warnings;
 mod wiring;
 
 pub use belief::Late;
+pub use blocks::InverseBlock;
 pub use clock::{Clock, Pacing, Realtime};
 pub use error::ScenarioError;
 pub use faults::{Fault, LinkFault, ProcessFault, ProcessKind};
 pub use load::{BUILT_IN_AMPLIFIER, ScenarioText, Setting, load, load_changed, load_model, load_with, to_ron};
 pub use scenario::{Expect, MaterialSource, Placement, Recording, Rod, Scenario};
 pub use source::items;
+pub use stepped::{Control, Rig, SteppedLoop};
 pub use wiring::wires;

@@ -108,6 +108,7 @@ fn rooms_know_only_what_they_may() {
                 "anhyst-launch",
             ],
         ),
+        ("anhyst-fmu", &["anhyst-ipc", "anhyst-scenario"]),
         ("anhyst-witness", &[]),
     ];
     for (room, allowed) in may {

@@ -3,6 +3,7 @@
 
 use super::Ending;
 use crate::arguments::JsonArgument;
+use anhyst_fmu::Kind;
 use anhyst_ipc::{Measurement, SafeField};
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
@@ -15,11 +16,17 @@ use std::path::{Path, PathBuf};
 /// `export`
 #[derive(Debug, Args)]
 pub struct ExportArguments {
-    /// Folder of the recorded run.
+    /// Folder of the recorded run; with --fmu a scenario file.
     pub run: PathBuf,
-    /// Folder of the results: run.csv, model.ron (default: the run's own).
+    /// Folder of the results: run.csv, model.ron (default: the run's own); with --fmu the file to write (default: KIND.fmu).
     #[arg(long)]
     pub out: Option<PathBuf>,
+    /// Write this part of a scenario as an FMI 3.0 co-simulation unit: plant, inverse, controller or loop.
+    #[arg(long, value_name = "KIND")]
+    pub fmu: Option<Kind>,
+    /// The library that goes into the FMU (default: the one built with this executable).
+    #[arg(long, requires = "fmu", value_name = "FILE")]
+    pub library: Option<PathBuf>,
     /// How what was written is printed.
     #[command(flatten)]
     pub json: JsonArgument,
@@ -30,6 +37,12 @@ pub struct ExportArguments {
 /// # Errors
 /// A run without recording, a folder that cannot be written.
 pub fn run(arguments: &ExportArguments) -> miette::Result<Ending> {
+    if let Some(kind) = arguments.fmu {
+        let usual = PathBuf::from(format!("{}.fmu", kind.name()));
+        let out = arguments.out.as_ref().unwrap_or(&usual);
+        let library = arguments.library.as_deref();
+        return super::export_fmu::run(kind, &arguments.run, library, out, arguments.json.json);
+    }
     let folder = RunFolder::open(&arguments.run);
     let scenario = load(&folder.scenario(), &[])?;
     let recording = Recording::open(&folder.recording()).map_err(RunError::from)?;

@@ -14,6 +14,8 @@ pub mod doctor_realtime;
 pub mod estimate;
 #[cfg(feature = "recorder")]
 pub mod export;
+#[cfg(feature = "recorder")]
+mod export_fmu;
 pub mod fit;
 pub mod fit_law;
 pub mod graph;
