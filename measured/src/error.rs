@@ -9,7 +9,7 @@ use thiserror::Error;
 pub struct Place {
     pub file: PathBuf,
     pub row: u64,
-    /// Parquet has no lines.
+    /// Only text has lines.
     pub line: Option<u64>,
     pub column: String,
 }
@@ -60,6 +60,12 @@ pub enum MeasuredError {
     NotParquet {
         file: PathBuf,
         source: Box<parquet::errors::ParquetError>,
+    },
+    #[error("{file}: is no {format} file that can be read: {reason}")]
+    NotReadable {
+        file: PathBuf,
+        format: &'static str,
+        reason: String,
     },
     #[error("{file}: has no header, its first line is {found}. Put a line with the names of the columns before it")]
     NoHeader { file: PathBuf, found: String },

@@ -316,7 +316,7 @@ impl Quantity {
 }
 
 /// Lower case, µ as u, and one underscore for every space, bracket and mark: "Field [kA/m]" becomes "field_ka_per_m".
-fn plain(header: &str) -> String {
+pub(crate) fn plain(header: &str) -> String {
     let mut text = String::with_capacity(header.len());
     for letter in header.chars().flat_map(char::to_lowercase) {
         match letter {

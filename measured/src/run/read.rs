@@ -25,13 +25,13 @@ const OF_LOOPS: [Quantity; 6] = [
 ];
 
 impl MeasuredRun {
-    /// Reads and checks one record, text or Parquet; every refusal says the value, its limit, its place and what to do.
+    /// Reads and checks one record from a file of any format that is read; every refusal says the value, its limit, its place and what to do.
     ///
     /// # Errors
     /// A table that is none, or holds no run.
     pub fn read(file: &Path, options: &RunReadOptions) -> Result<Self, MeasuredError> {
-        let sheet = Sheet::open(file)?;
-        let columns = Columns::resolve(file, &sheet.headers, &options.mappings, &Quantity::ALL)?;
+        let sheet = Sheet::open(file, &options.mappings)?;
+        let columns = Columns::resolve(file, &sheet.headers, &sheet.mappings, &Quantity::ALL)?;
         require_both_ends(&sheet, &columns)?;
         let selection = Selection {
             rows: chosen(&sheet, options),
@@ -111,8 +111,8 @@ impl MeasuredRun {
     /// # Errors
     /// A table that is none, or holds no loops of magnetization over field.
     pub fn read_loops(file: &Path, options: &RunReadOptions) -> Result<Vec<Self>, MeasuredError> {
-        let sheet = Sheet::open(file)?;
-        let columns = Columns::resolve(file, &sheet.headers, &options.mappings, &OF_LOOPS)?;
+        let sheet = Sheet::open(file, &options.mappings)?;
+        let columns = Columns::resolve(file, &sheet.headers, &sheet.mappings, &OF_LOOPS)?;
         require_magnetization(&sheet, &columns)?;
         let all = Selection {
             rows: chosen(&sheet, options),

@@ -1,9 +1,10 @@
-//! A table as it stands in a file, text or Parquet, before anybody knows what its columns mean.
+//! A table as it stands in a file, text, Parquet or a [`container`] of channels, before anybody knows what its columns mean.
 //!
 //! Rows count from 0 after the header; lines, which only text has, from 1. What is no table is refused by what it
 //! looks like.
 
 mod cell;
+pub(crate) mod container;
 mod parquet;
 mod text;
 
@@ -11,9 +12,10 @@ use std::path::{Path, PathBuf};
 
 use xxhash_rust::xxh3::xxh3_64;
 
-use crate::columns::{Column, quoted};
+use crate::columns::{Column, ColumnMapping, quoted};
 use crate::error::{MeasuredError, Place, Remedy};
 use cell::Cell;
+use container::table::{Table, meant, tables};
 
 /// One file's headers and cells.
 pub(crate) struct Sheet {
@@ -21,48 +23,52 @@ pub(crate) struct Sheet {
     /// XXH3 of the file's bytes, 16 hexadecimal digits.
     pub data_hash: String,
     pub headers: Vec<String>,
+    /// Mappings with the headers that their names stand for.
+    pub mappings: Vec<ColumnMapping>,
     body: Body,
 }
 
 enum Body {
     Text(text::Rows),
     Columns(parquet::Cells),
+    Channels(Table),
 }
 
 /// First bytes of files that are no tables, and what they are.
 const STRANGERS: &[(&[u8], &str)] = &[
-    (b"PK\x03\x04", "a zip archive or an Excel workbook: export it as CSV"),
+    (
+        b"PK\x03\x04",
+        "a zip archive or an Excel workbook: export it as CSV, or, if it is NumPy's, call it .npz",
+    ),
     (b"\xd0\xcf\x11\xe0", "an old Excel workbook: export it as CSV"),
-    (b"\x89HDF", "an HDF5 or MATLAB 7.3 file: export it as CSV or Parquet"),
-    (b"MATLAB 5.0", "a MATLAB file: export it as CSV or Parquet"),
-    (b"TDSm", "a TDMS file: export it as CSV or Parquet"),
+    (
+        b"\x89HDF",
+        "an HDF5 file whose first bytes are broken: it was transferred as text, or torn",
+    ),
     (b"\x1f\x8b", "compressed by gzip: decompress it first"),
     (b"\xff\xfe", "UTF-16 text: save it as UTF-8"),
     (b"\xfe\xff", "UTF-16 text: save it as UTF-8"),
 ];
 
 impl Sheet {
-    pub fn open(file: &Path) -> Result<Self, MeasuredError> {
-        let bytes = std::fs::read(file).map_err(|source| MeasuredError::Unreadable {
-            file: file.to_owned(),
-            source,
-        })?;
-        if bytes.iter().all(u8::is_ascii_whitespace) {
-            return Err(MeasuredError::Empty { file: file.to_owned() });
-        }
-        let data_hash = format!("{:016x}", xxh3_64(&bytes));
-        let (headers, body) = if bytes.starts_with(parquet::MAGIC) {
-            let (headers, cells) = parquet::read(file, bytes)?;
-            (headers, Body::Columns(cells))
-        } else {
-            refuse_strangers(file, &bytes)?;
-            let (headers, rows) = text::read(file, bytes)?;
-            (headers, Body::Text(rows))
+    /// The table of a file; of several, the one that holds what is named, or most that is known.
+    pub fn open(file: &Path, mappings: &[ColumnMapping]) -> Result<Self, MeasuredError> {
+        let raw = Raw::read(file)?;
+        let mut mappings = mappings.to_vec();
+        let (headers, body) = match raw.content {
+            Content::Channels(mut tables) => {
+                let table = tables.swap_remove(meant(&tables, &mappings));
+                mappings = table.resolved(&mappings);
+                (table.headers.clone(), Body::Channels(table))
+            }
+            Content::Columns(headers, cells) => (headers, Body::Columns(cells)),
+            Content::Text(headers, rows) => (headers, Body::Text(rows)),
         };
         let sheet = Sheet {
             file: file.to_owned(),
-            data_hash,
+            data_hash: raw.data_hash,
             headers,
+            mappings,
             body,
         };
         sheet.refuse_numbers_as_headers()?;
@@ -73,14 +79,15 @@ impl Sheet {
         match &self.body {
             Body::Text(rows) => rows.len(),
             Body::Columns(cells) => cells.rows(),
+            Body::Channels(table) => table.rows(),
         }
     }
 
-    /// Line of a row; Parquet has none.
+    /// Line of a row; only text has lines.
     pub fn line(&self, row: usize) -> Option<u64> {
         match &self.body {
             Body::Text(rows) => Some(rows.line(row)),
-            Body::Columns(_) => None,
+            Body::Columns(_) | Body::Channels(_) => None,
         }
     }
 
@@ -107,17 +114,18 @@ impl Sheet {
         match &self.body {
             Body::Text(rows) => rows.cell(row, column),
             Body::Columns(cells) => cells.cell(row, column),
+            Body::Channels(table) => Cell::Number(table.value(row, column)),
         }
     }
 
     /// A cell as it is written.
     pub fn text(&self, row: usize, column: usize) -> String {
-        match &self.body {
-            Body::Text(rows) => rows.text(row, column).to_owned(),
-            Body::Columns(cells) => match cells.cell(row, column) {
-                Cell::Number(number) => number.to_string(),
-                Cell::Text(text) => text.to_owned(),
-            },
+        if let Body::Text(rows) = &self.body {
+            return rows.text(row, column).to_owned();
+        }
+        match self.cell(row, column) {
+            Cell::Number(number) => number.to_string(),
+            Cell::Text(text) => text.to_owned(),
         }
     }
 
@@ -164,6 +172,43 @@ impl Sheet {
     }
 }
 
+/// All that a file holds.
+pub(crate) struct Raw {
+    data_hash: String,
+    content: Content,
+}
+
+enum Content {
+    Text(Vec<String>, text::Rows),
+    Columns(Vec<String>, parquet::Cells),
+    /// At least one.
+    Channels(Vec<Table>),
+}
+
+impl Raw {
+    pub fn read(file: &Path) -> Result<Self, MeasuredError> {
+        let bytes = std::fs::read(file).map_err(|source| MeasuredError::Unreadable {
+            file: file.to_owned(),
+            source,
+        })?;
+        if bytes.iter().all(u8::is_ascii_whitespace) {
+            return Err(MeasuredError::Empty { file: file.to_owned() });
+        }
+        let data_hash = format!("{:016x}", xxh3_64(&bytes));
+        let content = if bytes.starts_with(parquet::MAGIC) {
+            let (headers, cells) = parquet::read(file, bytes)?;
+            Content::Columns(headers, cells)
+        } else if let Some(format) = container::format_of(file, &bytes) {
+            Content::Channels(tables(format.channels(file, &bytes)?))
+        } else {
+            refuse_strangers(file, &bytes)?;
+            let (headers, rows) = text::read(file, bytes)?;
+            Content::Text(headers, rows)
+        };
+        Ok(Raw { data_hash, content })
+    }
+}
+
 fn refuse_strangers(file: &Path, bytes: &[u8]) -> Result<(), MeasuredError> {
     let known = STRANGERS.iter().find(|(magic, _)| bytes.starts_with(magic));
     let named_parquet = file
@@ -172,7 +217,9 @@ fn refuse_strangers(file: &Path, bytes: &[u8]) -> Result<(), MeasuredError> {
     let looks_like = match known {
         Some((_, looks_like)) => looks_like,
         None if named_parquet => "a broken Parquet file: it does not begin with PAR1",
-        None if bytes.contains(&0) => "binary: CSV and Parquet are read",
+        None if bytes.contains(&0) => {
+            "binary, and of no kind that is read: CSV, Parquet, MATLAB, HDF5, NumPy, TDMS, MDF4 and MCAP are"
+        }
         None => return Ok(()),
     };
     Err(MeasuredError::NotATable {
