@@ -79,7 +79,7 @@ impl MeasuredRun {
             Err(MeasuredError::SeveralLoops { .. }) => {}
             one => return one.map(|run| vec![run]),
         }
-        let sheet = Sheet::open(file)?;
+        let sheet = Sheet::open(file, &options.mappings)?;
         let columns = Columns::resolve(file, &sheet.headers, &options.mappings, &Quantity::ALL)?;
         require_both_ends(&sheet, &columns)?;
         let all = Selection {
