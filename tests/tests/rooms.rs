@@ -27,7 +27,7 @@ fn rooms_know_only_what_they_may() {
             )
         })
         .collect();
-    let may: [(&str, &[&str]); 21] = [
+    let may: [(&str, &[&str]); 22] = [
         ("anhyst-model", &[]),
         ("anhyst-ipc", &[]),
         ("anhyst-plant-sim", &["anhyst-model", "anhyst-ipc"]),
