@@ -35,7 +35,7 @@ pub struct WeightEstimator {
     /// Which free weight each of the law's weights is: lags that began with one weight keep one.
     tied: Vec<usize>,
     /// Of the free weights.
-    weights: Vec<f64>,
+    free: Vec<f64>,
     first: Vec<f64>,
     /// ρ.
     trust: Vec<f64>,
@@ -45,7 +45,7 @@ pub struct WeightEstimator {
     forget: f64,
     regressors: Vec<f64>,
     x: Vec<f64>,
-    law_weights: Vec<f64>,
+    weights: Vec<f64>,
 }
 
 impl WeightEstimator {
@@ -77,8 +77,8 @@ impl WeightEstimator {
             x: vec![0.0; count],
             first: weights.clone(),
             tied,
-            weights,
-            law_weights,
+            free: weights,
+            weights: law_weights,
             model,
         };
         // A regressor's scale is how far it comes when the input goes through its range.
@@ -119,7 +119,7 @@ impl WeightEstimator {
             return;
         }
         regress(&self.model, &self.state, &self.tied, &mut self.regressors, &mut self.x);
-        let count = self.weights.len();
+        let count = self.free.len();
         for (i, row) in self.gram.chunks_exact_mut(count).enumerate() {
             for (sum, x) in row.iter_mut().zip(&self.x) {
                 *sum = self.forget * *sum + self.x[i] * x;
@@ -131,29 +131,29 @@ impl WeightEstimator {
 
     /// Every weight in turn to where the cost is least along it.
     fn sweep(&mut self) {
-        let count = self.weights.len();
+        let count = self.free.len();
         for i in 0..count {
             let row = &self.gram[i * count..(i + 1) * count];
-            let of_all: f64 = row.iter().zip(&self.weights).map(|(sum, weight)| sum * weight).sum();
+            let of_all: f64 = row.iter().zip(&self.free).map(|(sum, weight)| sum * weight).sum();
             let power = row[i] + self.trust[i];
-            let way = self.moment[i] - of_all + self.trust[i] * (self.first[i] - self.weights[i]);
-            let to = self.weights[i] + way / power;
-            self.weights[i] = if i == 0 || to > 0.0 { to } else { 0.0 };
+            let way = self.moment[i] - of_all + self.trust[i] * (self.first[i] - self.free[i]);
+            let to = self.free[i] + way / power;
+            self.free[i] = if i == 0 || to > 0.0 { to } else { 0.0 };
         }
-        for (own, of) in self.law_weights.iter_mut().zip(&self.tied) {
-            *own = self.weights[*of];
+        for (own, of) in self.weights.iter_mut().zip(&self.tied) {
+            *own = self.free[*of];
         }
     }
 
     /// The law's weights now, as [`LawModel::set_weights`] takes them.
     pub fn weights(&self) -> &[f64] {
-        &self.law_weights
+        &self.weights
     }
 
     /// The law with its weights now.
     pub fn law(&self) -> LawModel {
         let mut law = self.model.clone();
-        law.set_weights(&self.law_weights);
+        law.set_weights(&self.weights);
         law
     }
 
@@ -161,14 +161,14 @@ impl WeightEstimator {
     pub fn output(&self) -> f64 {
         self.regressors
             .iter()
-            .zip(&self.law_weights)
+            .zip(&self.weights)
             .map(|(x, weight)| x * weight)
             .sum()
     }
 
     /// Of each of the law's weights the share that came from data: 0 the prior's, 1 all.
     pub fn told(&self) -> impl Iterator<Item = f64> + '_ {
-        let count = self.weights.len();
+        let count = self.free.len();
         self.tied.iter().map(move |of| {
             let power = self.gram[of * count + of];
             power / (power + self.trust[*of])

@@ -325,7 +325,8 @@ impl Instance {
             )));
         }
         let now_s = self.time_s();
-        if !((point_s - now_s).abs() <= TIME_WITHIN * tick_s) {
+        let apart_s = (point_s - now_s).abs();
+        if apart_s.is_nan() || apart_s > TIME_WITHIN * tick_s {
             return Err(Refusal::new(format!(
                 "a step from {point_s} s cannot be done: this instance is at {now_s} s"
             )));

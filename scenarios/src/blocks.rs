@@ -14,6 +14,7 @@ fn refused(node: NodeId) -> impl Fn(&dyn std::fmt::Display) -> Invalid {
 
 /// What stands in the inverse's place: the inverse, or a signal that needs none.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(clippy::large_enum_variant)] // There is one in a process, and a box would be one more hop a tick.
 pub enum InverseBlock {
     /// The hysteresis inverse.
     Inverse(Inverse),

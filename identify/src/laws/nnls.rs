@@ -11,7 +11,7 @@ const TOLERANCE: f64 = 1e-10;
 /// Of a column's mean square: one that hardly moves gets its weight from noise, and shows it where it does move.
 const STILL: f64 = 1e-8;
 /// Exchanges of whole blocks that may get nowhere.
-const PATIENCE: usize = 4;
+const PATIENCE: u32 = 4;
 /// Columns of less power than this share of the largest are no columns.
 const NOTHING: f64 = 1e-14;
 
@@ -50,8 +50,8 @@ pub(super) fn nnls(gram: &DMatrix<f64>, moment: &DVector<f64>, mean_squares: &DV
         let Some(last) = wrong.last() else { break };
         if wrong.len() < fewest {
             (fewest, patience) = (wrong.len(), PATIENCE);
-        } else if patience > 0 {
-            patience -= 1;
+        } else {
+            patience = patience.saturating_sub(1);
         }
         // Whole blocks as long as that gets on; else the last one alone, which comes to an end.
         let exchanged = if patience > 0 {
