@@ -157,15 +157,6 @@ impl WeightEstimator {
         law
     }
 
-    /// What the law gives at the present input.
-    pub fn output(&self) -> f64 {
-        self.regressors
-            .iter()
-            .zip(&self.weights)
-            .map(|(x, weight)| x * weight)
-            .sum()
-    }
-
     /// Of each of the law's weights the share that came from data: 0 the prior's, 1 all.
     pub fn told(&self) -> impl Iterator<Item = f64> + '_ {
         let count = self.free.len();

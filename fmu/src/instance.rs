@@ -23,7 +23,6 @@ const MAX_TICKS: f64 = 1e12;
 #[derive(Debug)]
 pub struct Instance {
     kind: Kind,
-    token: String,
     /// As in the resources.
     scenario: Scenario,
     variables: HashMap<u32, Variable>,
@@ -68,7 +67,6 @@ impl Instance {
         };
         let mut instance = Self {
             kind,
-            token: token.into(),
             scenario,
             variables,
             state,
@@ -345,22 +343,6 @@ impl Instance {
             *tick += 1;
         }
         Ok(self.time_s())
-    }
-
-    /// A state as bytes.
-    ///
-    /// # Errors
-    /// One that has no bytes; ours have.
-    pub fn bytes_of(&self, state: &State) -> Result<Vec<u8>, Refusal> {
-        state.to_bytes(&self.token)
-    }
-
-    /// The state that has these bytes.
-    ///
-    /// # Errors
-    /// Bytes of another FMU's state, or of none.
-    pub fn state_of(&self, bytes: &[u8]) -> Result<State, Refusal> {
-        State::from_bytes(bytes, &self.token, PARAMETERS.len())
     }
 }
 

@@ -1,13 +1,11 @@
-//! All that an instance remembers: it can be kept, set back and written as bytes.
+//! All that an instance remembers: it can be kept and set back.
 
-use crate::refusal::Refusal;
 use crate::tokens::Tokens;
 use crate::unit::Unit;
 use anhyst_ipc::Change;
-use serde::{Deserialize, Serialize};
 
 /// Where an instance stands in FMI's order of calls.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
     Instantiated,
     Initialization,
@@ -28,7 +26,7 @@ impl Mode {
 }
 
 /// All that can change in an instance.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct State {
     pub mode: Mode,
     /// What the simulation calls the time of tick 0, s.
@@ -43,25 +41,4 @@ pub struct State {
     pub tokens: Tokens,
     /// None before the start.
     pub unit: Option<Unit>,
-}
-
-impl State {
-    /// As bytes that begin with what they belong to.
-    pub fn to_bytes(&self, token: &str) -> Result<Vec<u8>, Refusal> {
-        postcard::to_extend(self, token.as_bytes().to_vec())
-            .map_err(|error| Refusal::new(format!("the state cannot be written as bytes: {error}")))
-    }
-
-    /// The inverse of [`State::to_bytes`], for the same FMU.
-    pub fn from_bytes(bytes: &[u8], token: &str, parameters: usize) -> Result<Self, Refusal> {
-        let Some(body) = bytes.strip_prefix(token.as_bytes()) else {
-            return Err(Refusal::new("the bytes are not of a state of this FMU"));
-        };
-        let state: Self = postcard::from_bytes(body)
-            .map_err(|error| Refusal::new(format!("the bytes are of no whole state: {error}")))?;
-        if !state.tokens.is_whole() || [&state.at_start, &state.now].iter().any(|own| own.len() != parameters) {
-            return Err(Refusal::new("the bytes are of no whole state"));
-        }
-        Ok(state)
-    }
 }

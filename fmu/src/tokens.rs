@@ -1,10 +1,9 @@
 //! The tokens at an FMU's boundary: last heard and last said, as words.
 
 use anhyst_ipc::{Channel, MAX_FIELDS, Message};
-use serde::{Deserialize, Serialize};
 
 /// One token a channel, of which the fields' bits are kept.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Tokens {
     words: Vec<[u64; MAX_FIELDS]>,
 }
@@ -36,10 +35,5 @@ impl Tokens {
     /// Sets the bits of a field.
     pub fn set_word(&mut self, channel: Channel, field: usize, word: u64) {
         self.words[channel.number()][field] = word;
-    }
-
-    /// Every table has all channels; one that was read from bytes need not.
-    pub fn is_whole(&self) -> bool {
-        self.words.len() == Channel::ALL.len()
     }
 }

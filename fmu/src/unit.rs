@@ -9,10 +9,9 @@ use crate::refusal::Refusal;
 use crate::tokens::Tokens;
 use anhyst_ipc::{Change, Invalid, Now, Previous};
 use anhyst_scenario::{Control, InverseBlock, Rig, Scenario, SteppedLoop};
-use serde::{Deserialize, Serialize};
 
 /// The blocks, at t_k.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Unit {
     Plant(Box<Rig>),
     Inverse(Box<InverseBlock>),

@@ -27,6 +27,9 @@ refused! { "variables of this type, only Float64 and UInt64":
 refused! { "dependencies that change":
     fmi3GetNumberOfVariableDependencies, fmi3GetVariableDependencies,
 }
+refused! { "states as bytes":
+    fmi3SerializedFMUStateSize, fmi3SerializeFMUState, fmi3DeserializeFMUState,
+}
 refused! { "derivatives":
     fmi3GetDirectionalDerivative, fmi3GetAdjointDerivative, fmi3GetOutputDerivatives,
 }

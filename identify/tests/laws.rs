@@ -106,9 +106,6 @@ fn reversal_curves_of_relays_predict_those_between_them() {
     let found = fitted(None, &reversal_curves((0..60).step_by(2).map(reversal)));
     assert_eq!(found.file.start, Start::Turned, "{:?}", found.report);
     let error = predict(&found.file, &reversal_curves((1..60).step_by(2).map(reversal))).error;
-    for own in &found.report.candidates {
-        println!("C {own:?}");
-    }
     assert!(error.rms <= 0.01 * error.range, "{error:?} by {}", found.report.law);
     // What it said of itself is about what came.
     let told = found.report.held_out_nrmse * error.range;

@@ -6,14 +6,13 @@ use anhyst_guard::Guard;
 use anhyst_inverse::{Drive, Inverse};
 use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, Invalid, NodeId, Now, Previous, SafeField};
 use anhyst_plant_sim::{AmplifierNode, PlantNode};
-use serde::{Deserialize, Serialize};
 
 fn refused(node: NodeId) -> impl Fn(&dyn std::fmt::Display) -> Invalid {
     move |error| Invalid::new(node.name(), error.to_string())
 }
 
 /// What stands in the inverse's place: the inverse, or a signal that needs none.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 #[allow(clippy::large_enum_variant)] // There is one in a process, and a box would be one more hop a tick.
 pub enum InverseBlock {
     /// The hysteresis inverse.

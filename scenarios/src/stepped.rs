@@ -13,7 +13,6 @@ use anhyst_ipc::{
     Truth,
 };
 use anhyst_plant_sim::{AmplifierNode, PlantNode};
-use serde::{Deserialize, Serialize};
 
 fn stamped<M: Message>(mut token: M, tick: u64) -> M {
     token.stamp(tick, 0);
@@ -21,7 +20,7 @@ fn stamped<M: Message>(mut token: M, tick: u64) -> M {
 }
 
 /// Amplifier and plant.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Rig {
     amplifier: AmplifierNode,
     plant: PlantNode,
@@ -63,7 +62,7 @@ impl Rig {
 }
 
 /// Estimator, controller, inverse and guard.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Control {
     estimator: Estimator,
     controller: Controller,
@@ -120,7 +119,7 @@ impl Control {
 }
 
 /// The whole loop.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SteppedLoop {
     /// What is commanded.
     pub rig: Rig,

@@ -388,7 +388,6 @@ mod tests {
                 of(Compensation::Fixed),
                 of(Compensation::Learning),
             );
-            println!("{motion:?} {line} {fixed} {learned}");
             assert!(learned < 5e-4, "{learned}");
             assert!(learned < 0.25 * fixed && fixed < 0.5 * line, "{line} {fixed}");
         }

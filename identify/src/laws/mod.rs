@@ -24,4 +24,4 @@ pub use file::LawFile;
 pub use predict::{Distance, Prediction, predict};
 pub use search::{FittedLaw, LawOptions, fit_law};
 pub use start::Start;
-pub use verdict::{LawCandidate, LawFit, LawReport, TIE, fit_each, fit_laws, starts};
+pub use verdict::{LawCandidate, LawFit, LawReport, TIE, fit_each, fit_laws};

@@ -73,7 +73,7 @@ pub struct LawFit {
 }
 
 /// The histories that records of this kind can have.
-pub fn starts(data: &LawData) -> &'static [Start] {
+fn starts(data: &LawData) -> &'static [Start] {
     if data.has_time() {
         &[Start::Rest, Start::Onward, Start::Turned]
     } else if data.records.iter().all(|record| record.is_closed()) {

@@ -30,9 +30,7 @@ impl MeasuredRun {
     /// # Errors
     /// A table that is none, or holds no run.
     pub fn read(file: &Path, options: &RunReadOptions) -> Result<Self, MeasuredError> {
-        let sheet = Sheet::open(file, &options.mappings)?;
-        let columns = Columns::resolve(file, &sheet.headers, &sheet.mappings, &Quantity::ALL)?;
-        require_both_ends(&sheet, &columns)?;
+        let (sheet, columns) = opened(file, options)?;
         let selection = Selection {
             rows: chosen(&sheet, options),
             sheet: &sheet,
@@ -79,9 +77,7 @@ impl MeasuredRun {
             Err(MeasuredError::SeveralLoops { .. }) => {}
             one => return one.map(|run| vec![run]),
         }
-        let sheet = Sheet::open(file, &options.mappings)?;
-        let columns = Columns::resolve(file, &sheet.headers, &options.mappings, &Quantity::ALL)?;
-        require_both_ends(&sheet, &columns)?;
+        let (sheet, columns) = opened(file, options)?;
         let all = Selection {
             rows: chosen(&sheet, options),
             sheet: &sheet,
@@ -161,6 +157,14 @@ impl Selection<'_> {
             columns: Some(self.columns.clone()),
         }
     }
+}
+
+/// A table with an input and an output.
+fn opened(file: &Path, options: &RunReadOptions) -> Result<(Sheet, Columns), MeasuredError> {
+    let sheet = Sheet::open(file, &options.mappings)?;
+    let columns = Columns::resolve(file, &sheet.headers, &sheet.mappings, &Quantity::ALL)?;
+    require_both_ends(&sheet, &columns)?;
+    Ok((sheet, columns))
 }
 
 /// A run without an input or without an output says nothing about an actuator.
