@@ -44,7 +44,7 @@ pub use law::{
     PlaySumState, PrandtlIshlinskiiInverse, Preisach, PreisachState, ScaledDomainWall, SlowLag, Warp,
 };
 pub use magnetostriction::Magnetostriction;
-pub use material::Material;
+pub use material::{Material, MaterialLaw};
 pub use parameter::{NominalParameter, ParameterRole, ParameterSpec, Screening, Signal};
 pub use play::Play;
 pub use rod::{RodConstants, RodElements, RodElementsPropagator, RodMotion, RodState, TwoPole, TwoPolePropagator};

@@ -2,18 +2,81 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Hysteresis, Magnetostriction, ModelError};
+use crate::error::require;
+use crate::{Hysteresis, HysteresisLaw, LawModel, Magnetostriction, ModelError};
 
-/// Everything that describes a magnetostrictive material at one temperature and stress.
+/// Everything that describes a magnetostrictive material at one temperature and stress, or what stands in its place.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Material {
     pub name: String,
     /// Publication, data sheet or measured file that the numbers come from.
     pub source: String,
+    /// Where another law is given, only the scale of its input (a) and output (Ms).
     pub hysteresis: Hysteresis,
     pub magnetostriction: Magnetostriction,
+    /// Another law in place of the domain wall's: a piezo stack's, an electromagnet's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub law: Option<MaterialLaw>,
 }
+
+/// Any hysteresis law, from what drives an actuator to what it gives.
+///
+/// Whatever is called a field elsewhere is then its input, whatever is called a magnetization its output counted from rest, and the
+/// free strain is the output itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialLaw {
+    /// Of the input, as `V`.
+    pub input_unit: String,
+    /// Of the output, as `m`.
+    pub output_unit: String,
+    /// What the input may be, lowest and highest.
+    pub input_extent: [f64; 2],
+    pub model: LawModel,
+}
+
+impl MaterialLaw {
+    /// Half of what the input may be.
+    pub fn input_scale(&self) -> f64 {
+        0.5 * (self.input_extent[1] - self.input_extent[0])
+    }
+
+    /// The output at the ends of the input, along the first way there from rest, counted from rest.
+    pub fn reach(&self) -> [f64; 2] {
+        let rest = self.model.rest();
+        let zero = self.model.output(&rest);
+        self.input_extent.map(|end| {
+            let mut state = rest.clone();
+            self.model.advance(&mut state, end);
+            self.model.pass(&mut state, f64::INFINITY);
+            self.model.output(&state) - zero
+        })
+    }
+
+    fn validate(&self) -> Result<(), ModelError> {
+        self.model.validate()?;
+        let [low, high] = self.input_extent;
+        let ends = low <= 0.0 && high >= 0.0 && low < high;
+        require(
+            ends,
+            "lowest input of a law",
+            low,
+            "(unit of the input)",
+            "at most 0, and below the highest",
+        )?;
+        require(
+            high.is_finite(),
+            "highest input of a law",
+            high,
+            "(unit of the input)",
+            "finite",
+        )
+    }
+}
+
+/// Ms over the largest output of another law.
+const LAW_ROOM: f64 = 2.0;
 
 impl Material {
     /// The paper's Terfenol-D, biased at Ms/2, λs = 1.005e-3.
@@ -26,11 +89,49 @@ impl Material {
                 saturation_magnetostriction: 1.005e-3,
                 bias_fraction: 0.5,
             },
+            law: None,
         }
+    }
+
+    /// What another law stands for.
+    ///
+    /// # Errors
+    /// A law that is none, or that gives nothing within its input's extent.
+    pub fn of_law(name: &str, source: &str, law: MaterialLaw) -> Result<Self, ModelError> {
+        law.validate()?;
+        let [low, high] = law.reach();
+        let size = low.abs().max(high.abs());
+        let named = "output of a law at its largest input";
+        require(size > 0.0, named, size, "(unit of the output)", "finite and not 0")?;
+        Ok(Material {
+            name: name.to_owned(),
+            source: source.to_owned(),
+            hysteresis: Hysteresis {
+                // Room above the first way: a strain law ends at Ms.
+                saturation_magnetization_a_per_m: LAW_ROOM * size,
+                shape_a_per_m: law.input_scale(),
+                pinning_a_per_m: law.input_scale(),
+                coupling: 0.0,
+                ..Hysteresis::terfenol_d()
+            },
+            magnetostriction: Magnetostriction::Parabolic {
+                slope_m_per_a: 1.0,
+                square_m2_per_a2: 0.0,
+            },
+            law: Some(law),
+        })
+    }
+
+    /// Units of what drives it and of what it gives: A/m and m of a magnetostrictive rod.
+    pub fn units(&self) -> [&str; 2] {
+        self.law
+            .as_ref()
+            .map_or(["A/m", "m"], |law| [&law.input_unit, &law.output_unit])
     }
 
     /// Checks the hysteresis and the magnetostriction.
     pub fn validate(&self) -> Result<(), ModelError> {
+        self.law.as_ref().map_or(Ok(()), MaterialLaw::validate)?;
         self.hysteresis.validate()?;
         self.magnetostriction.validate()
     }

@@ -1,6 +1,8 @@
 //! Field → magnetization: the domain wall model with the effects that act inside it.
 //!
 //! A tick: the rod's temperature sets `a`, the field's rate sets k, then the field moves and walls that were frozen may relax.
+//! Where the material has another law, it stands in the place of the domain wall model: its output counts from rest, and time passes
+//! for its creep before the input moves.
 //! Parameters that change while the field rests leave M where it is. Beside M goes its mean excess, by how much its mean over
 //! the tick lies above the mean of its ends: the rod feels the whole tick, and 1 A/m of it is 0.2 nm.
 
@@ -11,7 +13,9 @@ use crate::effects::excess_loss::ExcessLoss;
 use crate::effects::intersample_field::{IntersampleField, Piece};
 use crate::effects::prestress::under_prestress;
 use crate::effects::thermal_drift::ThermalDrift;
-use crate::{ActuatorModel, EffectKind, Hysteresis, MagneticState};
+use crate::{
+    ActuatorModel, EffectKind, Hysteresis, HysteresisLaw, LawModel, LawModelState, MagneticState, MaterialLaw,
+};
 
 /// How much longer than [`Hysteresis::longest_substep_a_per_m`] substeps are where a displacement is all that counts:
 /// sixteen times the error, 1e-7 Ms, 5 pm on the paper's rod.
@@ -28,9 +32,41 @@ pub(super) struct Magnetizer {
     accommodation: Option<Accommodation>,
     /// None of the three.
     plain: bool,
+    /// In place of the hysteresis.
+    other: Option<Box<OtherLaw>>,
     /// M goes straight between samples, and is computed to 1e-9 Ms.
     pub straight: bool,
     pub state: MagneticState,
+}
+
+/// Another law in motion.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct OtherLaw {
+    law: LawModel,
+    state: LawModelState,
+    /// Output at rest.
+    zero: f64,
+    /// 0 for sweeps without time.
+    tick_s: f64,
+}
+
+impl OtherLaw {
+    fn new(of: &MaterialLaw, tick_s: f64) -> Self {
+        let state = of.model.rest();
+        OtherLaw {
+            zero: of.model.output(&state),
+            law: of.model.clone(),
+            state,
+            tick_s: if tick_s.is_finite() { tick_s } else { 0.0 },
+        }
+    }
+
+    /// A part of a tick passes, and the input moves; what comes out, from rest.
+    fn moved(&mut self, share: f64, input: f64) -> f64 {
+        self.law.pass(&mut self.state, share * self.tick_s);
+        self.law.advance(&mut self.state, input);
+        self.law.output(&self.state) - self.zero
+    }
 }
 
 impl Magnetizer {
@@ -51,6 +87,11 @@ impl Magnetizer {
             excess_loss,
             accommodation,
             plain,
+            other: model
+                .material
+                .law
+                .as_ref()
+                .map(|law| Box::new(OtherLaw::new(law, tick_s))),
             straight: false,
             state: MagneticState::default(),
         }
@@ -94,7 +135,7 @@ impl Magnetizer {
     #[inline]
     pub fn step_plain(&mut self, field: f64) -> (f64, f64) {
         let from = self.state.magnetization_a_per_m;
-        let mean = self.moved(&{ self.hysteresis }, field);
+        let mean = self.moved(&{ self.hysteresis }, 1.0, field);
         let to = self.state.magnetization_a_per_m;
         (to, mean - 0.5 * (from + to))
     }
@@ -132,7 +173,7 @@ impl Magnetizer {
         }
         let mut mean = match self.accommodation {
             Some(accommodation) => self.relaxing(&accommodation, &hysteresis, piece.to),
-            None => self.moved(&hysteresis, piece.to),
+            None => self.moved(&hysteresis, piece.span, piece.to),
         };
         let state = self.state;
         // `mean` is that over the field; where the field is curved in time it dwells elsewhere.
@@ -143,10 +184,17 @@ impl Magnetizer {
         mean
     }
 
-    /// The field goes there; returns the mean of M over the field.
+    /// The field goes there in a share of the tick; returns the mean of M over the field.
     #[inline]
-    fn moved(&mut self, hysteresis: &Hysteresis, field: f64) -> f64 {
+    fn moved(&mut self, hysteresis: &Hysteresis, share: f64, field: f64) -> f64 {
         let from = self.state.magnetization_a_per_m;
+        if let Some(other) = &mut self.other {
+            self.state = MagneticState {
+                field_a_per_m: field,
+                magnetization_a_per_m: other.moved(share, field),
+            };
+            return 0.5 * (from + self.state.magnetization_a_per_m);
+        }
         let coarseness = if self.straight { 1.0 } else { COARSE };
         let (state, mean) = hysteresis.advance_with_mean(self.state, field, coarseness);
         self.state = state;
@@ -165,7 +213,7 @@ impl Magnetizer {
         let mut sum = 0.0;
         for part in 1..=parts as u32 {
             let before = lag(hysteresis, self.state);
-            let mean = self.moved(hysteresis, from + change * (f64::from(part) / parts));
+            let mean = self.moved(hysteresis, 0.0, from + change * (f64::from(part) / parts));
             let after = lag(hysteresis, self.state);
             let relaxation = accommodation.relaxation(change / parts, before, after, hysteresis.pinning_a_per_m);
             self.state.magnetization_a_per_m += relaxation;

@@ -27,7 +27,7 @@ pub enum Law {
 }
 
 /// What a [`Law`] remembers.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs)]
 pub enum LawState {
     Plays(PlaySumState),
@@ -105,8 +105,8 @@ impl HysteresisLaw for Law {
         with_state!(self, state, own, of => own.slope(of, rising), f64::NAN)
     }
 
-    fn advance_to_output(&self, state: &mut LawState, output_to: f64, input_limit: f64) -> bool {
-        with_state!(self, state, own, of => HysteresisLaw::advance_to_output(own, of, output_to, input_limit), false)
+    fn input_for(&self, state: &LawState, output_to: f64, input_limit: f64) -> (f64, bool) {
+        with_state!(self, state, own, of => own.input_for(of, output_to, input_limit), (f64::NAN, false))
     }
 }
 
@@ -118,6 +118,14 @@ impl Law {
             Law::Preisach(own) => own.free_weights().to_vec(),
             Law::BoucWen(own) => vec![own.amplitude],
             Law::DomainWall(own) => vec![own.gain],
+        }
+    }
+
+    fn weight_count(&self) -> usize {
+        match self {
+            Law::Plays(own) => own.groups.iter().map(|group| group.weights.len()).sum(),
+            Law::Preisach(own) => own.free_weights().len(),
+            Law::BoucWen(_) | Law::DomainWall(_) => 1,
         }
     }
 
@@ -177,7 +185,7 @@ pub struct LawModel {
 }
 
 /// What a [`LawModel`] remembers.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LawModelState {
     input: f64,
     laws: Vec<LawState>,
@@ -209,17 +217,26 @@ impl LawModel {
         [self.offset, self.slope].into_iter().chain(laws).chain(lags).collect()
     }
 
-    /// Takes other weights, as many as there are. States from before keep sums of the old ones: begin anew.
+    /// Takes other weights, as many as there are. A state from before keeps sums of the old ones: [`LawModel::reweigh`] it.
     pub fn set_weights(&mut self, weights: &[f64]) {
         let (beside, mut weights) = weights.split_at(2);
         (self.offset, self.slope) = (beside[0], beside[1]);
         for law in &mut self.laws {
-            let (own, rest) = weights.split_at(law.weights().len());
+            let (own, rest) = weights.split_at(law.weight_count());
             law.set_weights(own);
             weights = rest;
         }
         for (lag, weight) in self.creep.iter_mut().zip(weights) {
             lag.weight = *weight;
+        }
+    }
+
+    /// Brings a state to other weights than those that it was made with: where the law is, not what it gave.
+    pub fn reweigh(&self, state: &mut LawModelState) {
+        for (law, own) in self.laws.iter().zip(&mut state.laws) {
+            if let (Law::Preisach(law), LawState::Preisach(own)) = (law, own) {
+                law.reweigh(own);
+            }
         }
     }
 

@@ -9,22 +9,21 @@ use super::HysteresisLaw;
 /// More halvings than a double has bits.
 const MAX_STEPS: usize = 128;
 
-/// See [`HysteresisLaw::advance_to_output`].
-pub(super) fn advance_to_output<L: HysteresisLaw + ?Sized>(
+/// See [`HysteresisLaw::input_for`].
+pub(super) fn input_for<L: HysteresisLaw + ?Sized>(
     law: &L,
-    state: &mut L::State,
+    state: &L::State,
     output_to: f64,
     input_limit: f64,
-) -> bool {
+) -> (f64, bool) {
     let here = L::input(state);
     let inside = here.clamp(-input_limit, input_limit);
     if output_to.is_nan() || inside != here {
-        law.advance(state, inside);
-        return false;
+        return (inside, false);
     }
     let present = law.output(state);
     if output_to == present {
-        return true;
+        return (here, true);
     }
     let rising = output_to > present;
     let end = if rising { input_limit } else { -input_limit };
@@ -32,12 +31,10 @@ pub(super) fn advance_to_output<L: HysteresisLaw + ?Sized>(
     let short_of = |output: f64| sign * (output_to - output);
     let (at_end, _) = law.ahead(state, end);
     if short_of(at_end) > 0.0 {
-        law.advance(state, end);
-        return false;
+        return (end, false);
     }
     let found = search(law, state, (here, present), (end, at_end), output_to, sign);
-    law.advance(state, found);
-    true
+    (found, true)
 }
 
 /// Between a near input that is short of the demand and a far one that is not.

@@ -84,9 +84,16 @@ pub trait HysteresisLaw {
     /// d output/d input for a rising or a falling input.
     fn slope(&self, state: &Self::State, rising: bool) -> f64;
 
-    /// Moves the input monotonically until the output has a value, not past ± a limit; false if the limit, or a demand that
-    /// is not a number, came before. The state is then exactly what [`HysteresisLaw::advance`] makes of its input.
+    /// Where the input would have to go for the output to have a value, not past ± a limit; false if the limit, or a demand
+    /// that is not a number, comes before.
+    fn input_for(&self, state: &Self::State, output_to: f64, input_limit: f64) -> (f64, bool) {
+        inversion::input_for(self, state, output_to, input_limit)
+    }
+
+    /// Moves the input there. The state is exactly what [`HysteresisLaw::advance`] makes of it.
     fn advance_to_output(&self, state: &mut Self::State, output_to: f64, input_limit: f64) -> bool {
-        inversion::advance_to_output(self, state, output_to, input_limit)
+        let (input_to, reached) = self.input_for(state, output_to, input_limit);
+        self.advance(state, input_to);
+        reached
     }
 }

@@ -176,7 +176,7 @@ pub struct PlaySum {
 }
 
 /// Where the plays are.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PlaySumState {
     /// v.
     pub input: f64,

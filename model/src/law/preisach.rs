@@ -201,7 +201,7 @@ impl From<Preisach> for Density {
 }
 
 /// Where the cells are.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PreisachState {
     /// v.
     pub input: f64,
@@ -227,10 +227,22 @@ impl Preisach {
 
     pub(super) fn set_free_weights(&mut self, to: &[f64]) {
         match &mut self.density {
-            Density::Cells { weights, .. } => weights.copy_from_slice(to),
-            Density::Lorentz { amplitude, .. } => *amplitude = to[0],
+            Density::Cells { weights, .. } => {
+                weights.copy_from_slice(to);
+                self.weights.copy_from_slice(to);
+            }
+            Density::Lorentz { amplitude, .. } => {
+                *amplitude = to[0];
+                *self = self.density.clone().into();
+            }
         }
-        *self = self.density.clone().into();
+    }
+
+    /// Sums of a state at the present weights.
+    pub(super) fn reweigh(&self, state: &mut PreisachState) {
+        for (row, sum) in state.row_sums.iter_mut().enumerate() {
+            *sum = self.row_sum(row, &state.cells[Self::row(row)]);
+        }
     }
 
     pub(super) fn regressors(&self, state: &PreisachState, into: &mut Vec<f64>) {

@@ -68,8 +68,7 @@ impl HysteresisLaw for ScaledDomainWall {
         self.gain * self.hysteresis.slope(*state, rising)
     }
 
-    fn advance_to_output(&self, state: &mut MagneticState, output_to: f64, input_limit: f64) -> bool {
-        let to = output_to / self.gain;
-        HysteresisLaw::advance_to_output(&self.hysteresis, state, to, input_limit)
+    fn input_for(&self, state: &MagneticState, output_to: f64, input_limit: f64) -> (f64, bool) {
+        self.hysteresis.input_for(state, output_to / self.gain, input_limit)
     }
 }

@@ -135,9 +135,8 @@ impl HysteresisLaw for Hysteresis {
     }
 
     /// By the law's own inverse, which knows its phases.
-    fn advance_to_output(&self, state: &mut MagneticState, magnetization_to: f64, field_limit: f64) -> bool {
+    fn input_for(&self, state: &MagneticState, magnetization_to: f64, field_limit: f64) -> (f64, bool) {
         let inversion = self.advance_to_magnetization(*state, magnetization_to, field_limit);
-        *state = inversion.state;
-        !inversion.limited
+        (inversion.state.field_a_per_m, !inversion.limited)
     }
 }
