@@ -14,7 +14,7 @@ extern "C" {
 #endif
 
 /* Hash of all layouts below: the library refuses a program that was compiled against others. */
-#define ANHYST_LAYOUTS UINT64_C(0xc57f8c9aae042e52)
+#define ANHYST_LAYOUTS UINT64_C(0x1d343637cc9c1c5e)
 
 /* Numbers of the channels. */
 #define ANHYST_MEASUREMENT 0u
@@ -101,9 +101,11 @@ typedef struct {
     double coupling_deviation; /* That of alpha. */
     double reversibility_deviation; /* That of c. */
     uint64_t informed_directions; /* Directions of the parameters that the recent motion tells. */
+    uint64_t weight_index; /* Of a material with another law than the domain wall's: which of its weights this tick tells, in turn. */
+    double weight; /* That weight, in output per what it is multiplied with; of the domain wall law 0. */
     uint64_t status; /* Bits: 1 adapting (outside the dead zone), 2 at an edge of the parameter's range, 4 held (nothing is learnt), 8 fixed by the scenario, 16 the measurement was left out, because it is too far from the predicted, 32 no usable measurement of this tick has come. */
 } AnhystEstimate;
-ANHYST_ASSERT(sizeof(AnhystEstimate) == 200, "size of AnhystEstimate");
+ANHYST_ASSERT(sizeof(AnhystEstimate) == 216, "size of AnhystEstimate");
 ANHYST_ASSERT(offsetof(AnhystEstimate, tick) == 0, "offset of tick");
 ANHYST_ASSERT(offsetof(AnhystEstimate, sent_ns) == 8, "offset of sent_ns");
 ANHYST_ASSERT(offsetof(AnhystEstimate, shape_a_per_m) == 16, "offset of shape_a_per_m");
@@ -128,7 +130,9 @@ ANHYST_ASSERT(offsetof(AnhystEstimate, pinning_deviation_a_per_m) == 160, "offse
 ANHYST_ASSERT(offsetof(AnhystEstimate, coupling_deviation) == 168, "offset of coupling_deviation");
 ANHYST_ASSERT(offsetof(AnhystEstimate, reversibility_deviation) == 176, "offset of reversibility_deviation");
 ANHYST_ASSERT(offsetof(AnhystEstimate, informed_directions) == 184, "offset of informed_directions");
-ANHYST_ASSERT(offsetof(AnhystEstimate, status) == 192, "offset of status");
+ANHYST_ASSERT(offsetof(AnhystEstimate, weight_index) == 192, "offset of weight_index");
+ANHYST_ASSERT(offsetof(AnhystEstimate, weight) == 200, "offset of weight");
+ANHYST_ASSERT(offsetof(AnhystEstimate, status) == 208, "offset of status");
 
 /* What the controller wants, decided at `t_k` for `t_k+2`.
    Sent by controller. */

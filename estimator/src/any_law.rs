@@ -38,6 +38,11 @@ impl AnyLaw {
                 let sentence = "MultiParameter needs one model with its derivatives, not a bank over `a`";
                 return Err(Invalid::new("law", sentence).into());
             }
+            LawSettings::Weights(_) | LawSettings::FixedWeights => {
+                let sentence =
+                    "this estimates the weights of another hysteresis law, and the material has the domain wall's";
+                return Err(Invalid::new("law", sentence).into());
+            }
             LawSettings::Scalar(own) => AnyLaw::Folded(Folded::new(Form::Scalar, own, tick_s)),
         })
     }

@@ -9,6 +9,7 @@ use crate::coil_field::{CoilFieldModel, FieldKnowledge};
 use crate::effects::KnownEffects;
 use crate::excitation::Excitation;
 use crate::law::Correction;
+use crate::law_weights::Weight;
 use crate::models::Models;
 use crate::multi_parameter::ParameterEstimates;
 use crate::outlier::OutlierTest;
@@ -33,6 +34,8 @@ pub struct Estimation {
     pub excitation: Excitation,
     /// All parameters, where several are estimated.
     pub parameters: Option<ParameterEstimates>,
+    /// One weight of another law than the domain wall's, another one every tick.
+    pub weight: Option<Weight>,
 }
 
 /// The estimator: everything it remembers.
@@ -81,7 +84,7 @@ impl Estimator {
     ) -> Result<Self, EstimatorError> {
         settings.validate()?;
         material.validate()?;
-        let models = Models::new(settings, material.hysteresis, &two_pole_per_strain, tick_s)?;
+        let models = Models::new(settings, material, &two_pole_per_strain, tick_s)?;
         let (columns, values) = models.columns();
         let saturation_a_per_m = material.hysteresis.saturation_magnetization_a_per_m;
         let strain_at = |share: f64| {
@@ -165,6 +168,7 @@ impl Estimator {
             outlier,
             excitation: taught.excitation,
             parameters: taught.parameters,
+            weight: taught.weight,
         }
     }
 }

@@ -5,8 +5,8 @@
 
 use crate::Grid;
 
-/// A displacement beyond this is no measurement of a rod: it would fill a law's filters with nonsense for a long time.
-const CREDIBLE_DISPLACEMENT_M: f64 = 1.0;
+/// A displacement (or tesla) beyond this is no measurement of an actuator: it would fill a law's filters with nonsense for a long time.
+const CREDIBLE_DISPLACEMENT_M: f64 = 10.0;
 
 /// Whether a law may use the measurement at all.
 pub(crate) fn is_credible(displacement_m: f64) -> bool {

@@ -21,6 +21,7 @@ mod folded;
 mod gauss_newton;
 mod grid;
 mod law;
+mod law_weights;
 mod matrix;
 mod matrix_law;
 mod models;
@@ -48,6 +49,7 @@ pub use folded::Folded;
 pub use gauss_newton::GaussNewton;
 pub use grid::Grid;
 pub use law::{Correction, Law, Prediction};
+pub use law_weights::Weight;
 pub use matrix::{Matrix, MatrixConstants};
 pub use matrix_law::MatrixLaw;
 pub use modes::{Mode, Modes};
@@ -56,7 +58,7 @@ pub use num_complex::Complex64;
 pub use scalar::{Form, Scalar, ScalarPlant, ScalarSettings};
 pub use settings::{
     EstimatorSettings, ExcitationSettings, FieldSource, GaussNewtonSettings, LawSettings, MinMaxSettings,
-    MultiParameterSettings, OutlierSettings, ParameterSettings, Tuning,
+    MultiParameterSettings, OutlierSettings, ParameterSettings, Tuning, WeightSettings,
 };
 pub use smooth::SmoothPoint;
-pub use weights::{WeightEstimator, WeightSettings};
+pub use weights::{WeightBelief, WeightEstimator};

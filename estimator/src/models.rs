@@ -1,4 +1,5 @@
-//! What follows the field, and the law that learns from it: a bank over Θ for `a` alone, or one model with its derivatives.
+//! What follows the field, and the law that learns from it: a bank over Θ for `a` alone, one model with its derivatives, or
+//! another hysteresis law, whose output is the sum of what its weights are multiplied with.
 //!
 //! Both are columns that go the same way through creep, strain, rods and sensor: the members' outputs, or an output and its
 //! derivatives, which a linear path carries alike.
@@ -6,10 +7,11 @@
 use crate::any_law::AnyLaw;
 use crate::excitation::{Excitation, ExcitationMonitor};
 use crate::law::{Correction, Law, Prediction, is_credible};
+use crate::law_weights::{LawWeights, Weight};
 use crate::multi_parameter::{COLUMNS, MultiParameter, ParameterEstimates};
 use crate::washout::Washout;
 use crate::{EstimatorError, EstimatorSettings, Grid, LawSettings, MinMaxSettings};
-use anhyst_model::{Bank, Hysteresis, Magnetostriction, TwoPole};
+use anhyst_model::{Bank, Magnetostriction, Material, TwoPole};
 use serde::{Deserialize, Serialize};
 
 /// See above.
@@ -17,6 +19,7 @@ use serde::{Deserialize, Serialize};
 pub(crate) enum Models {
     Bank(Box<BankModels>),
     Tangent(Box<MultiParameter>),
+    Sum(Box<LawWeights>),
 }
 
 /// A bank and a law for `a`.
@@ -41,15 +44,22 @@ pub(crate) struct Taught {
     pub parameters: Option<ParameterEstimates>,
     /// By how much of its derivatives the first column is to move.
     pub change: Option<[f64; COLUMNS - 1]>,
+    /// One of another law's weights.
+    pub weight: Option<Weight>,
 }
 
 impl Models {
     pub fn new(
         settings: &EstimatorSettings,
-        hysteresis: Hysteresis,
+        material: &Material,
         two_pole_per_strain: &TwoPole,
         tick_s: f64,
     ) -> Result<Self, EstimatorError> {
+        if let Some(law) = &material.law {
+            let law = LawWeights::new(&settings.law, law, material.hysteresis.shape_a_per_m, tick_s)?;
+            return Ok(Models::Sum(Box::new(law)));
+        }
+        let hysteresis = material.hysteresis;
         if let LawSettings::MultiParameter(own) = &settings.law {
             let memory_s = settings.excitation.memory_s;
             let law = MultiParameter::new(own, hysteresis, memory_s, tick_s)?;
@@ -80,6 +90,7 @@ impl Models {
         match self {
             Models::Bank(own) => (own.bank.magnetizations().len(), own.bank.magnetizations().len()),
             Models::Tangent(_) => (COLUMNS, 1),
+            Models::Sum(own) => (own.columns().len(), 0),
         }
     }
 
@@ -88,6 +99,7 @@ impl Models {
         match self {
             Models::Bank(own) => own.bank.advance(field_a_per_m),
             Models::Tangent(own) => own.advance(field_a_per_m),
+            Models::Sum(own) => own.advance(field_a_per_m),
         }
     }
 
@@ -96,6 +108,7 @@ impl Models {
         match self {
             Models::Bank(own) => own.bank.magnetizations(),
             Models::Tangent(own) => own.columns(),
+            Models::Sum(own) => own.columns(),
         }
     }
 
@@ -114,6 +127,7 @@ impl Models {
                 }
             }
             Models::Tangent(_) => MultiParameter::strains(law, saturation_a_per_m, magnetizations, strains),
+            Models::Sum(_) => strains.copy_from_slice(magnetizations),
         }
     }
 
@@ -122,6 +136,7 @@ impl Models {
         match self {
             Models::Bank(own) => own.grid.linear(displacements_m, own.law.shape_a_per_m()),
             Models::Tangent(_) => displacements_m[0],
+            Models::Sum(own) => own.output(displacements_m),
         }
     }
 
@@ -129,6 +144,7 @@ impl Models {
     pub fn learn(&mut self, strains: &[f64], displacements_m: &[f64], measured_m: f64) -> Taught {
         match self {
             Models::Bank(own) => own.learn(strains, displacements_m, measured_m),
+            Models::Sum(own) => own.learn(displacements_m, measured_m),
             Models::Tangent(own) => {
                 let learned = own.correct(displacements_m, measured_m);
                 Taught {
@@ -137,6 +153,7 @@ impl Models {
                     magnetization_a_per_m: own.magnetization_a_per_m(),
                     parameters: Some(learned.estimates),
                     change: learned.correction.adapting.then_some(learned.change),
+                    weight: None,
                 }
             }
         }

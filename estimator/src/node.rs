@@ -50,6 +50,7 @@ fn estimate(estimation: &Estimation, measured: bool) -> Estimate {
         coupling_deviation,
         reversibility_deviation,
     ] = deviations;
+    let weight = estimation.weight.unwrap_or_default();
     Estimate {
         shape_a_per_m: correction.shape_a_per_m,
         field_a_per_m: estimation.field.now_a_per_m,
@@ -73,6 +74,8 @@ fn estimate(estimation: &Estimation, measured: bool) -> Estimate {
         coupling_deviation,
         reversibility_deviation,
         informed_directions,
+        weight_index: weight.index,
+        weight: weight.value,
         status: status_word([
             (correction.adapting, Estimate::ADAPTING),
             (correction.at_edge, Estimate::AT_EDGE),

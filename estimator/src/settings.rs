@@ -7,6 +7,7 @@ mod min_max;
 mod multi_parameter;
 mod outlier;
 mod tuning;
+mod weights;
 
 pub use excitation::ExcitationSettings;
 pub use gauss_newton::GaussNewtonSettings;
@@ -14,6 +15,7 @@ pub use min_max::MinMaxSettings;
 pub use multi_parameter::{MultiParameterSettings, ParameterSettings};
 pub use outlier::OutlierSettings;
 pub use tuning::Tuning;
+pub use weights::WeightSettings;
 
 use anhyst_ipc::Invalid;
 use min_max::Said;
@@ -72,6 +74,10 @@ pub enum LawSettings {
     MultiParameter(MultiParameterSettings),
     /// The paper's scalar form on the displacement.
     Scalar(MinMaxSettings),
+    /// Of a material with another law: its weights, by a recursive Gram matrix and coordinate descent.
+    Weights(WeightSettings),
+    /// Of a material with another law: its weights are what the material says.
+    FixedWeights,
 }
 
 /// A law as a scenario writes it.
@@ -85,6 +91,8 @@ enum SaidLaw {
     Matrix(Said),
     MultiParameter(MultiParameterSettings),
     Scalar(Said),
+    Weights(WeightSettings),
+    FixedWeights,
 }
 
 impl From<SaidLaw> for LawSettings {
@@ -97,6 +105,8 @@ impl From<SaidLaw> for LawSettings {
             SaidLaw::Matrix(said) => LawSettings::Matrix(said.or(MinMaxSettings::matrix())),
             SaidLaw::MultiParameter(settings) => LawSettings::MultiParameter(settings),
             SaidLaw::Scalar(said) => LawSettings::Scalar(said.or(MinMaxSettings::without_window())),
+            SaidLaw::Weights(settings) => LawSettings::Weights(settings),
+            SaidLaw::FixedWeights => LawSettings::FixedWeights,
         }
     }
 }
@@ -132,20 +142,30 @@ impl LawSettings {
         })
     }
 
+    /// It is for a material with another law than the domain wall's.
+    pub fn is_of_weights(&self) -> bool {
+        matches!(self, Self::Weights(_) | Self::FixedWeights)
+    }
+
     /// Those of a law that steps along a slope.
     pub(crate) fn min_max(&self) -> Option<&MinMaxSettings> {
         match self {
             Self::Folded(own) | Self::Gradient(own) | Self::Matrix(own) | Self::Scalar(own) => Some(own),
-            Self::FixedShape { .. } | Self::GaussNewton(_) | Self::MultiParameter(_) => None,
+            Self::FixedShape { .. }
+            | Self::GaussNewton(_)
+            | Self::MultiParameter(_)
+            | Self::Weights(_)
+            | Self::FixedWeights => None,
         }
     }
 
-    /// The shapes that the estimate may take, A/m; twice the same where it is fixed.
+    /// The shapes that the estimate may take, A/m; twice the same where it is fixed, 0 where there is none.
     pub fn range_a_per_m(&self) -> (f64, f64) {
         match self {
             Self::FixedShape { shape_a_per_m } => (*shape_a_per_m, *shape_a_per_m),
             Self::GaussNewton(own) => own.range_a_per_m,
             Self::MultiParameter(own) => own.range_a_per_m(),
+            Self::Weights(_) | Self::FixedWeights => (0.0, 0.0),
             Self::Folded(own) | Self::Gradient(own) | Self::Matrix(own) | Self::Scalar(own) => own.range_a_per_m,
         }
     }
@@ -157,6 +177,7 @@ impl LawSettings {
             Self::FixedShape { shape_a_per_m } => *shape_a_per_m = start_a_per_m,
             Self::GaussNewton(own) => own.start_a_per_m = start_a_per_m,
             Self::MultiParameter(own) => own.start_a_per_m = start_a_per_m,
+            Self::Weights(_) | Self::FixedWeights => {}
             Self::Folded(own) | Self::Gradient(own) | Self::Matrix(own) | Self::Scalar(own) => {
                 own.start_a_per_m = start_a_per_m;
             }
@@ -167,7 +188,7 @@ impl LawSettings {
     /// Members of the law's bank; 1 where it has none.
     pub fn members(&self) -> usize {
         match self {
-            Self::FixedShape { .. } | Self::MultiParameter(_) => 1,
+            Self::FixedShape { .. } | Self::MultiParameter(_) | Self::Weights(_) | Self::FixedWeights => 1,
             Self::GaussNewton(own) => own.members,
             Self::Folded(own) | Self::Gradient(own) | Self::Matrix(own) | Self::Scalar(own) => own.members,
         }
@@ -185,6 +206,8 @@ impl LawSettings {
             Self::Folded(own) => own.validate(),
             Self::Gradient(own) | Self::Scalar(own) => own.validate_without_window(),
             Self::Matrix(own) => own.validate_matrix(),
+            Self::Weights(own) => own.validate(),
+            Self::FixedWeights => Ok(()),
         }
     }
 }

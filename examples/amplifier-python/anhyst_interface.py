@@ -121,16 +121,18 @@ class Estimate(ctypes.Structure):
         ("coupling_deviation", ctypes.c_double),  # That of alpha.
         ("reversibility_deviation", ctypes.c_double),  # That of c.
         ("informed_directions", ctypes.c_uint64),  # Directions of the parameters that the recent motion tells.
+        ("weight_index", ctypes.c_uint64),  # Of a material with another law than the domain wall's: which of its weights this tick tells, in turn.
+        ("weight", ctypes.c_double),  # That weight, in output per what it is multiplied with; of the domain wall law 0.
         ("status", ctypes.c_uint64),  # Bits: 1 adapting (outside the dead zone), 2 at an edge of the parameter's range, 4 held (nothing is learnt), 8 fixed by the scenario, 16 the measurement was left out, because it is too far from the predicted, 32 no usable measurement of this tick has come.
     ]
 
     @staticmethod
     def type_name() -> str:
         """The name by which iceoryx2 compares payloads."""
-        return "Estimate_da61998b13ef42f6"
+        return "Estimate_f1f05b86033d2502"
 
 
-assert ctypes.sizeof(Estimate) == 200
+assert ctypes.sizeof(Estimate) == 216
 assert Estimate.tick.offset == 0
 assert Estimate.sent_ns.offset == 8
 assert Estimate.shape_a_per_m.offset == 16
@@ -155,7 +157,9 @@ assert Estimate.pinning_deviation_a_per_m.offset == 160
 assert Estimate.coupling_deviation.offset == 168
 assert Estimate.reversibility_deviation.offset == 176
 assert Estimate.informed_directions.offset == 184
-assert Estimate.status.offset == 192
+assert Estimate.weight_index.offset == 192
+assert Estimate.weight.offset == 200
+assert Estimate.status.offset == 208
 
 
 class Demand(ctypes.Structure):

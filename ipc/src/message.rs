@@ -164,7 +164,7 @@ pub struct Field {
 }
 
 /// The most fields that a message may have (the digest's buffer is sized by it).
-pub const MAX_FIELDS: usize = 24;
+pub const MAX_FIELDS: usize = 26;
 
 /// A token: `tick` and `sent_ns`, then the fields.
 pub trait Message: Copy + Default + PartialEq + std::fmt::Debug + ZeroCopySend + 'static {

@@ -104,6 +104,10 @@ message! {
         reversibility_deviation: f64 in "",
         /// Directions of the parameters that the recent motion tells.
         informed_directions: u64 in "",
+        /// Of a material with another law than the domain wall's: which of its weights this tick tells, in turn.
+        weight_index: u64 in "",
+        /// That weight, in output per what it is multiplied with; of the domain wall law 0.
+        weight: f64 in "",
         /// Bits:
         status: u64 in "" {
             ADAPTING = 1 "adapting (outside the dead zone)",

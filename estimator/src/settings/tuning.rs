@@ -67,6 +67,7 @@ impl LawSettings {
             }
             LawSettings::Matrix(own) => tuning.tune(own),
             LawSettings::MultiParameter(own) => own.start_a_per_m = start_a_per_m,
+            LawSettings::Weights(_) | LawSettings::FixedWeights => {}
             LawSettings::GaussNewton(gauss_newton) => {
                 *gauss_newton = GaussNewtonSettings {
                     range_a_per_m,
