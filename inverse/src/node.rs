@@ -42,7 +42,7 @@ impl Block for Inverse {
     }
 }
 
-fn field_command(command: Command, fallen_back: bool) -> FieldCommand {
+pub(crate) fn field_command(command: Command, fallen_back: bool) -> FieldCommand {
     FieldCommand {
         field_a_per_m: command.field_a_per_m,
         coil_field_a_per_m: command.coil_field_a_per_m,
