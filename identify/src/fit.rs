@@ -82,6 +82,7 @@ impl Fit {
             source: format!("fitted to {}, XXH3 {}", self.report.source, self.report.data_hash),
             hysteresis: self.hysteresis,
             magnetostriction: self.magnetostriction?,
+            law: None,
         })
     }
 }

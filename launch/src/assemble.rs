@@ -27,6 +27,7 @@ pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -
         NodeId::Controller => boxed(scenario.controller()?, scenario, connections)?,
         NodeId::Inverse => match scenario.inverse_block()? {
             InverseBlock::Inverse(block) => boxed(block, scenario, connections)?,
+            InverseBlock::Law(block) => boxed(block, scenario, connections)?,
             InverseBlock::Drive(block) => boxed(block, scenario, connections)?,
         },
         NodeId::Guard => boxed(scenario.guard_block()?, scenario, connections)?,
@@ -63,6 +64,7 @@ pub fn scribe(scenario: &Scenario, folder: Option<&RunFolder>, rejoins: bool) ->
     let overheard = foreign.map(|node| Overheard::new(node, scenario.ticks())).collect();
     let limit_a_per_m = scenario.guard.field_limit_a_per_m;
     let judge = Judge::new(scenario.expect, scenario.tick_s, limit_a_per_m)
+        .in_units(scenario.units())
         .noticing(Noticing::new(scenario))
         .following(followed(scenario)?)
         .with_changes(&scenario.changes)

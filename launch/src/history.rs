@@ -7,6 +7,7 @@ use anhyst_ipc::{Demand, Estimate, Measurement, SafeField};
 use anhyst_report::chart::{Axis, Chart, Curve, Figure, Role, TIME};
 use anhyst_report::page::Section;
 use anhyst_report::table::Table;
+use anhyst_scenario::Units;
 use serde::{Deserialize, Serialize};
 
 /// Events that are listed; a guard that raises more says nothing new.
@@ -178,13 +179,21 @@ impl Told {
     }
 
     /// Its sections of a page.
-    pub fn sections(&self, tick_s: f64) -> Vec<Section> {
+    pub fn sections(&self, tick_s: f64, units: &Units) -> Vec<Section> {
         let mut sections = Vec::new();
         if !self.windows.is_empty() {
-            let figure = Figure::new("Tracking and estimate", vec![self.tracking(), self.estimate()]).columns(1);
-            let caption = "In each of at most 256 windows of the run: lowest and highest reference and measured displacement; mean of the \
-                           estimate of a, with two of the law's standard deviations either way where it gives them, and of the true a where it is known.";
-            sections.push(Section::new("Tracking and estimate").figure(figure, caption));
+            let (title, charts, caption) = if units.shape {
+                let caption = "In each of at most 256 windows of the run: lowest and highest reference and measured displacement; mean of the \
+                               estimate of a, with two of the law's standard deviations either way where it gives them, and of the true a where it is known.";
+                let charts = vec![self.tracking(units), self.estimate()];
+                ("Tracking and estimate", charts, caption)
+            } else {
+                let caption =
+                    "In each of at most 256 windows of the run: lowest and highest reference and measured output.";
+                ("Tracking", vec![self.tracking(units)], caption)
+            };
+            let figure = Figure::new(title, charts).columns(1);
+            sections.push(Section::new(title).figure(figure, caption));
         }
         sections.push(self.events_and_states(tick_s));
         sections
@@ -194,18 +203,25 @@ impl Told {
         Curve::new(self.windows.iter().map(|(time_s, own)| [*time_s, of(own)]), role)
     }
 
-    fn tracking(&self) -> Chart {
+    fn tracking(&self, units: &Units) -> Chart {
         let reach = self
             .windows
             .iter()
             .map(|(time_s, own)| (*time_s, own.reference_m[0], own.reference_m[1]));
-        Chart::new("tracking", TIME, Axis::new("displacement", "m"))
-            .band(reach.collect(), Role::Nominal, Some("reference"))
-            .curve(
-                self.curve(|own| own.displacement_m[0], Role::Measured)
-                    .named("measured, lowest and highest"),
-            )
-            .curve(self.curve(|own| own.displacement_m[1], Role::Measured))
+        Chart::new(
+            "tracking",
+            TIME,
+            Axis::new(
+                if units.output == "m" { "displacement" } else { "output" },
+                &units.output,
+            ),
+        )
+        .band(reach.collect(), Role::Nominal, Some("reference"))
+        .curve(
+            self.curve(|own| own.displacement_m[0], Role::Measured)
+                .named("measured, lowest and highest"),
+        )
+        .curve(self.curve(|own| own.displacement_m[1], Role::Measured))
     }
 
     fn estimate(&self) -> Chart {

@@ -11,7 +11,7 @@ use crate::noticed::Noticing;
 use crate::verdict::{EstimatedParameters, LeastMargin, Verdict};
 use anhyst_controller::Trajectory;
 use anhyst_ipc::{Change, CoilField, Demand, Estimate, MAX_CHANGES, Measurement, SafeField, Truth, Tunable};
-use anhyst_scenario::Expect;
+use anhyst_scenario::{Expect, Units};
 use serde::{Deserialize, Serialize};
 
 /// Running sums over the tokens of a run. They can be written down, for the judge that takes the place of one that died.
@@ -77,6 +77,12 @@ impl Judge {
             departed: false,
             verdict: Verdict::default(),
         }
+    }
+
+    /// The same, saying its numbers in these.
+    pub fn in_units(mut self, units: Units) -> Self {
+        self.verdict.units = units;
+        self
     }
 
     /// The same, listening to what is worth telling beside the verdict.

@@ -4,27 +4,44 @@
 //! computing, one of hold), so it stands in row k.
 
 use anhyst_ipc::{Measurement, SafeField};
+use anhyst_scenario::Units;
 use std::fmt::Write as _;
 
 /// From the tick in which the guard speaks to the instant it speaks of.
 const TICKS_AHEAD: usize = 2;
 
+/// Headers of command, measured input and output. Of a voltage or a current there is no second one that a reader would take.
+fn headers(units: &Units) -> (&'static str, Option<&'static str>, &'static str) {
+    let (command, measured) = match units.input.as_str() {
+        "V" => ("voltage_V", None),
+        "A" => ("current_A", None),
+        _ => ("field_command_A_per_m", Some("field_A_per_m")),
+    };
+    let output = match units.output.as_str() {
+        "T" => "flux_density_T",
+        "m/m" => "strain",
+        "A/m" => "magnetization_A_per_m",
+        _ => "displacement_m",
+    };
+    (command, measured, output)
+}
+
 /// The measured run as CSV, every number to its last bit.
-pub fn measured_table(measured: &[Measurement], asked: &[SafeField], tick_s: f64) -> String {
+pub fn measured_table(measured: &[Measurement], asked: &[SafeField], tick_s: f64, units: &Units) -> String {
     let warm = measured.iter().any(|row| row.temperature_k != 0.0);
-    let mut text = String::from("time_s,field_command_A_per_m,field_A_per_m,displacement_m");
-    text.push_str(if warm { ",temperature_K\n" } else { "\n" });
+    let (command, field, output) = headers(units);
+    let names = ["time_s", command].into_iter().chain(field).chain([output]);
+    let names: Vec<&str> = names.chain(warm.then_some("temperature_K")).collect();
+    let mut text = names.join(",") + "\n";
     for (k, row) in measured.iter().enumerate() {
         let command = k.checked_sub(TICKS_AHEAD).and_then(|k| asked.get(k));
         let command = command.map_or(0.0, |token| token.field_a_per_m);
         // Writing to a String cannot fail.
-        let _ = write!(
-            text,
-            "{},{command},{},{}",
-            k as f64 * tick_s,
-            row.coil_field_a_per_m,
-            row.displacement_m
-        );
+        let _ = write!(text, "{},{command}", k as f64 * tick_s);
+        if field.is_some() {
+            let _ = write!(text, ",{}", row.coil_field_a_per_m);
+        }
+        let _ = write!(text, ",{}", row.displacement_m);
         if warm {
             let _ = write!(text, ",{}", row.temperature_k);
         }
@@ -52,12 +69,18 @@ mod tests {
                 ..SafeField::default()
             })
             .collect();
-        let text = measured_table(&measured, &asked, 0.5);
+        let text = measured_table(&measured, &asked, 0.5, &Units::default());
         let rows: Vec<&str> = text.lines().collect();
         assert_eq!(rows[0], "time_s,field_command_A_per_m,field_A_per_m,displacement_m");
         assert_eq!(
             &rows[1..],
             ["0,0,0,0", "0.5,0,0,0.1", "1,1,0,0.2", "1.5,2,0,0.30000000000000004"]
         );
+        let volts = Units {
+            input: "V".into(),
+            ..Units::default()
+        };
+        let text = measured_table(&measured[..1], &asked, 0.5, &volts);
+        assert_eq!(text, "time_s,voltage_V,displacement_m\n0,0,0\n");
     }
 }

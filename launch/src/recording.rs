@@ -6,7 +6,7 @@ use crate::scribe::Scribe;
 use anhyst_controller::TrajectorySettings;
 use anhyst_estimator::LawSettings;
 use anhyst_guard::Event;
-use anhyst_recorder::{EventName, Level, Recorder, RecorderSettings, RunInfo};
+use anhyst_recorder::{EventName, Level, Recorder, RecorderSettings, RunInfo, Scales};
 use anhyst_scenario::Scenario;
 
 /// Adds a recorder to the scribe; one that takes the place of a dead one (`rejoins`) leaves that one's recording alone.
@@ -29,7 +29,9 @@ fn run_info(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<Ru
     let hysteresis = scenario.believed_model()?.material.hysteresis;
     let shape = hysteresis.shape_a_per_m;
     let parameter_range = match scenario.estimator.law {
-        LawSettings::FixedShape { .. } => [0.9 * shape, 1.1 * shape],
+        LawSettings::FixedShape { .. } | LawSettings::Weights(_) | LawSettings::FixedWeights => {
+            [0.9 * shape, 1.1 * shape]
+        }
         adaptive => adaptive.range_a_per_m().into(),
     };
     Ok(RunInfo {
@@ -53,6 +55,10 @@ fn run_info(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<Ru
             hysteresis.reversibility,
         ],
         realtime: scenario.clock.realtime().is_some(),
+        scales: match &scenario.units() {
+            units if units.shape => Scales::default(),
+            units => Scales::of_law(&units.input, &units.output),
+        },
         field_limit_a_per_m: scenario.guard.field_limit_a_per_m,
         events: Event::ALL
             .into_iter()

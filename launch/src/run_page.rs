@@ -1,7 +1,6 @@
 //! A run's page: the verdict, what was noticed, the error over time and over frequency, the loop, figures, latencies. Self-contained,
 //! works without a network.
 
-use crate::course::CourseVerdict;
 use crate::error::RunError;
 use crate::error_course::ErrorWindow;
 use crate::error_spectrum::SpectrumBand;
@@ -72,13 +71,17 @@ fn page(scenario: &Scenario, summary: &Summary) -> Page {
     let mut page = Page::new(&format!("Run of {}", scenario.name), &sentence)
         .section(run.table(summary.figures()))
         .fact("digest", &summary.digest);
-    let own = summary.verdict.trajectory.as_ref().map(CourseVerdict::section);
+    let own = &summary.verdict;
+    let own = own.trajectory.as_ref().map(|course| course.section(&own.units.output));
     let sections = [
         own,
         spectrum(&summary.verdict),
         crate::loop_section::loop_section(scenario),
     ];
-    let history = summary.verdict.history.sections(scenario.tick_s);
+    let history = summary
+        .verdict
+        .history
+        .sections(scenario.tick_s, &summary.verdict.units);
     for section in sections.into_iter().flatten().chain(history) {
         page = page.section(section);
     }
@@ -99,12 +102,17 @@ fn error(course: &[ErrorWindow], summary: &Summary) -> Chart {
         let ends = [first.time_s, last.time_s].map(|time_s| [time_s, tolerance_m]);
         curves.push(Curve::new(ends, Role::Limit).named("tolerance"));
     }
-    Chart::new("error", TIME, Axis::new("error", "m").logarithmic()).series(curves)
+    Chart::new(
+        "error",
+        TIME,
+        Axis::new("error", summary.verdict.units.output.as_str()).logarithmic(),
+    )
+    .series(curves)
 }
 
 /// The error over frequency, and its lines by name.
 fn spectrum(verdict: &crate::verdict::Verdict) -> Option<Section> {
-    let bands = &verdict.error_spectrum;
+    let (bands, output) = (&verdict.error_spectrum, &verdict.units.output);
     if bands.is_empty() {
         return None;
     }
@@ -114,7 +122,7 @@ fn spectrum(verdict: &crate::verdict::Verdict) -> Option<Section> {
     let chart = Chart::new(
         "spectrum of the error",
         Axis::new("frequency", "Hz").logarithmic(),
-        Axis::new("amplitude density", "m/√Hz").logarithmic(),
+        Axis::new("amplitude density", &format!("{output}/√Hz")).logarithmic(),
     )
     .curve(curve(|own| own.sensor_m_per_sqrt_hz, Role::Limit).named("sensor's noise"))
     .curve(curve(|own| own.error_m_per_sqrt_hz, Role::Measured).named("error"));
@@ -124,7 +132,7 @@ fn spectrum(verdict: &crate::verdict::Verdict) -> Option<Section> {
         let harmonic = line.harmonic.map(|number| format!("harmonic {number}"));
         lines.push([
             Si(line.frequency_hz, "Hz").to_string(),
-            Si(line.amplitude_m, "m").to_string(),
+            Si(line.amplitude_m, output).to_string(),
             harmonic.unwrap_or_else(|| "no harmonic".into()),
         ]);
     }

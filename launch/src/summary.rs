@@ -155,7 +155,7 @@ impl Summary {
         let mut text = self.figures().terminal();
         if let Some(trajectory) = &self.verdict.trajectory {
             text.push_str("\n\n");
-            text.push_str(&trajectory.terminal());
+            text.push_str(&trajectory.terminal(&self.verdict.units.output));
         }
         if let Some(realtime) = &self.realtime {
             text.push_str("\n\nreal time\n");
@@ -168,7 +168,8 @@ impl Summary {
     pub(crate) fn figures(&self) -> Table {
         let mut table = Table::default();
         let verdict = &self.verdict;
-        let length = |metres: f64| Si(metres, "m").to_string();
+        let units = &verdict.units;
+        let length = |metres: f64| Si(metres, &units.output).to_string();
         let mut row = |name: &str, value: String| {
             table.push([name.to_owned(), value]);
         };
@@ -196,31 +197,38 @@ impl Summary {
                 format!("±{}, {}", length(tolerance_m), length(margin_m)),
             );
         }
-        row(
-            "a true, estimated",
-            format!("{:.1}, {:.1} A/m", verdict.a_true_a_per_m, verdict.a_estimated_a_per_m),
-        );
-        if let Some(own) = &verdict.parameters {
-            let ((ms, ms_off), (k, k_off), (c, c_off)) = (
-                own.saturation_magnetization_a_per_m,
-                own.pinning_a_per_m,
-                own.reversibility,
+        if units.shape {
+            row(
+                "a true, estimated",
+                format!("{:.1}, {:.1} A/m", verdict.a_true_a_per_m, verdict.a_estimated_a_per_m),
             );
-            let told = format!("{ms:.0} ± {ms_off:.0} A/m, {k:.1} ± {k_off:.1} A/m, {c:.4} ± {c_off:.4}");
-            row("Ms, k, c estimated", told);
+            if let Some(own) = &verdict.parameters {
+                let ((ms, ms_off), (k, k_off), (c, c_off)) = (
+                    own.saturation_magnetization_a_per_m,
+                    own.pinning_a_per_m,
+                    own.reversibility,
+                );
+                let told = format!("{ms:.0} ± {ms_off:.0} A/m, {k:.1} ± {k_off:.1} A/m, {c:.4} ± {c_off:.4}");
+                row("Ms, k, c estimated", told);
+            }
+            row(
+                "a error rms, final",
+                format!(
+                    "{:.2}, {:.2} A/m",
+                    verdict.a_error_rms_a_per_m, verdict.a_final_error_a_per_m
+                ),
+            );
         }
-        row(
-            "a error rms, final",
-            format!(
-                "{:.2}, {:.2} A/m",
-                verdict.a_error_rms_a_per_m, verdict.a_final_error_a_per_m
-            ),
-        );
         let (peak, limit) = (
-            Si(verdict.field_peak_a_per_m, "A/m"),
-            Si(self.field_limit_a_per_m, "A/m"),
+            Si(verdict.field_peak_a_per_m, &units.input),
+            Si(self.field_limit_a_per_m, &units.input),
         );
-        row("field used, limit", format!("{peak}, {limit}"));
+        let name = if units.shape {
+            "field used, limit"
+        } else {
+            "input used, limit"
+        };
+        row(name, format!("{peak}, {limit}"));
         if verdict.guarded_ticks > 0 {
             let first = self.first_event_name.as_ref();
             let first = first.map(|name| format!(", first {name} at tick {}", verdict.first_event_tick));

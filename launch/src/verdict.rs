@@ -9,7 +9,7 @@ use crate::history::Told;
 use anhyst_guard::Event;
 use anhyst_ipc::Estimate;
 use anhyst_report::number::Si;
-use anhyst_scenario::{Expect, Late};
+use anhyst_scenario::{Expect, Late, Units};
 use serde::{Deserialize, Serialize};
 
 /// Values of the parameters beside `a` and their standard deviations, 0 for those held.
@@ -46,6 +46,9 @@ impl EstimatedParameters {
 /// What came of it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
+    /// What its numbers are in.
+    #[serde(default)]
+    pub units: Units,
     /// Root mean square error.
     #[serde(with = "any_number")]
     pub error_rms_m: f64,
@@ -178,11 +181,11 @@ impl Verdict {
             _ if !failures.is_empty() => format!("NOT held: {}", failures.join("; ")),
             Some(tolerance_m) => format!(
                 "held: every error after {settling_s} s is within ±{}{between}",
-                Si(tolerance_m, "m")
+                Si(tolerance_m, &self.units.output)
             ),
             None => format!(
                 "nothing was to be held: no tolerance is stated, and the largest error after {settling_s} s is {}",
-                Si(self.largest_error().0, "m")
+                Si(self.largest_error().0, &self.units.output)
             ),
         }
     }
@@ -211,10 +214,13 @@ impl Verdict {
             ));
         }
         if self.beyond_limit_ticks > 0 {
-            let peak = self.field_peak_a_per_m.max(self.coil_field_peak_a_per_m) * 1e-3;
+            let peak = Si(
+                self.field_peak_a_per_m.max(self.coil_field_peak_a_per_m),
+                &self.units.input,
+            );
             let ticks = self.beyond_limit_ticks;
             failures.push(format!(
-                "the field went beyond the guard's limit in {ticks} ticks, up to {peak:.2} kA/m"
+                "the field went beyond the guard's limit in {ticks} ticks, up to {peak}"
             ));
         }
         if let Some(worst) = self
@@ -222,9 +228,9 @@ impl Verdict {
             .filter(|least| exceeds(0.0, least.margin_m) || least.margin_m.is_nan())
         {
             let (max, at, most) = (
-                Si(worst.tolerance_m - worst.margin_m, "m"),
+                Si(worst.tolerance_m - worst.margin_m, &self.units.output),
                 worst.at_s,
-                Si(worst.tolerance_m, "m"),
+                Si(worst.tolerance_m, &self.units.output),
             );
             let between = if worst.between { ", between the samples," } else { "" };
             failures.push(format!(
@@ -232,10 +238,14 @@ impl Verdict {
             ));
         }
         if let Some(limit) = expect.error_rms_m.filter(|limit| exceeds(self.error_rms_m, *limit)) {
-            let (rms, limit) = (Si(self.error_rms_m, "m"), Si(limit, "m"));
+            let (rms, limit) = (Si(self.error_rms_m, &self.units.output), Si(limit, &self.units.output));
             failures.push(format!("error rms {rms} exceeds {limit}"));
         }
-        failures.extend(self.trajectory.iter().flat_map(|own| own.failures(expect)));
+        failures.extend(
+            self.trajectory
+                .iter()
+                .flat_map(|own| own.failures(expect, &self.units.output)),
+        );
         let faulty = Event::from_number(self.first_event).filter(|event| event.is_fault());
         if let Some(event) = faulty.filter(|_| !failures.is_empty()) {
             failures.insert(0, format!("the guard saw {event} in tick {}", self.first_event_tick));

@@ -15,7 +15,8 @@ const HOTTEST_K: f64 = 630.0;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlantSettings {
-    /// True course of `a`.
+    /// True course of `a`; of a material with another law there is none.
+    #[serde(default)]
     pub shape: ShapeCourse,
     /// Which rod.
     #[serde(default)]
@@ -43,6 +44,9 @@ pub struct PlantSettings {
     /// The material that is really there; none: the one that the others believe in.
     #[serde(default)]
     pub material: Option<Material>,
+    /// The same in a file of a material, a model or a hysteresis law, relative to the scenario; loading puts it in `material`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub material_file: Option<std::path::PathBuf>,
     /// The rod that is really there, its gain per magnetization; none: the one that the others believe in.
     #[serde(default)]
     pub two_pole: Option<TwoPole>,

@@ -34,6 +34,13 @@ pub enum ShapeCourse {
     },
 }
 
+impl Default for ShapeCourse {
+    /// The paper's `a`.
+    fn default() -> Self {
+        ShapeCourse::Constant { a_per_m: 7012.0 }
+    }
+}
+
 impl ShapeCourse {
     /// a in A/m at a time (s) and a rod temperature (K). The actuator's `thermal_drift` leads a thermal one on from there.
     pub fn shape_a_per_m(&self, time_s: f64, temperature_k: f64) -> f64 {

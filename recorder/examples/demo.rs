@@ -178,6 +178,7 @@ fn run_info(path: PathBuf) -> RunInfo {
         period_s: Some(0.02),
         parameter_range: [6300.0, 7300.0],
         material: [7.65e5, 4000.0, 0.18],
+        scales: anhyst_recorder::Scales::default(),
         field_limit_a_per_m: FIELD_LIMIT,
         events: vec![
             EventName {

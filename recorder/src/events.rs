@@ -91,7 +91,7 @@ impl Watch {
             } else {
                 String::new()
             };
-            let text = format!("{what} ({}{often})", detail(flag.channel, row));
+            let text = format!("{what} ({}{often})", detail(flag.channel, row, &run.scales));
             self.events.push(Event {
                 tick,
                 source: flag.channel.producer().name(),

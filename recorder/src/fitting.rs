@@ -51,13 +51,13 @@ impl Sizes {
     /// Lays out what is known now; of a run that failed the error plot holds all that there was.
     pub fn fit(&self, layout: &mut Layout, run: &RunInfo, failed: bool) {
         let failed = failed || self.errors.largest_m() > run.tolerance_m;
-        layout.error_axis_nm = layout.error_axis_nm.or_else(|| {
+        layout.error_axis = layout.error_axis.or_else(|| {
             let height_m = if failed {
                 1.1 * self.errors.largest_m()
             } else {
                 2.0 * self.errors.quantile_m(USUAL)?
             };
-            (height_m > 0.0).then(|| nice(1e9 * height_m))
+            (height_m > 0.0).then(|| nice(run.scales.error.factor * height_m))
         });
         layout.shows_field_limit = self.field_peak_a_per_m >= FILLED * run.field_limit_a_per_m;
         let [low, high] = run.parameter_range;
@@ -96,9 +96,10 @@ mod tests {
         }
         let mut layout = Layout {
             zoom_s: 0.1,
-            error_axis_nm: None,
+            scales: crate::Scales::default(),
+            error_axis: None,
             timed: false,
-            tolerance_nm: 100.0,
+            tolerance: 100.0,
             shows_field_limit: true,
             shows_shape_range: true,
             shows_parameters: false,
@@ -112,9 +113,9 @@ mod tests {
     fn the_error_plot_of_a_run_that_failed_holds_what_failed() {
         let spike = |size_m: f64| move |tick: u64| if tick == 700 { size_m } else { 1e-8 };
         let still = |_| 6500.0;
-        assert_eq!(fitted(spike(4e-5), 0.0, still, false).error_axis_nm, Some(50_000.0));
-        assert_eq!(fitted(spike(9e-8), 0.0, still, false).error_axis_nm, Some(50.0));
-        assert_eq!(fitted(spike(9e-8), 0.0, still, true).error_axis_nm, Some(100.0));
+        assert_eq!(fitted(spike(4e-5), 0.0, still, false).error_axis, Some(50_000.0));
+        assert_eq!(fitted(spike(9e-8), 0.0, still, false).error_axis, Some(50.0));
+        assert_eq!(fitted(spike(9e-8), 0.0, still, true).error_axis, Some(100.0));
     }
 
     /// Guards: a limit stands beside what fills its room, and nowhere else; what is no number fills nothing.

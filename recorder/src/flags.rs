@@ -1,5 +1,6 @@
 //! The status bits of the loop in words: one table, from which events and state lanes follow.
 
+use crate::Scales;
 use crate::row::Row;
 use crate::run::Level;
 use anhyst_ipc::{Channel, CoilField, Demand, Estimate, FieldCommand, SafeField};
@@ -239,12 +240,21 @@ pub(crate) fn status(channel: Channel, row: &Row) -> u64 {
 }
 
 /// The number that helps most in understanding a change of a channel's status.
-pub(crate) fn detail(channel: Channel, row: &Row) -> String {
+pub(crate) fn detail(channel: Channel, row: &Row, scales: &Scales) -> String {
     // Rounded before 0.0 is added, so that no −0.00 is told.
-    let field = |a_per_m: f64| format!("field {:.2} kA/m", (a_per_m * 0.1).round() * 1e-2 + 0.0);
+    let field = |a_per_m: f64| {
+        let (name, unit) = (if scales.shape { "field" } else { "input" }, &scales.input.unit);
+        format!(
+            "{name} {:.2} {unit}",
+            (a_per_m * scales.input.factor * 1e2).round() * 1e-2 + 0.0
+        )
+    };
     match channel {
-        Channel::Estimate => format!("a = {:.1} A/m", row.estimate.shape_a_per_m),
-        Channel::Demand => format!("error {:.0} nm", (row.demand.error_m * 1e9).round() + 0.0),
+        Channel::Estimate if scales.shape => format!("a = {:.1} A/m", row.estimate.shape_a_per_m),
+        Channel::Estimate | Channel::Demand => {
+            let error = (row.demand.error_m * scales.error.factor).round() + 0.0;
+            format!("error {error:.0} {}", scales.error.unit)
+        }
         Channel::FieldCommand => field(row.field_command.field_a_per_m),
         Channel::SafeField => field(row.safe_field.field_a_per_m),
         Channel::CoilField => field(row.coil_field.field_a_per_m),

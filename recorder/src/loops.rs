@@ -1,12 +1,12 @@
 //! The two loops that show hysteresis: magnetization over field and displacement over field. They grow by short strips,
 //! each starting where the last one ended; a loop is never written twice.
 
-use crate::RecorderError;
 use crate::axes::{Axes, Extent};
 use crate::error::Writing as _;
 use crate::row::{Presence, Row};
 use crate::run::RunInfo;
 use crate::tokens::TIMELINE;
+use crate::{RecorderError, Scales};
 use rerun::RecordingStream;
 use rerun::log::TimeColumn;
 use rerun_types::archetypes::LineStrips2D;
@@ -25,39 +25,40 @@ struct Curve {
     /// Higher is drawn later.
     order: f32,
     least_distance: f64,
-    point: fn(&Row) -> [f64; 2],
+    point: fn(&Row, &Scales) -> [f64; 2],
     exists: fn(Presence) -> bool,
 }
 
 /// A plane with its curves.
 struct Plane {
     entity: &'static str,
-    axes: [&'static str; 2],
+    /// Which of [`Scales::axes`].
+    axes: [usize; 2],
     curves: &'static [Curve],
 }
 
-fn true_magnetization(row: &Row) -> [f64; 2] {
+fn true_magnetization(row: &Row, scales: &Scales) -> [f64; 2] {
     [
-        row.truth.coil_field_a_per_m * 1e-3,
-        row.truth.magnetization_a_per_m * 1e-3,
+        row.truth.coil_field_a_per_m * scales.input.factor,
+        row.truth.magnetization_a_per_m * scales.response.factor,
     ]
 }
 
-fn estimated_magnetization(row: &Row) -> [f64; 2] {
+fn estimated_magnetization(row: &Row, scales: &Scales) -> [f64; 2] {
     [
-        row.estimate.field_a_per_m * 1e-3,
-        row.estimate.magnetization_a_per_m * 1e-3,
+        row.estimate.field_a_per_m * scales.input.factor,
+        row.estimate.magnetization_a_per_m * scales.response.factor,
     ]
 }
 
-fn displacement(row: &Row) -> [f64; 2] {
+fn displacement(row: &Row, scales: &Scales) -> [f64; 2] {
     [
-        row.measurement.coil_field_a_per_m * 1e-3,
-        row.measurement.displacement_m * 1e6,
+        row.measurement.coil_field_a_per_m * scales.input.factor,
+        row.measurement.displacement_m * scales.output.factor,
     ]
 }
 
-const fn history(point: fn(&Row) -> [f64; 2]) -> Curve {
+const fn history(point: fn(&Row, &Scales) -> [f64; 2]) -> Curve {
     Curve {
         name: "before",
         color: 0x6B72_80FF,
@@ -72,7 +73,7 @@ const fn history(point: fn(&Row) -> [f64; 2]) -> Curve {
 const PLANES: [Plane; 2] = [
     Plane {
         entity: "loops/magnetization",
-        axes: ["field H [kA/m]", "magnetization M [kA/m]"],
+        axes: [0, 1],
         curves: &[
             history(estimated_magnetization),
             Curve {
@@ -97,7 +98,7 @@ const PLANES: [Plane; 2] = [
     },
     Plane {
         entity: "loops/displacement",
-        axes: ["field H [kA/m]", "displacement [µm]"],
+        axes: [0, 2],
         curves: &[
             history(displacement),
             Curve {
@@ -124,8 +125,8 @@ struct Drawing {
 }
 
 impl Drawing {
-    fn add(&mut self, row: &Row, axes: &Axes) {
-        let point = (self.curve.point)(row);
+    fn add(&mut self, row: &Row, axes: &Axes, scales: &Scales) {
+        let point = (self.curve.point)(row, scales);
         let far = self
             .strip
             .last()
@@ -207,12 +208,15 @@ impl Loops {
     /// Draws the rows of a block.
     pub fn rows(&mut self, stream: &RecordingStream, run: &RunInfo, rows: &[Row]) -> Result<(), RecorderError> {
         for sheet in &mut self.sheets {
-            sheet.fit(stream, rows)?;
+            sheet.fit(stream, rows, &run.scales)?;
         }
         for row in rows {
             for sheet in &mut self.sheets {
                 let Some(axes) = sheet.axes else { continue };
-                sheet.drawings.iter_mut().for_each(|drawing| drawing.add(row, &axes));
+                sheet
+                    .drawings
+                    .iter_mut()
+                    .for_each(|drawing| drawing.add(row, &axes, &run.scales));
             }
             if row.tick >= self.strip_end {
                 self.strip_end = row.tick + self.strip_ticks;
@@ -233,10 +237,10 @@ impl Loops {
 
 impl Sheet {
     /// Makes the axes hold the rows.
-    fn fit(&mut self, stream: &RecordingStream, rows: &[Row]) -> Result<(), RecorderError> {
+    fn fit(&mut self, stream: &RecordingStream, rows: &[Row], scales: &Scales) -> Result<(), RecorderError> {
         for drawing in &self.drawings {
             for row in rows {
-                let point = (drawing.curve.point)(row);
+                let point = (drawing.curve.point)(row, scales);
                 self.extents[0].add(point[0]);
                 self.extents[1].add(point[1]);
             }
@@ -251,7 +255,9 @@ impl Sheet {
                 .drawings
                 .iter()
                 .map(|drawing| (drawing.curve.name, drawing.curve.color));
-            axes.write(stream, self.plane.entity, self.plane.axes, &curves.collect::<Vec<_>>())?;
+            let all = scales.axes();
+            let names = self.plane.axes.map(|axis| all[axis].as_str());
+            axes.write(stream, self.plane.entity, names, &curves.collect::<Vec<_>>())?;
         }
         Ok(())
     }

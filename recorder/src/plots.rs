@@ -1,4 +1,4 @@
-//! What is plotted, in the units of people: one table of entities, each a few signals in one wide row. Names are short,
+//! What is plotted, in the units of people ([`crate::Scales`]): one table of entities, each a few signals in one wide row. Names are short,
 //! because legends cover plots; the unit stands in the view's title.
 
 use crate::row::{Presence, Row};
@@ -85,37 +85,49 @@ pub(crate) const PLOTS: &[Plot] = &[
         // Alternates between the two limits: plots have no filled areas, but show the envelope of what is too dense to draw.
         &[line("± tolerance", BAND, 1.5, |row, run| {
             let side = if row.tick % 2 == 0 { -1.0 } else { 1.0 };
-            (row.demand.reference_m + side * run.tolerance_m) * 1e6
+            (row.demand.reference_m + side * run.tolerance_m) * run.scales.output.factor
         })],
     ),
     lines(
         "track/lines",
         &[
             line("± tolerance", DIM, 1.0, |row, run| {
-                (row.demand.reference_m - run.tolerance_m) * 1e6
+                (row.demand.reference_m - run.tolerance_m) * run.scales.output.factor
             }),
             line("± tolerance", DIM, 1.0, |row, run| {
-                (row.demand.reference_m + run.tolerance_m) * 1e6
+                (row.demand.reference_m + run.tolerance_m) * run.scales.output.factor
             }),
-            line("reference", BLUE, 3.0, |row, _| row.demand.reference_m * 1e6),
-            line("position", ORANGE, 1.5, |row, _| row.measurement.displacement_m * 1e6),
+            line("reference", BLUE, 3.0, |row, run| {
+                row.demand.reference_m * run.scales.output.factor
+            }),
+            line("position", ORANGE, 1.5, |row, run| {
+                row.measurement.displacement_m * run.scales.output.factor
+            }),
         ],
     ),
     lines(
         "error/lines",
         &[
-            line("measured", FAINT_BLUE, 1.0, |row, _| row.demand.error_m * 1e9),
+            line("measured", FAINT_BLUE, 1.0, |row, run| {
+                row.demand.error_m * run.scales.error.factor
+            }),
             when(
                 |has| has.truth,
-                line("true", RED, 1.0, |row, _| row.true_error_m() * 1e9),
+                line("true", RED, 1.0, |row, run| {
+                    row.true_error_m() * run.scales.error.factor
+                }),
             ),
         ],
     ),
     limits(
         "error/tolerance",
         &[
-            line("± tolerance", GREY, 1.0, |_, run| run.tolerance_m * 1e9),
-            line("± tolerance", GREY, 1.0, |_, run| -run.tolerance_m * 1e9),
+            line("± tolerance", GREY, 1.0, |_, run| {
+                run.tolerance_m * run.scales.error.factor
+            }),
+            line("± tolerance", GREY, 1.0, |_, run| {
+                -run.tolerance_m * run.scales.error.factor
+            }),
         ],
     ),
     limits(
@@ -141,10 +153,13 @@ pub(crate) const PLOTS: &[Plot] = &[
                 }),
             ),
             when(
-                |has| has.truth,
+                |has| has.truth && has.shape,
                 line("true", GREEN, 3.0, |row, _| row.truth.shape_a_per_m),
             ),
-            line("estimated", BLUE, 1.5, |row, _| row.estimate.shape_a_per_m),
+            when(
+                |has| has.shape,
+                line("estimated", BLUE, 1.5, |row, _| row.estimate.shape_a_per_m),
+            ),
         ],
     ),
     lines(
@@ -173,17 +188,21 @@ pub(crate) const PLOTS: &[Plot] = &[
     lines(
         "covers",
         &[
-            line("lower cover", VIOLET, 1.0, |row, _| row.estimate.lower_cover_m * 1e6),
-            line("predicted output f(a)", ORANGE, 1.5, |row, _| {
-                row.estimate.predicted_output_m * 1e6
+            line("lower cover", VIOLET, 1.0, |row, run| {
+                row.estimate.lower_cover_m * run.scales.output.factor
             }),
-            line("upper cover", GREEN, 1.0, |row, _| row.estimate.upper_cover_m * 1e6),
+            line("predicted output f(a)", ORANGE, 1.5, |row, run| {
+                row.estimate.predicted_output_m * run.scales.output.factor
+            }),
+            line("upper cover", GREEN, 1.0, |row, run| {
+                row.estimate.upper_cover_m * run.scales.output.factor
+            }),
         ],
     ),
     lines(
         "output_error",
-        &[line("predicted − measured", VIOLET, 1.0, |row, _| {
-            row.estimate.output_error_m * 1e9
+        &[line("predicted − measured", VIOLET, 1.0, |row, run| {
+            row.estimate.output_error_m * run.scales.error.factor
         })],
     ),
     lines(
@@ -218,38 +237,46 @@ pub(crate) const PLOTS: &[Plot] = &[
     limits(
         "field/limit",
         &[
-            line("± limit", RED, 1.0, |_, run| run.field_limit_a_per_m * 1e-3),
-            line("± limit", RED, 1.0, |_, run| -run.field_limit_a_per_m * 1e-3),
+            line("± limit", RED, 1.0, |_, run| {
+                run.field_limit_a_per_m * run.scales.input.factor
+            }),
+            line("± limit", RED, 1.0, |_, run| {
+                -run.field_limit_a_per_m * run.scales.input.factor
+            }),
         ],
     ),
     lines(
         "field/lines",
         &[
-            line("from the guard", BLUE, 3.0, |row, _| {
-                row.safe_field.field_a_per_m * 1e-3
+            line("from the guard", BLUE, 3.0, |row, run| {
+                row.safe_field.field_a_per_m * run.scales.input.factor
             }),
-            line("in the coil", ORANGE, 1.5, |row, _| row.coil_field.field_a_per_m * 1e-3),
+            line("in the coil", ORANGE, 1.5, |row, run| {
+                row.coil_field.field_a_per_m * run.scales.input.factor
+            }),
         ],
     ),
     lines(
         "magnetization",
         &[
-            line("demanded, two ticks ahead", BLUE, 3.0, |row, _| {
-                row.demand.magnetization_a_per_m * 1e-3
+            line("demanded, two ticks ahead", BLUE, 3.0, |row, run| {
+                row.demand.magnetization_a_per_m * run.scales.response.factor
             }),
             when(
                 |has| has.truth,
-                line("true", GREEN, 2.0, |row, _| row.truth.magnetization_a_per_m * 1e-3),
+                line("true", GREEN, 2.0, |row, run| {
+                    row.truth.magnetization_a_per_m * run.scales.response.factor
+                }),
             ),
-            line("estimated", ORANGE, 1.0, |row, _| {
-                row.estimate.magnetization_a_per_m * 1e-3
+            line("estimated", ORANGE, 1.0, |row, run| {
+                row.estimate.magnetization_a_per_m * run.scales.response.factor
             }),
         ],
     ),
     lines(
         "feedback",
-        &[line("feedback part", BLUE, 1.0, |row, _| {
-            row.demand.feedback_a_per_m * 1e-3
+        &[line("feedback part", BLUE, 1.0, |row, run| {
+            row.demand.feedback_a_per_m * run.scales.response.factor
         })],
     ),
     lines(

@@ -30,6 +30,8 @@ pub(crate) struct Presence {
     pub thermometer: bool,
     pub deviation: bool,
     pub information: bool,
+    /// There is a parameter `a`.
+    pub shape: bool,
     /// Other parameters than `a` are estimated.
     pub parameters: bool,
     pub force: bool,
@@ -44,6 +46,8 @@ impl Presence {
             thermometer: any(|row| row.measurement.temperature_k != 0.0),
             deviation: any(|row| row.estimate.standard_deviation_a_per_m != 0.0),
             information: any(|row| row.estimate.information_per_a2_per_m2 != 0.0),
+            // Another law tells its weights in turn.
+            shape: !any(|row| row.estimate.weight != 0.0),
             parameters: any(|row| row.estimate.saturation_magnetization_a_per_m != 0.0),
             force: any(|row| row.truth.cutting_force_n != 0.0),
         }

@@ -1,5 +1,6 @@
 //! What the recorder has to know about a run in order to label and lay out its recording.
 
+use crate::Scales;
 use anhyst_ipc::Invalid;
 use std::path::PathBuf;
 
@@ -63,6 +64,8 @@ pub struct RunInfo {
     pub realtime: bool,
     /// Largest field that the guard lets through.
     pub field_limit_a_per_m: f64,
+    /// In what units it is drawn.
+    pub scales: Scales,
     /// The guard's event numbers in words.
     pub events: Vec<EventName>,
 }
@@ -131,6 +134,7 @@ pub(crate) mod tests {
             parameter_range: [6000.0, 7000.0],
             material: [7.65e5, 4000.0, 0.18],
             realtime: false,
+            scales: Scales::default(),
             field_limit_a_per_m: 30e3,
             events: Vec::new(),
         }

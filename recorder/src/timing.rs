@@ -207,6 +207,7 @@ mod tests {
             period_s: None,
             parameter_range: [6300.0, 7300.0],
             material: [7.65e5, 4000.0, 0.18],
+            scales: crate::Scales::default(),
             field_limit_a_per_m: 1e4,
             events: Vec::new(),
         }

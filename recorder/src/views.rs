@@ -1,6 +1,7 @@
 //! Which views there are, where, and how they look. Left: is the reference tracked, how large is the error, is `a` found.
 //! Right: the loops and the field. Below: what happened, in which state each node is, how warm the rod is.
 
+use crate::Scales;
 use crate::axes::BOX;
 use crate::loops::HISTORIES;
 use crate::timing::{ANSWERS, PERIODS, QUANTILES};
@@ -18,16 +19,17 @@ use rerun_types::blueprint::archetypes::{
 use rerun_types::datatypes::{Range2D, TimeInt, TimeRange, TimeRangeBoundary, VisibleTimeRange};
 
 /// What the layout depends on.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Layout {
     /// Length of the zoomed plots.
     pub zoom_s: f64,
-    /// Half the height of the error plot; None: as the data want it.
-    pub error_axis_nm: Option<f64>,
+    pub scales: Scales,
+    /// Half the height of the error plot, in its unit; None: as the data want it.
+    pub error_axis: Option<f64>,
     /// There are histograms of periods and answers.
     pub timed: bool,
     /// The tolerance is drawn in the error plot if it fits.
-    pub tolerance_nm: f64,
+    pub tolerance: f64,
     /// Whether the lines of limit and range are drawn: not where they would squash what is between them.
     pub shows_field_limit: bool,
     pub shows_shape_range: bool,
@@ -132,19 +134,21 @@ pub(crate) fn arrange(layout: &Layout) -> (ContainerLike, Vec<Property>) {
 
 fn left(desk: &mut Desk, layout: &Layout) -> ContainerLike {
     let last = Span::Last(layout.zoom_s);
-    let zoom_name = format!("Tracking, last {} s [µm]", layout.zoom_s);
+    let (output, unit) = (&layout.scales.output.unit, &layout.scales.error.unit);
+    let zoom_name = format!("Tracking, last {} s [{output}]", layout.zoom_s);
     let tracking = Tabs::new([
         desk.plot(&zoom_name, &["/track/**"], last),
-        desk.plot("Tracking, whole run [µm]", &["/track/**"], Span::Run),
+        desk.plot(&format!("Tracking, whole run [{output}]"), &["/track/**"], Span::Run),
     ]);
-    let fits = layout.error_axis_nm.is_some_and(|height| layout.tolerance_nm <= height);
+    let fits = layout.error_axis.is_some_and(|height| layout.tolerance <= height);
     let contents: &[&str] = if fits { &["/error/**"] } else { &["/error/lines"] };
     // The plot's own ticks are sparse where it is low, so the title tells its height.
-    let title = layout
-        .error_axis_nm
-        .map_or("Tracking error [nm]".into(), |nm| format!("Tracking error, ±{nm} nm"));
+    let title = layout.error_axis.map_or_else(
+        || format!("Tracking error [{unit}]"),
+        |height| format!("Tracking error, ±{height} {unit}"),
+    );
     let error = desk.plot(&title, contents, Span::Run);
-    if let Some(height) = layout.error_axis_nm {
+    if let Some(height) = layout.error_axis {
         desk.property(&error, "ScalarAxis", &ScalarAxis::new().with_range([-height, height]));
     }
     let shape = if layout.shows_shape_range {
@@ -152,12 +156,19 @@ fn left(desk: &mut Desk, layout: &Layout) -> ContainerLike {
     } else {
         "/shape/lines"
     };
-    let mut shapes = vec![
-        desk.plot("Shape parameter a [A/m]", &[shape], Span::Run),
-        desk.plot("How well a is known [A/m]", &["/excitation"], Span::Run),
-        desk.plot("Covers [µm]", &["/covers"], last),
-        desk.plot("Output error of the estimator [nm]", &["/output_error"], Span::Run),
-    ];
+    let mut shapes = Vec::new();
+    if layout.scales.shape {
+        shapes.push(desk.plot("Shape parameter a [A/m]", &[shape], Span::Run));
+        shapes.push(desk.plot("How well a is known [A/m]", &["/excitation"], Span::Run));
+    }
+    let covers = if layout.scales.shape {
+        "Covers"
+    } else {
+        "Predicted output"
+    };
+    shapes.push(desk.plot(&format!("{covers} [{output}]"), &["/covers"], last));
+    let title = format!("Output error of the estimator [{unit}]");
+    shapes.push(desk.plot(&title, &["/output_error"], Span::Run));
     if layout.shows_parameters {
         let title = "Other parameters, against what was believed [%]";
         shapes.insert(1, desk.plot(title, &["/parameters"], Span::Run));
@@ -170,9 +181,23 @@ fn left(desk: &mut Desk, layout: &Layout) -> ContainerLike {
 
 fn right(desk: &mut Desk, layout: &Layout) -> ContainerLike {
     let last = Span::Last(layout.zoom_s);
+    let (input, response) = (&layout.scales.input.unit, &layout.scales.response.unit);
+    let (names, driven, given) = if layout.scales.shape {
+        (
+            ["Magnetization over field", "Displacement over field"],
+            "Field",
+            "Magnetization",
+        )
+    } else {
+        (
+            ["Output of the law over input", "Measured output over input"],
+            "Input",
+            "Output of the law",
+        )
+    };
     let loops = Horizontal::new([
-        desk.loop_view("Magnetization over field", "loops/magnetization", layout.zoom_s),
-        desk.loop_view("Displacement over field", "loops/displacement", layout.zoom_s),
+        desk.loop_view(names[0], "loops/magnetization", layout.zoom_s),
+        desk.loop_view(names[1], "loops/displacement", layout.zoom_s),
     ]);
     let field = if layout.shows_field_limit {
         "/field/**"
@@ -180,14 +205,14 @@ fn right(desk: &mut Desk, layout: &Layout) -> ContainerLike {
         "/field/lines"
     };
     let field = Tabs::new([
-        desk.plot("Field, whole run [kA/m]", &[field], Span::Run),
+        desk.plot(&format!("{driven}, whole run [{input}]"), &[field], Span::Run),
         desk.plot(
-            &format!("Field, last {} s [kA/m]", layout.zoom_s),
+            &format!("{driven}, last {} s [{input}]", layout.zoom_s),
             &["/field/lines"],
             last,
         ),
-        desk.plot("Magnetization [kA/m]", &["/magnetization"], last),
-        desk.plot("Feedback [kA/m]", &["/feedback"], Span::Run),
+        desk.plot(&format!("{given} [{response}]"), &["/magnetization"], last),
+        desk.plot(&format!("Feedback [{response}]"), &["/feedback"], Span::Run),
     ]);
     Vertical::new([loops.into(), field.into()])
         .with_row_shares([2.0, 1.2])

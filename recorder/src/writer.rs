@@ -39,9 +39,11 @@ impl Logger {
         streams.push(Stream::file(&run, settings)?);
         let layout = Layout {
             zoom_s: run.zoom_s(),
-            error_axis_nm: settings.error_axis_nm,
+            scales: run.scales.clone(),
+            // Stated in nm, whatever is drawn in.
+            error_axis: settings.error_axis_nm.map(|nm| nm * (run.scales.error.factor * 1e-9)),
             timed: run.realtime,
-            tolerance_nm: run.tolerance_m * 1e9,
+            tolerance: run.tolerance_m * run.scales.error.factor,
             shows_field_limit: true,
             shows_shape_range: true,
             shows_parameters: false,
@@ -98,8 +100,9 @@ impl Logger {
             self.last_tick,
             if dropped > 0 { Level::Warning } else { level },
             format!(
-                "{end} after {rows} ticks ({seconds:.3} s), {dropped} dropped; largest error after settling {:.1} nm",
-                self.sizes.largest_error_m() * 1e9
+                "{end} after {rows} ticks ({seconds:.3} s), {dropped} dropped; largest error after settling {:.1} {}",
+                self.sizes.largest_error_m() * self.run.scales.error.factor,
+                self.run.scales.error.unit
             ),
         );
         let failed = matches!(self.verdict, Some((Level::Error, _)));

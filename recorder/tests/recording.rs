@@ -23,6 +23,7 @@ fn info(path: PathBuf) -> RunInfo {
         period_s: None,
         parameter_range: [6300.0, 7300.0],
         material: [7.65e5, 4000.0, 0.18],
+        scales: anhyst_recorder::Scales::default(),
         field_limit_a_per_m: 40e3,
         events: vec![EventName {
             number: 7,

@@ -57,7 +57,8 @@ impl Scenario {
             rod: Some(rod_per_magnetization(self.two_pole()?, &material)),
             material,
             effects: self.effects.clone(),
-            coil: true,
+            // A voltage drives no coil.
+            coil: self.units().input != "V",
             ambient_temperature_k: self.plant.start_temperature_k,
             tolerances: Default::default(),
         })

@@ -3,7 +3,7 @@
 use super::Scenario;
 use anhyst_estimator::Estimator;
 use anhyst_guard::Guard;
-use anhyst_inverse::{Drive, Inverse};
+use anhyst_inverse::{Drive, Inverse, LawInverse};
 use anhyst_ipc::{Block, Demand, Estimate, FieldCommand, Invalid, NodeId, Now, Previous, SafeField};
 use anhyst_plant_sim::{AmplifierNode, PlantNode};
 
@@ -17,6 +17,8 @@ fn refused(node: NodeId) -> impl Fn(&dyn std::fmt::Display) -> Invalid {
 pub enum InverseBlock {
     /// The hysteresis inverse.
     Inverse(Inverse),
+    /// That of another hysteresis law than the domain wall's.
+    Law(LawInverse),
     /// A prescribed field.
     Drive(Drive),
 }
@@ -69,6 +71,12 @@ impl Scenario {
             return Ok(InverseBlock::Drive(Drive::new(signal, self.tick_s, limit_a_per_m)?));
         }
         let (believed, _) = self.believed()?;
+        if let Some(law) = &believed.law {
+            let inverse = LawInverse::new(&self.inverse, law, &self.amplifier, limit_a_per_m, self.tick_s);
+            return inverse
+                .map(InverseBlock::Law)
+                .map_err(|error| refused(NodeId::Inverse)(&error));
+        }
         Inverse::with_effects(
             &self.inverse,
             believed.hysteresis,
@@ -102,6 +110,7 @@ impl InverseBlock {
     ) -> FieldCommand {
         let (command,) = match self {
             Self::Inverse(block) => Block::step(block, tick, (demand, estimate, safe)),
+            Self::Law(block) => Block::step(block, tick, (demand, estimate, safe)),
             Self::Drive(block) => block.step(tick, (demand, estimate, safe)),
         };
         command

@@ -74,8 +74,8 @@ impl Scenario {
             }
             Tunable::Amplitude => {
                 Invalid::unless_between("", value, 0.0, MAX_AMPLITUDE, "times the stated one").map_err(within)?;
-                let hysteresis = &self.material()?.hysteresis;
-                until_here().validate_reach(hysteresis).map_err(within)
+                let material = self.material()?;
+                until_here().validate_reach(material).map_err(within)
             }
             Tunable::Tolerance => {
                 Invalid::unless_positive("", value, "m").map_err(within)?;

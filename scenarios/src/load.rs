@@ -1,11 +1,12 @@
 //! From a file to a checked scenario.
 
 use super::derive::{Derived, is_derived};
+use super::material::load_material;
 use super::misread;
 use super::{MaterialSource, Scenario, ScenarioError, source};
 use anhyst_estimator::LawSettings;
 use anhyst_ipc::Invalid;
-use anhyst_model::{ActuatorModel, AmplifierConstants, Hysteresis, Magnetostriction, Material, ModelError};
+use anhyst_plant_sim::ShapeCourse;
 use ron::error::SpannedError;
 use ron::extensions::Extensions;
 use ron::ser::PrettyConfig;
@@ -41,7 +42,7 @@ impl std::str::FromStr for Setting {
 }
 
 /// RON as we read it: `Some` may be left out, and a variant may hold its struct's fields directly.
-fn options() -> ron::Options {
+pub(crate) fn options() -> ron::Options {
     ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME | Extensions::UNWRAP_VARIANT_NEWTYPES)
 }
 
@@ -117,13 +118,21 @@ impl ScenarioText {
         let mut scenario: Scenario = parse(&shown, text)?;
         let folder = self.file.parent().unwrap_or(Path::new("."));
         if let MaterialSource::File(material) = &scenario.material {
-            let found = load_material(&folder.join(material), &shown, text, scenario.amplifier)?;
+            let found = load_material(&folder.join(material), "material", &shown, text, scenario.amplifier)?;
             // A model of an actuator: what the scenario says of itself goes before what the model says.
             if scenario.effects.is_empty() {
                 scenario.effects = found.effects;
             }
             scenario.rod.two_pole = scenario.rod.two_pole.or(found.rod);
             scenario.material = MaterialSource::Inline(found.material);
+        }
+        if let Some(material) = scenario.plant.material_file.take() {
+            let at = "plant.material_file";
+            scenario.plant.material =
+                Some(load_material(&folder.join(material), at, &shown, text, scenario.amplifier)?.material);
+        }
+        if let Some(resonance) = scenario.rod.resonance.take() {
+            scenario.rod.two_pole = Some(resonance.two_pole());
         }
         follow_material(&mut scenario, text);
         scenario.complete_plant();
@@ -151,11 +160,19 @@ fn follow_material(scenario: &mut Scenario, text: &str) {
         return;
     };
     let shape_a_per_m = material.hysteresis.shape_a_per_m;
+    let has = |name: &str| source::read(text).is_some_and(|place| place.has(name));
+    if material.law.is_some() {
+        scenario.plant.shape = ShapeCourse::Constant { a_per_m: shape_a_per_m };
+        if !has("estimator.law") {
+            scenario.estimator.law = LawSettings::Weights(Default::default());
+        }
+        return;
+    }
     let factor = shape_a_per_m / DEFAULTS_ARE_FOR_A_PER_M;
-    let says = |name: &str| source::read(text).is_some_and(|place| place.has(&format!("estimator.law.{name}")));
+    let says = |name: &str| has(&format!("estimator.law.{name}"));
     let (says_range, says_start) = (says("range_a_per_m"), says("start_a_per_m"));
     let (range, start) = match &mut scenario.estimator.law {
-        LawSettings::FixedShape { .. } => return,
+        LawSettings::FixedShape { .. } | LawSettings::Weights(_) | LawSettings::FixedWeights => return,
         LawSettings::MultiParameter(own) => {
             if !says_start {
                 own.start_a_per_m = shape_a_per_m;
@@ -210,7 +227,7 @@ fn resolve(
 pub const BUILT_IN_AMPLIFIER: &str = "built-in/amplifier.ron";
 
 /// Scenarios that are in the program, so that it needs no repository around it: where no file is.
-const BUILT_IN: [(&str, &str); 3] = [
+pub(crate) const BUILT_IN: [(&str, &str); 3] = [
     (BUILT_IN_AMPLIFIER, include_str!("../amplifier.ron")),
     ("built-in/milling.ron", include_str!("../milling.ron")),
     (
@@ -220,7 +237,7 @@ const BUILT_IN: [(&str, &str); 3] = [
 ];
 
 /// The text of a scenario, a model or a material, without the mark that some editors put before it.
-fn read(path: &Path) -> Result<String, ScenarioError> {
+pub(crate) fn read(path: &Path) -> Result<String, ScenarioError> {
     let text = match (
         std::fs::read_to_string(path),
         BUILT_IN.iter().find(|(name, _)| path == Path::new(name)),
@@ -253,25 +270,11 @@ fn edit(text: &str, settings: &[Setting]) -> Result<String, ScenarioError> {
     Ok(text)
 }
 
-fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, ScenarioError> {
+pub(crate) fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, ScenarioError> {
     options().from_str(text).map_err(|error| misread(path, text, &error))
 }
 
-/// A model as we write scenarios, or as plain RON, `Some((gain: …))`, as `anhyst diagnose` writes it.
-fn parse_model(path: &Path, text: &str) -> Result<ActuatorModel, ScenarioError> {
-    let plain = ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME);
-    let error = match (options().from_str(text), plain.from_str(text)) {
-        (Ok(model), _) | (_, Ok(model)) => return Ok(model),
-        // What was read further was read rightly.
-        (Err(one), Err(other)) => {
-            let place = |error: &SpannedError| (error.span.start.line, error.span.start.col);
-            if place(&one) >= place(&other) { one } else { other }
-        }
-    };
-    Err(misread(path, text, &error))
-}
-
-fn misread(path: &Path, text: &str, error: &SpannedError) -> ScenarioError {
+pub(crate) fn misread(path: &Path, text: &str, error: &SpannedError) -> ScenarioError {
     let start = byte_of(text, error.span.start.line, error.span.start.col);
     // The reader stops before the blanks in front of the value.
     let rest = &text[start..];
@@ -284,105 +287,11 @@ fn misread(path: &Path, text: &str, error: &SpannedError) -> ScenarioError {
     )
 }
 
-/// A file of a material, or of an actuator's model.
-fn load_material(
-    file: &Path,
-    scenario: &Path,
-    text: &str,
-    amplifier: AmplifierConstants,
-) -> Result<ActuatorModel, ScenarioError> {
-    if !file.is_file() && !BUILT_IN.iter().any(|(name, _)| file == Path::new(name)) {
-        let sentence = format!("the material file {} does not exist", file.display());
-        return Err(ScenarioError::at(scenario, text, place_of(text, "material"), sentence));
-    }
-    let model = load_model(file)?;
-    // An amended model of a run has the amplifier of that run's scenario.
-    if model.amplifier != AmplifierConstants::default() && model.amplifier != amplifier {
-        let sentence = format!(
-            "the model in {} has an amplifier of its own, which a scenario does not take from there: say it in the \
-             scenario's amplifier, and leave it out of the model",
-            file.display()
-        );
-        return Err(ScenarioError::at(scenario, text, place_of(text, "material"), sentence));
-    }
-    Ok(model)
-}
-
-/// Reads another file of ours, which is told by a field of its own; none if it has not that field.
-///
-/// # Errors
-/// The first thing that is wrong, with file, line and column.
-pub fn load_with<T: DeserializeOwned>(path: &Path, field: &str) -> Result<Option<T>, ScenarioError> {
-    let text = read(path)?;
-    let is_one = source::read(&text).is_some_and(|place| place.has_field(field));
-    is_one.then(|| parse(path, &text)).transpose()
-}
-
-/// Reads a model of an actuator; a file of a material alone is one without amplifier and rod, for sweeps, and one of a hysteresis
-/// alone, as `anhyst fit` writes it where no strain was measured, one without a strain law too, for sweeps of magnetization.
-///
-/// # Errors
-/// The first thing that is wrong, with file, line and column.
-pub fn load_model(path: &Path) -> Result<ActuatorModel, ScenarioError> {
-    let text = read(path)?;
-    let has = |field: &str| source::read(&text).is_some_and(|place| place.has_field(field));
-    let model = if has("material") {
-        parse_model(path, &text)?
-    } else if has("anhysteretic") {
-        alone(hysteresis_alone(parse(path, &text)?, path))
-    } else {
-        let material: Material = parse(path, &text)?;
-        let refuse =
-            |at: &str, error: ModelError| ScenarioError::at(path, &text, place_of(&text, at), error.to_string());
-        material
-            .hysteresis
-            .validate()
-            .map_err(|error| refuse("hysteresis", error))?;
-        material
-            .magnetostriction
-            .validate()
-            .map_err(|error| refuse("magnetostriction", error))?;
-        alone(material)
-    };
-    model
-        .validate()
-        .map_err(|error| ScenarioError::at(path, &text, place_of(&text, ""), error.to_string()))?;
-    Ok(model)
-}
-
-/// A material and nothing around it.
-fn alone(material: Material) -> ActuatorModel {
-    ActuatorModel {
-        name: material.name.clone(),
-        source: material.source.clone(),
-        amplifier: AmplifierConstants::default(),
-        material,
-        rod: None,
-        coil: true,
-        effects: Vec::new(),
-        ambient_temperature_k: ROOM_TEMPERATURE_K,
-        tolerances: Default::default(),
-    }
-}
-
-/// What a fit to loops without strain knows of a material.
-fn hysteresis_alone(hysteresis: Hysteresis, path: &Path) -> Material {
-    Material {
-        name: format!("hysteresis in {}", path.display()),
-        source: "fitted to loops without strain".to_owned(),
-        hysteresis,
-        magnetostriction: Magnetostriction::Unmeasured,
-    }
-}
-
-/// A material's numbers belong to this temperature unless a model says otherwise.
-const ROOM_TEMPERATURE_K: f64 = 293.0;
-
 fn refuse(path: &Path, text: &str, invalid: &Invalid) -> ScenarioError {
     ScenarioError::at(path, text, place_of(text, &invalid.path), invalid.to_string())
 }
 
-fn place_of(text: &str, path: &str) -> std::ops::Range<usize> {
+pub(crate) fn place_of(text: &str, path: &str) -> std::ops::Range<usize> {
     source::read(text).map_or(0..0, |place| place.nearest(path).value.clone())
 }
 

@@ -122,13 +122,45 @@ pub enum MaterialSource {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rod {
-    /// Material and load of the rod.
+    /// Material and load of the rod; the paper's unless told.
+    #[serde(default = "RodConstants::paper")]
     pub constants: RodConstants,
     /// Number of elements that the two poles are computed from.
+    #[serde(default = "usual_elements")]
     pub elements: usize,
     /// The two poles of a fitted model, gain per magnetization, in place of those computed.
     #[serde(default)]
     pub two_pole: Option<TwoPole>,
+    /// The one resonance of a stage that follows its material's output, in place of rod and two poles.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resonance: Option<Resonance>,
+}
+
+fn usual_elements() -> usize {
+    anhyst_plant_sim::TWO_POLE_ELEMENTS
+}
+
+/// A resonance of gain 1 at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Resonance {
+    /// Undamped, Hz.
+    pub frequency_hz: f64,
+    /// 1 is critical, as of a well damped sensor or of eddy currents.
+    pub damping_ratio: f64,
+}
+
+impl Resonance {
+    /// Its two poles.
+    pub fn two_pole(self) -> TwoPole {
+        let rate_per_s = std::f64::consts::TAU * self.frequency_hz;
+        TwoPole {
+            gain: rate_per_s * rate_per_s,
+            damping_per_s: 2.0 * self.damping_ratio * rate_per_s,
+            stiffness_per_s2: rate_per_s * rate_per_s,
+            force_gain_per_kg: 0.0,
+        }
+    }
 }
 
 /// What is recorded.

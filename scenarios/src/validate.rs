@@ -4,7 +4,7 @@ use super::{Placement, Scenario};
 use anhyst_controller::{Controller, LoopShape, PidSettings, TrajectorySettings};
 use anhyst_estimator::{Estimator, EstimatorError, LawSettings};
 use anhyst_ipc::{Invalid, NodeId};
-use anhyst_model::{Hysteresis, MagneticState, Material, ModelError};
+use anhyst_model::{Hysteresis, HysteresisLaw, MagneticState, Material, ModelError};
 use anhyst_plant_sim::{PlantError, PlantNode, ShapeCourse};
 use std::path::Path;
 
@@ -40,6 +40,7 @@ impl Scenario {
             let sentence = format!("{} elements are outside [1, {MAX_ELEMENTS}]", self.rod.elements);
             return Err(Invalid::new("rod.elements", sentence));
         }
+        self.validate_law(material)?;
         self.validate_effects()?;
         anhyst_plant_sim::validate_amplifier(&self.amplifier).map_err(|invalid| invalid.within("amplifier"))?;
         self.plant.validate().map_err(|invalid| invalid.within("plant"))?;
@@ -70,7 +71,28 @@ impl Scenario {
         self.validate_course()?;
         self.validate_changes()?;
         self.validate_tolerance()?;
-        self.validate_reach(&material.hysteresis)
+        self.validate_reach(material)
+    }
+
+    /// Another hysteresis law gives what the actuator does at rest: a rod of its own gain would give it once more.
+    fn validate_law(&self, material: &Material) -> Result<(), Invalid> {
+        let is_of_weights = self.estimator.law.is_of_weights();
+        if material.law.is_none() {
+            if is_of_weights && self.inverse.drive.is_none() {
+                let sentence = "Weights and FixedWeights are for a material with another law than the domain wall's";
+                return Err(Invalid::new("estimator.law", sentence));
+            }
+            return Ok(());
+        }
+        if !is_of_weights {
+            let sentence = "this estimates a of the domain wall law, and the material has another law: take Weights() or FixedWeights";
+            return Err(Invalid::new("estimator.law", sentence));
+        }
+        if self.rod.two_pole.is_none() {
+            let sentence = "a material with another law than the domain wall's follows rod.resonance: give (frequency_hz, damping_ratio)";
+            return Err(Invalid::new("rod", sentence));
+        }
+        Ok(())
     }
 
     /// A thermometer that is not fitted says 0 K: a limit would watch nothing.
@@ -265,6 +287,9 @@ impl Scenario {
 
     /// Every shape parameter that may occur must give a valid material, not only the nominal one.
     fn validate_shapes(&self, nominal: &Hysteresis) -> Result<(), Invalid> {
+        if self.estimator.law.is_of_weights() {
+            return Ok(());
+        }
         let check = |path: &'static str, shape| nominal.with_shape(shape).validate().map_err(physical(path));
         match &self.estimator.law {
             LawSettings::FixedShape { shape_a_per_m } => check("estimator.law.shape_a_per_m", *shape_a_per_m),
@@ -277,23 +302,37 @@ impl Scenario {
     }
 
     /// The profile must be reachable: its magnetization within the strain law and its field within the limit.
-    pub(super) fn validate_reach(&self, hysteresis: &Hysteresis) -> Result<(), Invalid> {
+    pub(super) fn validate_reach(&self, material: &Material) -> Result<(), Invalid> {
         let inside = |invalid: Invalid| invalid.within("controller");
         let controller = self.controller()?;
         controller.validate_reach(self.duration_s).map_err(inside)?;
         let peak = controller.peak_magnetization(self.duration_s);
         let limit = self.guard.field_limit_a_per_m;
-        let reached = hysteresis.advance_to_magnetization(MagneticState::default(), peak.magnetization_a_per_m, limit);
-        if reached.limited {
-            return Err(Invalid::new(
-                "controller.trajectory",
+        let (asked, at_s) = (peak.magnetization_a_per_m, peak.time_s);
+        let sentence = if let Some(law) = &material.law {
+            let rest = law.model.rest();
+            let zero = law.model.output(&rest);
+            let (end, reaches) = law.model.input_for(&rest, asked + zero, limit);
+            let (reached, _) = law.model.ahead(&rest, end);
+            let [input, output] = material.units();
+            (!reaches).then(|| {
                 format!(
-                    "the profile asks for a magnetization of {:.0} A/m at {:.4} s, but the field limit of {limit} A/m reaches only {:.0} A/m",
-                    peak.magnetization_a_per_m, peak.time_s, reached.state.magnetization_a_per_m
-                ),
-            ));
-        }
-        Ok(())
+                    "the profile asks for {asked:.4e} {output} at {at_s:.4} s, but the limit of {limit} {input} reaches only {:.4e} {output}",
+                    reached - zero
+                )
+            })
+        } else {
+            let reached = material
+                .hysteresis
+                .advance_to_magnetization(MagneticState::default(), asked, limit);
+            reached.limited.then(|| {
+                format!(
+                    "the profile asks for a magnetization of {asked:.0} A/m at {at_s:.4} s, but the field limit of {limit} A/m reaches only {:.0} A/m",
+                    reached.state.magnetization_a_per_m
+                )
+            })
+        };
+        sentence.map_or(Ok(()), |sentence| Err(Invalid::new("controller.trajectory", sentence)))
     }
 
     /// The controller's block.

@@ -150,6 +150,7 @@ fn plant_settings(case: &Case) -> PlantSettings {
         cut: anhyst_plant_sim::Cut::default(),
         contact: anhyst_plant_sim::Contact::default(),
         effects: None,
+        material_file: None,
         material: None,
         two_pole: None,
     }

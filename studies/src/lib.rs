@@ -5,6 +5,5 @@ mod error;
 pub mod laws;
 pub mod paper;
 pub mod scoreboard;
-pub mod stage;
 
 pub use error::StudyError;

@@ -49,6 +49,8 @@ fn rooms_know_only_what_they_may() {
         (
             "anhyst-scenario",
             &[
+                "anhyst-measured",
+                "anhyst-identify",
                 "anhyst-model",
                 "anhyst-ipc",
                 "anhyst-plant-sim",

@@ -22,7 +22,11 @@ fn scenario(file: &str, settings: &[&str]) -> Scenario {
 /// What `anhyst export` and `anhyst diagnose` do with a cut; the path of `amended.ron`.
 fn amended(scenario: &Scenario, cut: &Cut, rows: Option<&str>, folder: &Path) -> (Diagnosed, String) {
     let (table, model) = (folder.join("run.csv"), folder.join("model.ron"));
-    std::fs::write(&table, measured_table(&cut.measured, &cut.safe, scenario.tick_s)).unwrap();
+    std::fs::write(
+        &table,
+        measured_table(&cut.measured, &cut.safe, scenario.tick_s, &scenario.units()),
+    )
+    .unwrap();
     std::fs::write(&model, to_ron(&scenario.believed_model().unwrap()).unwrap()).unwrap();
     let reading = RunReadOptions {
         rows: rows.map(|rows| rows.parse().unwrap()),

@@ -345,7 +345,11 @@ impl Work<'_> {
         let recording = Recording::open(&RunFolder::open(cut).recording()).map_err(told)?;
         let (measured, asked): (Vec<Measurement>, Vec<SafeField>) =
             (recording.tokens().map_err(told)?, recording.tokens().map_err(told)?);
-        save(cut, "run.csv", &measured_table(&measured, &asked, scenario.tick_s))?;
+        save(
+            cut,
+            "run.csv",
+            &measured_table(&measured, &asked, scenario.tick_s, &scenario.units()),
+        )?;
         let run = MeasuredRun::read(&cut.join("run.csv"), &RunReadOptions::default()).map_err(told)?;
         let model = scenario.believed_model().map_err(told)?;
         let options = DiagnoseOptions {

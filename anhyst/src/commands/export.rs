@@ -49,7 +49,7 @@ pub fn run(arguments: &ExportArguments) -> miette::Result<Ending> {
     let measured: Vec<Measurement> = recording.tokens().map_err(RunError::from)?;
     let asked: Vec<SafeField> = recording.tokens().map_err(RunError::from)?;
     let out = arguments.out.as_deref().unwrap_or(&arguments.run);
-    let table = measured_table(&measured, &asked, scenario.tick_s);
+    let table = measured_table(&measured, &asked, scenario.tick_s, &scenario.units());
     let setup = |error: &dyn std::fmt::Display| RunError::Setup(error.to_string());
     let believed = scenario.believed_model().map_err(|error| setup(&error))?;
     let model = format!(

@@ -99,10 +99,10 @@ pub(crate) fn counts(trajectory: &Trajectory, expect: &Expect, time_s: f64) -> b
 
 impl CourseVerdict {
     /// What did not hold, as sentences.
-    pub fn failures(&self, expect: &Expect) -> Vec<String> {
+    pub fn failures(&self, expect: &Expect, unit: &str) -> Vec<String> {
         let mut failures = Vec::new();
         match self {
-            Self::Steps(own) => own.refuse(expect, &mut failures),
+            Self::Steps(own) => own.refuse(expect, unit, &mut failures),
             Self::Lines(own) => own.refuse(expect, &mut failures),
             Self::Sweep(own) => own.refuse(expect, &mut failures),
             Self::Multisine(_) => {}

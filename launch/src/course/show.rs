@@ -9,21 +9,17 @@ use anhyst_report::table::Table;
 /// Gain, phase and largest error at a frequency, as far as they are known.
 type Point = (f64, Option<f64>, Option<f64>, Option<f64>);
 
-fn length(metres: f64) -> String {
-    Si(metres, "m").to_string()
-}
-
 impl CourseVerdict {
-    /// For people; of long lists every second row, third, …, where `most_rows` asks for it.
-    pub fn table(&self, most_rows: usize) -> Table {
+    /// For people, lengths in `unit`; of long lists every second row, third, …, where `most_rows` asks for it.
+    pub fn table(&self, most_rows: usize, unit: &str) -> Table {
         match self {
-            Self::Steps(own) => steps(own, most_rows),
-            Self::Lines(own) => lines(own),
+            Self::Steps(own) => steps(own, most_rows, unit),
+            Self::Lines(own) => lines(own, unit),
             Self::Sweep(own) => {
                 let header = ["frequency", "gain", "phase", "error max"];
-                over_frequency(&header, &own.points(), usize::MAX)
+                over_frequency(&header, &own.points(), usize::MAX, unit)
             }
-            Self::Multisine(own) => over_frequency(&["frequency", "gain", "phase"], &own.points(), most_rows),
+            Self::Multisine(own) => over_frequency(&["frequency", "gain", "phase"], &own.points(), most_rows, unit),
         }
     }
 
@@ -48,7 +44,7 @@ impl CourseVerdict {
     }
 
     /// As a section of the run's page.
-    pub(crate) fn section(&self) -> Section {
+    pub(crate) fn section(&self, unit: &str) -> Section {
         let section = Section::new("Trajectory").paragraph(&self.sentence());
         let points = match self {
             Self::Steps(_) | Self::Lines(_) => Vec::new(),
@@ -58,21 +54,21 @@ impl CourseVerdict {
         let section = if points.is_empty() {
             section
         } else {
-            section.figure(charts(&points), "Displacement over reference.")
+            section.figure(charts(&points, unit), "Displacement over reference.")
         };
-        section.table(self.table(usize::MAX))
+        section.table(self.table(usize::MAX, unit))
     }
 
     /// As text below the figures.
-    pub(crate) fn terminal(&self) -> String {
-        format!("{}\n{}", self.sentence(), self.table(MOST_ROWS).terminal())
+    pub(crate) fn terminal(&self, unit: &str) -> String {
+        format!("{}\n{}", self.sentence(), self.table(MOST_ROWS, unit).terminal())
     }
 }
 
 /// In a terminal.
 const MOST_ROWS: usize = 24;
 
-fn steps(own: &StepsVerdict, most_rows: usize) -> Table {
+fn steps(own: &StepsVerdict, most_rows: usize, unit: &str) -> Table {
     let mut table = Table::new(["step", "reference takes", "settling", "overshoot", "times"]);
     for step in own.steps.iter().step_by(stride(own.steps.len(), most_rows)) {
         let settling = match (step.settling_s, step.unsettled) {
@@ -81,26 +77,36 @@ fn steps(own: &StepsVerdict, most_rows: usize) -> Table {
             (None, 0) => "no tolerance".to_owned(),
         };
         table.push([
-            format!("{} to {}", length(step.from_m), length(step.to_m)),
+            format!("{} to {}", Si(step.from_m, unit), Si(step.to_m, unit)),
             Si(step.over_s, "s").to_string(),
             settling,
-            format!("{}, {:.2} %", length(step.overshoot_m), 100.0 * step.overshoot()),
+            format!("{}, {:.2} %", Si(step.overshoot_m, unit), 100.0 * step.overshoot()),
             step.times.to_string(),
         ]);
     }
     table
 }
 
-fn lines(own: &LinesVerdict) -> Table {
+fn lines(own: &LinesVerdict, unit: &str) -> Table {
     Table::default()
-        .row(["lines".to_owned(), format!("{} of {}", own.lines, length(own.length_m))])
+        .row([
+            "lines".to_owned(),
+            format!("{} of {}", own.lines, Si(own.length_m, unit)),
+        ])
         .row([
             "nonlinearity".to_owned(),
-            format!("{}, {:.2e} of the line", length(own.nonlinearity_m), own.nonlinearity()),
+            format!(
+                "{}, {:.2e} of the line",
+                Si(own.nonlinearity_m, unit),
+                own.nonlinearity()
+            ),
         ])
-        .row(["offset".to_owned(), length(own.offset_m)])
+        .row(["offset".to_owned(), Si(own.offset_m, unit).to_string()])
         .row(["speed error".to_owned(), format!("{:.2e}", own.speed_error)])
-        .row(["error max outside lines".to_owned(), length(own.turn_error_max_m)])
+        .row([
+            "error max outside lines".to_owned(),
+            Si(own.turn_error_max_m, unit).to_string(),
+        ])
 }
 
 impl SweepVerdict {
@@ -125,7 +131,7 @@ fn stride(rows: usize, most_rows: usize) -> usize {
     rows.div_ceil(most_rows).max(1)
 }
 
-fn over_frequency(header: &[&str], points: &[Point], most_rows: usize) -> Table {
+fn over_frequency(header: &[&str], points: &[Point], most_rows: usize, unit: &str) -> Table {
     let mut table = Table::new(header.iter().copied());
     for (frequency_hz, gain, phase_deg, error_m) in points.iter().step_by(stride(points.len(), most_rows)) {
         let or_none = |text: Option<String>| text.unwrap_or_else(|| "none".to_owned());
@@ -135,12 +141,16 @@ fn over_frequency(header: &[&str], points: &[Point], most_rows: usize) -> Table 
             // Rounded first: there is no -0.00°.
             or_none(phase_deg.map(|phase_deg| format!("{:.2}°", (100.0 * phase_deg).round() / 100.0 + 0.0))),
         ];
-        table.push(known.into_iter().chain(error_m.map(length)));
+        table.push(
+            known
+                .into_iter()
+                .chain(error_m.map(|error| Si(error, unit).to_string())),
+        );
     }
     table
 }
 
-fn charts(points: &[Point]) -> Figure {
+fn charts(points: &[Point], unit: &str) -> Figure {
     let curve = |of: fn(&Point) -> Option<f64>, role: Role| {
         Curve::new(points.iter().filter_map(|own| Some([own.0, of(own)?])), role)
     };
@@ -151,7 +161,7 @@ fn charts(points: &[Point]) -> Figure {
     ];
     let error = curve(|own| own.3, Role::Remainder);
     if !error.points.is_empty() {
-        charts.push(Chart::new("largest error", frequency(), Axis::new("error", "m").logarithmic()).curve(error));
+        charts.push(Chart::new("largest error", frequency(), Axis::new("error", unit).logarithmic()).curve(error));
     }
     Figure::new("Response", charts)
 }

@@ -144,7 +144,7 @@ impl StepVerdict {
 }
 
 impl StepsVerdict {
-    pub(super) fn refuse(&self, expect: &Expect, failures: &mut Vec<String>) {
+    pub(super) fn refuse(&self, expect: &Expect, unit: &str, failures: &mut Vec<String>) {
         let worst = |one: &&StepVerdict, other: &&StepVerdict| one.overshoot().total_cmp(&other.overshoot());
         let Some(step) = self.steps.iter().filter(|step| step.times > 0).max_by(worst) else {
             failures.push("not one step was seen from its beginning on after the settling time".to_owned());
@@ -153,8 +153,8 @@ impl StepsVerdict {
         if let Some(most) = expect.overshoot.filter(|most| exceeds(step.overshoot(), *most)) {
             failures.push(format!(
                 "the step from {} to {} overshoots by {:.3} of it, more than {most}",
-                Si(step.from_m, "m"),
-                Si(step.to_m, "m"),
+                Si(step.from_m, unit),
+                Si(step.to_m, unit),
                 step.overshoot()
             ));
         }
@@ -244,6 +244,6 @@ mod tests {
     }
 
     fn verdict_failures(verdict: &StepsVerdict, expect: Expect) -> usize {
-        CourseVerdict::Steps(verdict.clone()).failures(&expect).len()
+        CourseVerdict::Steps(verdict.clone()).failures(&expect, "m").len()
     }
 }

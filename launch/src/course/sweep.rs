@@ -204,7 +204,7 @@ mod tests {
                 bandwidth_hz: Some(least),
                 ..Expect::NONE
             };
-            judge.verdict().failures(&expect).len()
+            judge.verdict().failures(&expect, "m").len()
         };
         assert_eq!((failures(195.0), failures(205.0)), (0, 1));
     }

@@ -1,6 +1,6 @@
 //! A law with wrong weights, adapted on line along a measured file, and judged by the free runs of what it came to.
 
-use anhyst_estimator::{WeightEstimator, WeightSettings};
+use anhyst_estimator::{WeightBelief, WeightEstimator};
 use anhyst_identify::laws::{LawData, LawFile, Start, predict};
 use anhyst_model::{Law, LawModel, ModelError};
 use serde::Serialize;
@@ -34,7 +34,7 @@ pub(super) fn on_line(law: &LawFile, data: &LawData, other: &LawData) -> Result<
     let half = 0.5 * (law.input_extent[1] - law.input_extent[0]);
     for draw in 0..DRAWS {
         let wrong = wrong(&law.model, draw);
-        let mut estimator = WeightEstimator::new(wrong.clone(), &WeightSettings::default(), half)?;
+        let mut estimator = WeightEstimator::new(wrong.clone(), &WeightBelief::default(), half)?;
         let mut early = wrong.clone();
         for record in &seen.records {
             let mut time_s = 0.0;

@@ -1,0 +1,44 @@
+//! What a scenario's numbers of field and displacement are in: another hysteresis law has other units.
+
+use super::Scenario;
+use serde::{Deserialize, Serialize};
+
+/// Units of a run, and whether it is about the paper's `a`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Units {
+    /// Of what drives the actuator: tokens and settings that say A/m mean this.
+    pub input: String,
+    /// Of what it gives: tokens and settings that say m mean this.
+    pub output: String,
+    /// Its hysteresis is the domain wall's, with a parameter `a`.
+    pub shape: bool,
+}
+
+impl Default for Units {
+    /// Of a magnetostrictive rod.
+    fn default() -> Self {
+        Self {
+            input: "A/m".into(),
+            output: "m".into(),
+            shape: true,
+        }
+    }
+}
+
+impl Scenario {
+    /// What its numbers are in.
+    pub fn units(&self) -> Units {
+        self.material().map_or_else(
+            |_| Units::default(),
+            |material| {
+                let [input, output] = material.units().map(str::to_owned);
+                Units {
+                    input,
+                    output,
+                    shape: material.law.is_none(),
+                }
+            },
+        )
+    }
+}
