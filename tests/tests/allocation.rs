@@ -73,6 +73,8 @@ fn no_step_allocates() {
     let law = |name: &str| format!("estimator.law={name}");
     for (file, settings) in [
         ("milling.ron", vec![]),
+        ("piezo/sine.ron", vec![]),
+        ("magnet/field.ron", vec![]),
         ("milling.ron", vec![law("GaussNewton()")]),
         ("milling.ron", vec![law("Gradient()")]),
         (

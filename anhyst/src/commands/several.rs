@@ -1,4 +1,4 @@
-//! `anhyst run A.ron B.ron …`: the same cut under several structures, in one table.
+//! `anhyst run A.ron B.ron …`: the same cut under several structures, in one table and one picture.
 //!
 //! Each scenario runs embedded and unrecorded; the result does not depend on that. Scenarios run side by side, one a core.
 
@@ -9,6 +9,9 @@ use anhyst_identify::parallel;
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
 use anhyst_launch::summary::Summary;
+use anhyst_report::chart::{Axis, Chart, Curve, Figure, Role, TIME};
+use anhyst_report::number::Si;
+use anhyst_report::page::{Page, Section};
 use anhyst_report::table::Table;
 use anhyst_scenario::{Placement, Scenario, load_changed};
 use std::path::{Path, PathBuf};
@@ -43,13 +46,14 @@ pub fn run(paths: &[PathBuf], arguments: &RunArguments) -> miette::Result<Ending
     });
     bar.finish_and_clear();
     let summaries = summaries.into_iter().collect::<Result<Vec<_>, RunError>>()?;
+    super::save(&results.path, "compare.html", &page(&summaries).html())?;
     if arguments.json.json {
         let summaries: Result<Vec<_>, _> = summaries.iter().map(Summary::for_programs).collect();
         let summaries = summaries.map_err(|error| RunError::Setup(error.to_string()))?;
         crate::say!("{}", super::json(&summaries)?);
     } else {
-        print_table(&summaries);
-        crate::say!("results: {}", results.path.display());
+        crate::say!("{}", table(&summaries).terminal());
+        crate::say!("results: {} (compare.html)", results.path.display());
     }
     Ok(Ending::Held)
 }
@@ -76,28 +80,65 @@ fn run_one(scenario: &Scenario, out: &Path, progress: &mut dyn FnMut(u64)) -> Re
     Summary::written(scenario, &reports, &folder)
 }
 
-fn print_table(summaries: &[Summary]) {
-    let mut table = Table::new([
-        "scenario",
-        "error rms, nm",
-        "error max, nm",
-        "rms / last",
-        "a error rms, A/m",
-        "field peak, kA/m",
-        "held",
-    ]);
+/// The runs side by side.
+fn table(summaries: &[Summary]) -> Table {
+    let shape = summaries.iter().any(|summary| summary.verdict.units.shape);
+    let a = shape.then_some("a error rms");
+    let header = ["scenario", "error rms", "error max", "rms / last"]
+        .into_iter()
+        .chain(a);
+    let mut table = Table::new(header.chain(["largest field or input", "held"]));
     let reference = summaries.last().map_or(f64::NAN, |summary| summary.verdict.error_rms_m);
     for summary in summaries {
         let verdict = &summary.verdict;
-        table.push([
+        let units = &verdict.units;
+        let a = shape.then(|| match units.shape {
+            true => Si(verdict.a_error_rms_a_per_m, "A/m").to_string(),
+            false => String::new(),
+        });
+        let figures = [
             summary.scenario.clone(),
-            format!("{:.2}", verdict.error_rms_m * 1e9),
-            format!("{:.2}", verdict.error_max_m * 1e9),
+            Si(verdict.error_rms_m, &units.output).to_string(),
+            Si(verdict.error_max_m, &units.output).to_string(),
             format!("{:.1}", verdict.error_rms_m / reference),
-            format!("{:.2}", verdict.a_error_rms_a_per_m),
-            format!("{:.2}", verdict.field_peak_a_per_m * 1e-3),
-            if summary.held { "yes".into() } else { "no".into() },
-        ]);
+        ];
+        let held = match (summary.held, summary.tolerance_m) {
+            (true, _) => "yes",
+            (false, Some(_)) => "no",
+            (false, None) => "not judged",
+        };
+        let field = Si(verdict.field_peak_a_per_m, &units.input).to_string();
+        table.push(figures.into_iter().chain(a).chain([field, held.to_owned()]));
     }
-    crate::say!("{}", table.terminal());
+    table
+}
+
+/// One picture and one table of all.
+fn page(summaries: &[Summary]) -> Page {
+    let roles = [
+        Role::Limit,
+        Role::Nominal,
+        Role::Remainder,
+        Role::Measured,
+        Role::Truth,
+        Role::Amended,
+    ];
+    let curve = |(summary, role): (&Summary, &Role)| {
+        let course = summary.verdict.error_course.iter();
+        Curve::new(course.map(|window| [window.time_s, window.rms_m]), *role).named(&summary.scenario)
+    };
+    let unit = summaries
+        .last()
+        .map_or("m", |summary| summary.verdict.units.output.as_str());
+    let curves = summaries.iter().zip(roles.iter().cycle()).map(curve);
+    let chart =
+        Chart::new("error", TIME, Axis::new("error, rms", unit).logarithmic()).series(curves.collect::<Vec<_>>());
+    let caption = "Reference minus true output, rms in each of at most 256 windows of the judged time.";
+    let section = Section::new("Error").table(table(summaries));
+    let section = section.figure(Figure::new("Error over time", vec![chart]).columns(1), caption);
+    Page::new(
+        "Runs compared",
+        "The same motion by several structures; the last one is what the others are held against.",
+    )
+    .section(section)
 }

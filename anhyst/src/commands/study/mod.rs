@@ -3,7 +3,6 @@
 mod blind;
 mod laws;
 mod paper;
-mod stage;
 
 use super::Ending;
 use clap::Subcommand;
@@ -21,10 +20,6 @@ pub enum StudyCommand {
     ///
     /// Results: index.html, figure-N.svg, paper.rrd.
     Paper(paper::PaperArguments),
-    /// Follow a piezo stage by feedback, by a fixed, an adaptive and a learning inverse, and compare them.
-    ///
-    /// Results: stage.json, stage.svg.
-    Stage(stage::StageArguments),
 }
 
 /// Runs the command.
@@ -36,6 +31,5 @@ pub fn run(study: &StudyCommand) -> miette::Result<Ending> {
         StudyCommand::Blind(arguments) => blind::run(arguments),
         StudyCommand::Laws(arguments) => laws::run(arguments),
         StudyCommand::Paper(arguments) => paper::run(arguments),
-        StudyCommand::Stage(arguments) => stage::run(arguments),
     }
 }
