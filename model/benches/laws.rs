@@ -73,6 +73,7 @@ fn main() {
         yield_input: 0.5,
         exponent: 2.0,
         loading_share: 0.8,
+        stiffens: false,
     };
     for (name, law) in [
         ("Prandtl-Ishlinskii, 12", Law::Plays(plays(12))),

@@ -52,12 +52,21 @@ fn preisach() -> impl Strategy<Value = Preisach> {
 }
 
 fn bouc_wen() -> impl Strategy<Value = BoucWen> {
-    (0.1..2.0, 1.0..4.0, 0.5..1.0).prop_map(|(yield_input, exponent, loading_share)| BoucWen {
+    let yields = (0.1..2.0, 1.0..4.0, 0.5..1.0).prop_map(|(yield_input, exponent, loading_share)| BoucWen {
         amplitude: 2.0,
         yield_input,
         exponent,
         loading_share,
-    })
+        stiffens: false,
+    });
+    let stiffens = (0.5..2.0, -3.0..0.5).prop_map(|(yield_input, loading_share)| BoucWen {
+        amplitude: 0.5,
+        yield_input,
+        exponent: 1.0,
+        loading_share,
+        stiffens: true,
+    });
+    prop_oneof![yields, stiffens]
 }
 
 /// A law with a line and creep beside it: strictly rising, so that every demand has one input.
@@ -213,6 +222,7 @@ fn bouc_wen_loads_in_closed_form() {
             yield_input: 0.4,
             exponent,
             loading_share: 1.0,
+            stiffens: false,
         };
         for to in [0.01, 0.1, 0.4, 1.0, 4.0] {
             let output = law.output(&after(&law, &[to]));
@@ -223,6 +233,24 @@ fn bouc_wen_loads_in_closed_form() {
         }
         assert!((law.output(&after(&law, &[1e9])) - 3.0).abs() < 1e-12);
     }
+}
+
+/// e^ν − 1 loading from rest, and (z₀ + 1/u)e^−uν − 1/u on the way back, u = 1 − 2σ.
+#[test]
+fn bouc_wen_stiffens_in_closed_form() {
+    let law = BoucWen {
+        amplitude: 3.0,
+        yield_input: 0.4,
+        exponent: 1.0,
+        loading_share: -1.5,
+        stiffens: true,
+    };
+    let there = f64::exp(0.5 / 0.4) - 1.0;
+    assert!((law.output(&after(&law, &[0.5])) - 3.0 * there).abs() < 1e-7);
+    let (u, back) = (4.0, 0.06 / 0.4);
+    let back = (there + 1.0 / u) * f64::exp(-u * back) - 1.0 / u;
+    assert!((law.output(&after(&law, &[0.5, 0.44])) - 3.0 * back).abs() < 1e-6);
+    assert!(BoucWen { exponent: 2.0, ..law }.validate().is_err());
 }
 
 /// Counted relay by relay on a grid that the law does not use: switch up at α, down at β, one after the other.

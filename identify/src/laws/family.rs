@@ -142,6 +142,7 @@ impl Family {
                 yield_input: log(place[0], 0.02 * span, 3.0 * span),
                 exponent: log(place[1], 1.0, 6.0),
                 loading_share: 0.5 + 0.5 * place[2],
+                stiffens: false,
             })),
             Family::DomainWall => {
                 let shape = log(place[0], 0.01 * reach, 2.0 * reach);

@@ -1,7 +1,8 @@
-//! y = Y z,  dz/dv = (1 − |z|ⁿ (σ sgn(z dv) + 1 − σ))/w: the Bouc-Wen law in its normal form.
+//! y = Y z,  dz/dv = (1 − κ|z|ⁿ (σ sgn(z dv) + 1 − σ))/w: the Bouc-Wen law in its normal form.
 //!
 //! v input, z ∈ [−1, 1] (no unit), w > 0 the input's way to yielding, Y ≥ 0 what the loop saturates at, n ≥ 1 how sharply it
-//! yields, σ ∈ [1/2, 1] how a loop unloads (1/2: straight; 1: as it loads). In the usual letters: A = 1/w, β = σA, γ = (1 − σ)A.
+//! yields, σ ∈ [1/2, 1] how a loop unloads (1/2: straight; 1: as it loads). In the usual letters: A = 1/w, β = σA, γ = (1 − σ)A. So far κ = 1.
+//! With κ = −1 it stiffens instead: z has no bound (10³ here), n = 1, σ ≤ 1/2, and unloads 1 − 2σ times as steeply again as it loads.
 //! Beside an elastic part it describes dampers, joints and shape memory wires; minor loops need not close, turning points are not
 //! remembered. Rate-independent. Fourth order with steps of 0.025 w; the result is continuous in the end of the input.
 //! Without history: z = 0. Sources: Bouc (1967), Wen, J. Eng. Mech. Div. 102 (1976) 249; normal form: Ikhouane and Rodellar,
@@ -17,6 +18,8 @@ use crate::error::{require, require_not_negative, require_positive};
 const STEP: f64 = 0.025;
 /// After so many w it has saturated: z = ±1.
 const FAR: f64 = 60.0;
+/// No law that stiffens goes further.
+const MAX_STIFFENED: f64 = 1e3;
 
 /// The law.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,6 +33,13 @@ pub struct BoucWen {
     pub exponent: f64,
     /// σ.
     pub loading_share: f64,
+    /// κ is −1.
+    #[serde(default, skip_serializing_if = "is_false")]
+    pub stiffens: bool,
+}
+
+fn is_false(value: &bool) -> bool {
+    !value
 }
 
 /// Where it is.
@@ -54,11 +64,13 @@ impl BoucWen {
             libm::pow(size, self.exponent)
         };
         let sign = if yielded * direction >= 0.0 { 1.0 } else { -1.0 };
-        1.0 - power * (self.loading_share * sign + 1.0 - self.loading_share)
+        let bend = power * (self.loading_share * sign + 1.0 - self.loading_share);
+        if self.stiffens { 1.0 + bend } else { 1.0 - bend }
     }
 
     fn moved(&self, from: f64, way: f64) -> f64 {
         let direction = if way < 0.0 { -1.0 } else { 1.0 };
+        // What stiffens is at its end long before.
         let mut left = way.abs().min(FAR);
         if way.is_nan() {
             return f64::NAN;
@@ -73,7 +85,8 @@ impl BoucWen {
             yielded += step / 6.0 * (first + 2.0 * (second + third) + fourth);
             left -= STEP;
         }
-        yielded.clamp(-1.0, 1.0)
+        let most = if self.stiffens { MAX_STIFFENED } else { 1.0 };
+        yielded.clamp(-most, most)
     }
 }
 
@@ -89,7 +102,7 @@ impl HysteresisLaw for BoucWen {
             LawParameter::weight("amplitude", self.amplitude),
             LawParameter::weight("yield_input", self.yield_input),
             LawParameter::new("exponent", self.exponent, [1.0, 20.0]),
-            LawParameter::new("loading_share", self.loading_share, [0.5, 1.0]),
+            LawParameter::new("loading_share", self.loading_share, [-20.0, 1.0]),
         ]
     }
 
@@ -102,19 +115,23 @@ impl HysteresisLaw for BoucWen {
         require_not_negative(self.amplitude, "amplitude of Bouc-Wen", "(unit of the output)")?;
         require_positive(self.yield_input, "yield input of Bouc-Wen", "(unit of the input)")?;
         require(
-            (1.0..=20.0).contains(&exponent),
+            (1.0..=20.0).contains(&exponent) && (!self.stiffens || exponent == 1.0),
             "exponent of Bouc-Wen",
             exponent,
             "",
-            "from 1 to 20",
+            "from 1 to 20, and 1 where it stiffens",
         )?;
-        let accepted = (0.5..=1.0).contains(&loading_share);
+        let accepted = if self.stiffens {
+            (-20.0..=0.5).contains(&loading_share)
+        } else {
+            (0.5..=1.0).contains(&loading_share)
+        };
         require(
             accepted,
             "loading share of Bouc-Wen",
             loading_share,
             "",
-            "from 0.5 to 1",
+            "from 0.5 to 1, or from -20 to 0.5 where it stiffens",
         )
     }
 

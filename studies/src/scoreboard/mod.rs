@@ -4,8 +4,10 @@
 //! where they are to be had.
 
 mod on_line;
+mod oscillator;
 
 pub use on_line::OnLineScore;
+pub use oscillator::{OscillatorScore, oscillator};
 
 use anhyst_identify::laws::{Family, LawData, LawError, LawFit, LawOptions, fit_each, fit_laws, predict};
 use anhyst_measured::{MeasuredError, MeasuredRun, RunReadOptions};
@@ -156,13 +158,15 @@ pub struct SetScore {
 #[derive(Clone, Debug, Serialize)]
 pub struct Scoreboard {
     pub sets: Vec<SetScore>,
+    /// The Bouc-Wen benchmark, on data made here.
+    pub oscillator: Vec<OscillatorScore>,
     /// Sets whose files are not there, and where they are to be had.
     pub missing: Vec<String>,
 }
 
-/// How many sets there are.
+/// How many sets there are, the one that is made among them.
 pub fn sets() -> usize {
-    SETS.len()
+    SETS.len() + 1
 }
 
 /// Judges every set that the folder holds; `progress` is told each one's name when it is done.
@@ -172,6 +176,7 @@ pub fn sets() -> usize {
 pub fn scoreboard(folder: &Path, threads: usize, progress: &mut dyn FnMut(&str)) -> Result<Scoreboard, ScoreError> {
     let mut board = Scoreboard {
         sets: Vec::new(),
+        oscillator: Vec::new(),
         missing: Vec::new(),
     };
     for set in &SETS {
@@ -194,6 +199,8 @@ pub fn scoreboard(folder: &Path, threads: usize, progress: &mut dyn FnMut(&str))
             sources: board.missing.join("; "),
         });
     }
+    board.oscillator = oscillator(threads, |_| true);
+    progress("Bouc-Wen oscillator");
     Ok(board)
 }
 
