@@ -13,6 +13,8 @@ const DRAWS: u64 = 5;
 const EARLY_S: f64 = 10.0;
 /// The sensor's answer to the jump at the start is not learned from.
 const SETTLING: usize = 20;
+/// As many as a fit begins with.
+const PLAYS: usize = 12;
 
 /// Free runs, rms after the mean, output's unit; each the worst of the draws.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
@@ -33,7 +35,7 @@ pub(super) fn on_line(law: &LawFile, data: &LawData, other: &LawData) -> Result<
     let seen = data.reacted(law.reaction, law.start == Start::Rest);
     let half = 0.5 * (law.input_extent[1] - law.input_extent[0]);
     for draw in 0..DRAWS {
-        let wrong = wrong(&law.model, draw);
+        let wrong = wrong(&filled(&law.model, half), draw);
         let mut estimator = WeightEstimator::new(wrong.clone(), &WeightBelief::default(), half)?;
         let mut early = wrong.clone();
         for record in &seen.records {
@@ -65,6 +67,24 @@ pub(super) fn on_line(law: &LawFile, data: &LawData, other: &LawData) -> Result<
         };
     }
     Ok(worst)
+}
+
+/// With the plays that the fit left out, for another motion may need them: at even distances up to half of the input's extent, of no weight.
+fn filled(model: &LawModel, half: f64) -> LawModel {
+    let mut model = model.clone();
+    for law in &mut model.laws {
+        let Law::Plays(plays) = law else { continue };
+        for group in &mut plays.groups {
+            for play in 0..PLAYS {
+                let radius = half * play as f64 / PLAYS as f64;
+                if group.radii.iter().all(|own| (own - radius).abs() > 1e-3 * half) {
+                    group.radii.push(radius);
+                    group.weights.push(0.0);
+                }
+            }
+        }
+    }
+    model
 }
 
 /// The weights of all plays off by up to [`WRONG`], by a draw.
