@@ -71,7 +71,12 @@ pub fn load_model(path: &Path) -> Result<ActuatorModel, ScenarioError> {
     let text = read(path)?;
     let has = |field: &str| source::read(&text).is_some_and(|place| place.has_field(field));
     let model = if has("input_extent") {
-        of_law(parse(path, &text)?, path)
+        let file: LawFile = parse(path, &text)?;
+        if file.even.is_some() {
+            let sentence = "a strain over a law is for `predict`; a loop takes the law of the magnetization or of the displacement".into();
+            return Err(ScenarioError::at(path, &text, place_of(&text, "even"), sentence));
+        }
+        of_law(file, path)
             .map_err(|error| ScenarioError::at(path, &text, place_of(&text, "model"), error.to_string()))?
     } else if has("material") {
         parse_model(path, &text)?

@@ -83,6 +83,8 @@ pub struct LawData {
     pub input_extent: [f64; 2],
     /// Of the output over all records.
     pub output_extent: [f64; 2],
+    /// Of a strain: the same records with the magnetization, if it is known, of which the strain is an even function.
+    pub beneath: Option<Box<LawData>>,
 }
 
 impl LawData {
@@ -141,7 +143,11 @@ impl LawData {
             })
         };
         let records: Vec<LawRecord> = runs.iter().map(record).collect::<Result<_, LawError>>()?;
-        Self::checked(source.clone(), input, output, records)
+        let mut data = Self::checked(source.clone(), input, output, records)?;
+        if output == Quantity::Strain && in_all(&Quantity::Magnetization) {
+            data.beneath = Some(Box::new(Self::of(runs, Some(input), Some(Quantity::Magnetization))?));
+        }
+        Ok(data)
     }
 
     fn checked(source: String, input: Quantity, output: Quantity, records: Vec<LawRecord>) -> Result<Self, LawError> {
@@ -171,6 +177,7 @@ impl LawData {
             records,
             input_extent,
             output_extent,
+            beneath: None,
         })
     }
 
@@ -257,6 +264,10 @@ impl LawData {
         LawData {
             input_extent: extent(records.iter().flat_map(|record| &record.input)),
             records,
+            beneath: self
+                .beneath
+                .as_ref()
+                .map(|own| Box::new(own.reacted(reaction, from_rest))),
             ..self.clone()
         }
     }

@@ -4,7 +4,7 @@ use anhyst_measured::Quantity;
 use anhyst_model::{HysteresisLaw, LawModel, ModelError};
 use serde::{Deserialize, Serialize};
 
-use super::{Reaction, Start};
+use super::{EvenCurve, Reaction, Start};
 
 /// A law with what it is of and where its records begin. All numbers in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -22,6 +22,9 @@ pub struct LawFile {
     #[serde(default)]
     pub reaction: Reaction,
     pub model: LawModel,
+    /// Of a strain: the model gives the magnetization, and this the strain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub even: Option<EvenCurve>,
 }
 
 impl LawFile {

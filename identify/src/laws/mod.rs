@@ -8,6 +8,7 @@
 
 mod data;
 mod error;
+mod even;
 mod family;
 mod file;
 mod gram;
@@ -19,6 +20,7 @@ mod verdict;
 
 pub use data::{LawData, LawRecord, Reaction};
 pub use error::LawError;
+pub use even::EvenCurve;
 pub use family::Family;
 pub use file::LawFile;
 pub use predict::{Distance, Prediction, predict};

@@ -70,7 +70,13 @@ pub fn predict(law: &LawFile, data: &LawData) -> Prediction {
     let modelled: Vec<Vec<f64>> = data
         .records
         .iter()
-        .map(|record| run_along(&law.model, law.start, record, extent))
+        .map(|record| {
+            let mut run = run_along(&law.model, law.start, record, extent);
+            if let Some(even) = &law.even {
+                run.iter_mut().for_each(|made| *made = even.at(*made, law.model.offset));
+            }
+            run
+        })
         .collect();
     Prediction::new(modelled, data)
 }

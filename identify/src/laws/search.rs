@@ -10,6 +10,7 @@ use nalgebra::DVector;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
+use super::even::EvenCurve;
 use super::family::Skeleton;
 use super::gram::Gram;
 use super::start::Start;
@@ -67,6 +68,10 @@ pub struct FittedLaw {
     pub held_out_nrmse: f64,
     /// As that, each record's share of its own range, or of a tenth of the whole if that is more; rms over records.
     pub held_out_own_nrmse: f64,
+    /// What was found without each part.
+    pub folds: Vec<LawModel>,
+    /// From the law's output to what is wanted, where that is an even function of it.
+    pub curve: Option<EvenCurve>,
 }
 
 /// What one place came to.
@@ -127,6 +132,14 @@ impl Parts {
             of: data.records.iter().enumerate().map(of_record).collect(),
         }
     }
+}
+
+/// Which part each sample of each record belongs to; none where it is not fitted.
+pub(super) fn folds(data: &LawData, options: &LawOptions) -> Vec<Vec<Option<usize>>> {
+    let parts = Parts::of(data, options).of.into_iter();
+    parts
+        .map(|record| record.into_iter().map(|(fold, _)| fold).collect())
+        .collect()
 }
 
 /// Which half of a single record each sample belongs to: one of the large motions and one of the small where the amplitude changes,
@@ -270,8 +283,8 @@ impl CostFunction for &Search<'_> {
     }
 }
 
-/// Fits one form to all records.
-pub fn fit_law(family: Family, data: &LawData, start: Start, options: &LawOptions) -> FittedLaw {
+/// Fits one form to all records; `keep_folds`: with what each part's absence gives.
+pub fn fit_law(family: Family, data: &LawData, start: Start, options: &LawOptions, keep_folds: bool) -> FittedLaw {
     let thinned = thinned(data, options.samples);
     let parts = Parts::of(&thinned, options);
     let search = Search {
@@ -286,22 +299,21 @@ pub fn fit_law(family: Family, data: &LawData, start: Start, options: &LawOption
     let visited = search.visited.into_inner();
     let best = least(&visited, |visited| visited.squares);
     // Each fold trusts only what it was trained on, for its place as for its weights.
+    let found_without = |fold: usize| {
+        let trained = move |visited: &Visited| visited.folds[fold].trained;
+        if family.is_smoothed() {
+            best
+        } else {
+            least(&visited, trained)
+        }
+    };
     let kept_back = |of: fn(&VisitedFold) -> f64| -> f64 {
         let folds = 0..parts.folds;
-        folds
-            .map(|fold| {
-                let trained = |visited: &Visited| visited.folds[fold].trained;
-                let place = if family.is_smoothed() {
-                    best
-                } else {
-                    least(&visited, trained)
-                };
-                of(&place.folds[fold])
-            })
-            .sum()
+        folds.map(|fold| of(&found_without(fold).folds[fold])).sum()
     };
     let of_search = parts.of.iter().flatten().filter(|(fold, _)| fold.is_some()).count();
     let place = best.place.clone();
+    let places: Vec<Vec<f64>> = (0..parts.folds).map(|fold| found_without(fold).place.clone()).collect();
     let held_out_nrmse = (kept_back(|fold| fold.plain) / of_search as f64).sqrt() / data.output_range();
     let held_out_own_nrmse = (kept_back(|fold| fold.own) / data.records.len() as f64).sqrt();
     let parts = Parts::of(data, options);
@@ -318,6 +330,16 @@ pub fn fit_law(family: Family, data: &LawData, start: Start, options: &LawOption
     let plain: f64 = folds.iter().map(|fold| fold.plain.squares(&weights)).sum();
     let samples: f64 = folds.iter().map(|fold| fold.plain.weight()).sum();
     let model = weighted(family, &place, data, &weights);
+    let without = |(fold, place): (usize, &Vec<f64>)| {
+        let sums = full.sums(place);
+        let weights = weighted_sums(&sums, Some(fold)).fitted(&family.skeleton(place, data).smoothness);
+        weighted(family, place, data, &weights)
+    };
+    let folds_without = if keep_folds {
+        places.iter().enumerate().map(without).collect()
+    } else {
+        Vec::new()
+    };
     let nonzero = weights.iter().skip(1).filter(|weight| **weight > 0.0).count();
     FittedLaw {
         family,
@@ -327,6 +349,8 @@ pub fn fit_law(family: Family, data: &LawData, start: Start, options: &LawOption
         nrmse: (plain / samples).sqrt() / data.output_range(),
         held_out_nrmse,
         held_out_own_nrmse,
+        folds: folds_without,
+        curve: None,
     }
 }
 

@@ -3,6 +3,7 @@
 use anhyst_model::HysteresisLaw;
 use serde::Serialize;
 
+use super::even::through;
 use super::predict::run_along;
 use super::search::{FittedLaw, fit_law};
 use super::{Family, LawData, LawError, LawFile, LawOptions, Reaction, Start};
@@ -94,7 +95,7 @@ pub fn fit_laws(
     threads: usize,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<LawFit, LawError> {
-    data.refuse_falling()?;
+    data.beneath.as_deref().unwrap_or(data).refuse_falling()?;
     let families: Vec<Family> = match family {
         Some(family) => vec![Family::Linear, family],
         None => Family::ALL.into_iter().filter(|family| family.suits(data)).collect(),
@@ -149,11 +150,15 @@ fn fit_all(
     threads: usize,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> (Seen, Vec<FittedLaw>) {
-    let (start, reaction) = circumstances(data, options, threads);
+    let beneath = data.beneath.as_deref().unwrap_or(data);
+    let (start, reaction) = circumstances(beneath, options, threads);
     let seen = data.reacted(reaction, start == Start::Rest);
     let done = AtomicUsize::new(0);
     let fitted = parallel::map(threads, families, |family| {
-        let fitted = fit_law(*family, &seen, start, options);
+        let fitted = match &seen.beneath {
+            None => fit_law(*family, &seen, start, options, false),
+            Some(beneath) => through(fit_law(*family, beneath, start, options, true), beneath, &seen, options),
+        };
         progress(1 + done.fetch_add(1, Ordering::Relaxed), families.len());
         fitted
     });
@@ -186,7 +191,7 @@ fn circumstances(data: &LawData, options: &LawOptions, threads: usize) -> (Start
     let best_of = |tried: &[(Start, Reaction)]| {
         let nrmse = parallel::map(threads, tried, |(start, reaction)| {
             let reacted = data.reacted(*reaction, *start == Start::Rest);
-            fit_law(judge, &reacted, *start, &quick).nrmse
+            fit_law(judge, &reacted, *start, &quick, false).nrmse
         });
         let best = (0..tried.len()).min_by(|one, other| nrmse[*one].total_cmp(&nrmse[*other]));
         tried[best.unwrap_or_default()]
@@ -292,7 +297,14 @@ fn made(seen: &Seen, asked: &LawData, chosen: &FittedLaw, fitted: &[FittedLaw], 
         candidates: fitted.iter().map(candidate).collect(),
         warnings,
     };
-    let along = |record| run_along(&chosen.model, chosen.start, record, data.input_extent);
+    let along = |record| {
+        let mut run = run_along(&chosen.model, chosen.start, record, data.input_extent);
+        if let Some(curve) = &chosen.curve {
+            run.iter_mut()
+                .for_each(|made| *made = curve.at(*made, chosen.model.offset));
+        }
+        run
+    };
     LawFit {
         modelled: data.records.iter().map(along).collect(),
         file: LawFile {
@@ -302,6 +314,7 @@ fn made(seen: &Seen, asked: &LawData, chosen: &FittedLaw, fitted: &[FittedLaw], 
             input_extent: asked.input_extent,
             reaction: *reaction,
             model: chosen.model.clone(),
+            even: chosen.curve,
         },
         report,
     }
