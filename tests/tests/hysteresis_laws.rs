@@ -110,3 +110,64 @@ fn a_wrong_law_is_refused() {
     let unknown = refused(&file("Voltage", "lawz: []"));
     assert!(unknown.contains("lawz") && unknown.contains("law.ron:1:"), "{unknown}");
 }
+
+/// Relays between hand-made thresholds magnetise a rod, and its strain is even in that: over the field alone it is a line.
+#[test]
+fn a_strain_is_even_in_a_magnetization_that_is_known() {
+    let root = tempfile::tempdir().unwrap();
+    let mut up = vec![false; 400];
+    let threshold = |relay: usize| {
+        let (row, column) = ((relay / 20) as f64, (relay % 20) as f64);
+        let (middle, half) = (400.0 * (row - 9.5), 100.0 * (column + 1.0));
+        (middle + half, middle - half)
+    };
+    let mut text = "loop_id,field_A_per_m,magnetization_A_per_m,strain\n".to_owned();
+    for (number, size) in [12_000.0, 7000.0, 4000.0, 9000.0].into_iter().enumerate() {
+        // Twice round: the second time the loop repeats.
+        for sample in 0..800 {
+            let angle = 2.0 * std::f64::consts::PI * f64::from(sample) / 400.0;
+            let field = size * angle.cos();
+            for (relay, up) in up.iter_mut().enumerate() {
+                let (rise, fall) = threshold(relay);
+                *up = if field >= rise { true } else { *up && field > fall };
+            }
+            let raised = up.iter().filter(|up| **up).count() as f64;
+            let m = 2000.0 * (raised - 200.0) + 10.0 * field;
+            if sample >= 399 {
+                let strain = 1e-5 + 2e-15 * m * m + 3e-27 * m.powi(4);
+                writeln!(text, "{number},{field},{m},{strain}").unwrap();
+            }
+        }
+    }
+    let file = root.path().join("rod.csv");
+    std::fs::write(&file, text).unwrap();
+    let (file, out) = (
+        file.to_string_lossy(),
+        root.path().join("fit").to_string_lossy().into_owned(),
+    );
+    let arguments = [
+        "fit", &file, "--law", "auto", "--output", "strain", "--out", &out, "--json",
+    ];
+    let fit = read(Finished::run(&arguments, LIMIT));
+    // Relays jump; a law moves on.
+    let told = fit["held_out_nrmse"].as_f64().unwrap();
+    let line = fit["candidates"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|own| own["law"] == "linear")
+        .unwrap();
+    assert!(
+        told < 0.06 && told < 0.2 * line["held_out_nrmse"].as_f64().unwrap(),
+        "{fit}"
+    );
+    let model = root.path().join("fit/law.ron").to_string_lossy().into_owned();
+    let along = ["predict", "--model", &model, "--data", &file, "--out", &out, "--json"];
+    let predicted = read(Finished::run(&along, LIMIT));
+    let share = predicted["rms"].as_f64().unwrap() / predicted["range"].as_f64().unwrap();
+    assert!((share - fit["nrmse"].as_f64().unwrap()).abs() < 1e-9, "{predicted}");
+    // A loop does not take it.
+    let set = format!("material=File(\"{model}\")");
+    let refused = Finished::run(&["check", "scenarios/piezo/sine.ron", "--set", &set], LIMIT).expect(2);
+    assert!(refused.err.contains("a strain over a law"), "{}", refused.err);
+}
