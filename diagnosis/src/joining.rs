@@ -1,7 +1,7 @@
 //! What may join: every term screened beside a fit, and the most promising fitted with all that is in.
 
 use anhyst_identify::parallel;
-use anhyst_model::{ActuatorModel, EffectKind};
+use anhyst_model::{ActuatorModel, EffectKind, Stage};
 
 use crate::composition::{Composition, Slot, Unknown};
 use crate::likelihood::{Bench, Fitted};
@@ -161,6 +161,8 @@ pub(crate) fn lacking(model: &ActuatorModel, signals: &[Signals], kind: EffectKi
         Some("it needs time, which the data lack")
     } else if kind.needs_rod() && model.rod.is_none() {
         Some("it acts on a moving rod, which the model lacks")
+    } else if kind.stage() == Stage::Hysteresis && model.material.law.is_some() {
+        Some("it acts inside the domain wall law, and the model has another law")
     } else if kind.needs_coil(warm) && !model.coil {
         Some("its cause is a coil, which the model lacks")
     } else {

@@ -78,6 +78,8 @@ pub enum ModelError {
     #[error("{effect} stands twice among the effects; one of a kind is the most, because two cannot be told apart")]
     EffectRepeated { effect: &'static str },
     /// The model has no rod for the effect to act on.
+    #[error("the effect {effect} acts inside the domain wall law, and the material has another law")]
+    EffectNeedsDomainWall { effect: &'static str },
     #[error("{effect} acts on the moving rod, but the model has no rod")]
     EffectNeedsRod { effect: &'static str },
     /// The rod has more than the two poles that the effect is written for.

@@ -12,7 +12,7 @@ pub struct Material {
     pub name: String,
     /// Publication, data sheet or measured file that the numbers come from.
     pub source: String,
-    /// Where another law is given, only the scale of its input (a) and output (Ms).
+    /// Where another law is given, only the scales of its input (a) and output (Ms): moved, they calibrate it.
     pub hysteresis: Hysteresis,
     pub magnetostriction: Magnetostriction,
     /// Another law in place of the domain wall's: a piezo stack's, an electromagnet's.
@@ -52,6 +52,13 @@ impl MaterialLaw {
             self.model.pass(&mut state, f64::INFINITY);
             self.model.output(&state) - zero
         })
+    }
+
+    /// What stands for a and Ms of a material that has this law, as it is fitted.
+    pub fn scales(&self) -> [f64; 2] {
+        let [low, high] = self.reach();
+        // Room above the first way: a strain law ends at Ms.
+        [self.input_scale(), LAW_ROOM * low.abs().max(high.abs())]
     }
 
     fn validate(&self) -> Result<(), ModelError> {
@@ -99,18 +106,16 @@ impl Material {
     /// A law that is none, or that gives nothing within its input's extent.
     pub fn of_law(name: &str, source: &str, law: MaterialLaw) -> Result<Self, ModelError> {
         law.validate()?;
-        let [low, high] = law.reach();
-        let size = low.abs().max(high.abs());
+        let [shape_a_per_m, size] = law.scales();
         let named = "output of a law at its largest input";
         require(size > 0.0, named, size, "(unit of the output)", "finite and not 0")?;
         Ok(Material {
             name: name.to_owned(),
             source: source.to_owned(),
             hysteresis: Hysteresis {
-                // Room above the first way: a strain law ends at Ms.
-                saturation_magnetization_a_per_m: LAW_ROOM * size,
-                shape_a_per_m: law.input_scale(),
-                pinning_a_per_m: law.input_scale(),
+                saturation_magnetization_a_per_m: size,
+                shape_a_per_m,
+                pinning_a_per_m: shape_a_per_m,
                 coupling: 0.0,
                 ..Hysteresis::terfenol_d()
             },

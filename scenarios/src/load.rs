@@ -124,7 +124,7 @@ impl ScenarioText {
                 scenario.effects = found.effects;
             }
             scenario.rod.two_pole = scenario.rod.two_pole.or(found.rod);
-            scenario.material = MaterialSource::Inline(found.material);
+            scenario.material = MaterialSource::Inline(Box::new(found.material));
         }
         if let Some(material) = scenario.plant.material_file.take() {
             let at = "plant.material_file";

@@ -115,7 +115,7 @@ pub enum MaterialSource {
     /// A RON file of a material.
     File(PathBuf),
     /// The material itself; the effective scenario always holds this.
-    Inline(Material),
+    Inline(Box<Material>),
 }
 
 /// The rod as the controller's side knows it: finite elements, reduced to two poles.
@@ -243,7 +243,7 @@ impl Scenario {
     /// The material; loading has put it inline.
     pub fn material(&self) -> Result<&Material, Invalid> {
         match &self.material {
-            MaterialSource::Inline(material) => Ok(material),
+            MaterialSource::Inline(material) => Ok(material.as_ref()),
             MaterialSource::File(path) => Err(Invalid::new("material", format!("{} was not loaded", path.display()))),
         }
     }

@@ -164,3 +164,53 @@ fn a_stage_of_other_code_is_followed_and_taught() {
     assert!(adaptive < 0.35 * fixed, "{fixed:.3e} {adaptive:.3e}");
     assert!(learned < 20e-9, "{learned:.3e}");
 }
+
+/// Creep is named in the motion of backlashes that creep, against a law that has the backlashes and no creep; no code is shared.
+#[test]
+fn creep_beside_another_law_is_named() {
+    let root = tempfile::tempdir().unwrap();
+    let (widths, gains) = ([0.0, 12.0, 24.0, 44.0], [3e-7, 4e-8, 3e-8, 5e-8]);
+    let mut followers = [0.0_f64; 4];
+    let lags = [0.1, 1.0, 10.0].map(|time_constant_s: f64| (time_constant_s, 8e-9));
+    let mut slow = [0.0_f64; 3];
+    let mut noise = 99_u64;
+    let mut text = "time_s,voltage_V,displacement_m\n".to_owned();
+    for sample in 0..6000 {
+        let t = 0.005 * f64::from(sample);
+        let v = 50.0 * (1.0 - (-t).exp()) + (10.0 + t) * (2.0 * std::f64::consts::PI * 0.7 * t).sin();
+        let mut metres = 0.0;
+        for ((follower, width), gain) in followers.iter_mut().zip(widths).zip(gains) {
+            *follower = follower.max(v - 0.5 * width).min(v + 0.5 * width);
+            metres += gain * *follower;
+        }
+        for (own, (time_constant_s, weight)) in slow.iter_mut().zip(lags) {
+            *own += (0.005 / time_constant_s) * (v - *own);
+            metres += weight * *own;
+        }
+        noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        metres += 3e-9 * ((noise >> 40) as f64 / f64::from(1 << 23) - 1.0);
+        text.push_str(&format!("{t},{v},{metres}\n"));
+    }
+    let (data, model) = (root.path().join("run.csv"), root.path().join("law.ron"));
+    std::fs::write(&data, text).unwrap();
+    let law = "(input: Voltage, output: Displacement, start: Rest, input_extent: (0.0, 90.0), model: (offset: 0.0, slope: 0.0, \
+               laws: [Plays(groups: [(warp: Straight, radii: [0.0, 6.0, 12.0, 22.0], weights: [3e-7, 4e-8, 3e-8, 5e-8])])]))";
+    std::fs::write(&model, law).unwrap();
+    let out = root.path().join("found");
+    let [data, model, to] = [&data, &model, &out].map(|path| path.to_string_lossy().into_owned());
+    let arguments = ["diagnose", "--model", &model, "--data", &data, "--out", &to, "--json"];
+    let found: Value = serde_json::from_str(&Finished::run(&arguments, LIMIT).expect(0).out).unwrap();
+    let effects: Vec<&str> = found["effects"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|own| own["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(effects, ["after_effect"], "{found}");
+    assert!(found["explained"].as_f64().unwrap() > 0.9, "{found}");
+    // What was found is in a model in which nothing more is found.
+    let amended = out.join("amended.ron").to_string_lossy().into_owned();
+    let again = ["diagnose", "--model", &amended, "--data", &data, "--out", &to, "--json"];
+    let found: Value = serde_json::from_str(&Finished::run(&again, LIMIT).expect(0).out).unwrap();
+    assert_eq!(found["effects"].as_array().map(Vec::len), Some(0), "{found}");
+}

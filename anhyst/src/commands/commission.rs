@@ -401,7 +401,7 @@ impl Work<'_> {
 /// The scenario with another model on the controller's side; the plant stays what it is.
 fn believing(scenario: &Scenario, model: &ActuatorModel) -> Scenario {
     let mut own = scenario.clone();
-    own.material = MaterialSource::Inline(model.material.clone());
+    own.material = MaterialSource::Inline(Box::new(model.material.clone()));
     // A plant of elements would be made of the two poles that others believe in.
     if own.plant.rod == PlantRod::TwoPole {
         own.rod.two_pole = model.rod.or(own.rod.two_pole);

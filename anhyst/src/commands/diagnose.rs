@@ -46,6 +46,15 @@ pub struct DiagnoseArguments {
     pub json: JsonArgument,
 }
 
+/// A model of another hysteresis law may be driven by a voltage or a current.
+fn driven(run: MeasuredRun, model: &ActuatorModel) -> MeasuredRun {
+    match model.material.units()[0] {
+        "V" => run.driven_by(Quantity::Voltage),
+        "A" => run.driven_by(Quantity::Current),
+        _ => run,
+    }
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -62,6 +71,7 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
         .collect::<Result<Vec<_>, _>>()
         .map(|runs| runs.concat())
         .map_err(|error: MeasuredError| miette::miette!("{error}"))?;
+    let runs: Vec<MeasuredRun> = runs.into_iter().map(|run| driven(run, &model)).collect();
     refuse_motion(&model, &runs, arguments.control.is_some())?;
     let options = DiagnoseOptions {
         threads: arguments.threads.count(),

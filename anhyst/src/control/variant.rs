@@ -24,7 +24,7 @@ pub fn variant(
     name.clone_into(&mut scenario.name);
     scenario.placement = Placement::Embedded;
     scenario.recording.on = false;
-    scenario.material = MaterialSource::Inline(belief.material.clone());
+    scenario.material = MaterialSource::Inline(Box::new(belief.material.clone()));
     scenario.rod.two_pole = belief.rod.or(base.rod.two_pole);
     scenario.amplifier = belief.amplifier;
     scenario.effects.clone_from(&belief.effects);

@@ -91,6 +91,14 @@ impl MeasuredRun {
         Ok(run)
     }
 
+    /// The same with what drives it, a voltage or a current, as the command.
+    pub fn driven_by(mut self, input: Quantity) -> Self {
+        if let Some(series) = self.series[input.index()].take() {
+            self.series[Quantity::FieldCommand.index()] = Some(series);
+        }
+        self
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.rows.len()

@@ -46,15 +46,22 @@ struct OtherLaw {
     state: LawModelState,
     /// Output at rest.
     zero: f64,
+    /// Of the input and of the output, where a calibration has moved the scales that stand for them (a and Ms).
+    gains: [f64; 2],
     /// 0 for sweeps without time.
     tick_s: f64,
 }
 
 impl OtherLaw {
-    fn new(of: &MaterialLaw, tick_s: f64) -> Self {
+    fn new(of: &MaterialLaw, hysteresis: &Hysteresis, tick_s: f64) -> Self {
+        let [input_scale, output_scale] = of.scales();
         let state = of.model.rest();
         OtherLaw {
             zero: of.model.output(&state),
+            gains: [
+                input_scale / hysteresis.shape_a_per_m,
+                hysteresis.saturation_magnetization_a_per_m / output_scale,
+            ],
             law: of.model.clone(),
             state,
             tick_s: if tick_s.is_finite() { tick_s } else { 0.0 },
@@ -64,8 +71,8 @@ impl OtherLaw {
     /// A part of a tick passes, and the input moves; what comes out, from rest.
     fn moved(&mut self, share: f64, input: f64) -> f64 {
         self.law.pass(&mut self.state, share * self.tick_s);
-        self.law.advance(&mut self.state, input);
-        self.law.output(&self.state) - self.zero
+        self.law.advance(&mut self.state, self.gains[0] * input);
+        self.gains[1] * (self.law.output(&self.state) - self.zero)
     }
 }
 
@@ -91,7 +98,7 @@ impl Magnetizer {
                 .material
                 .law
                 .as_ref()
-                .map(|law| Box::new(OtherLaw::new(law, tick_s))),
+                .map(|law| Box::new(OtherLaw::new(law, &nominal, tick_s))),
             straight: false,
             state: MagneticState::default(),
         }

@@ -8,7 +8,7 @@ use super::{ActuatorRod, rod_per_strain};
 use crate::effects::prestress::under_prestress;
 use crate::error::require_positive;
 use crate::parameter::nominal_rows;
-use crate::{AmplifierConstants, Effect, EffectKind, Magnetostriction, Material, ModelError, TwoPole};
+use crate::{AmplifierConstants, Effect, EffectKind, Magnetostriction, Material, ModelError, Stage, TwoPole};
 
 /// Everything that is known about an actuator: the nominal chain and the effects found in it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -134,6 +134,9 @@ pub fn validate_effects(effects: &[Effect], material: &Material, with_rod: bool)
         let name = effect.kind().name();
         if effects[..index].iter().any(|other| other.kind() == effect.kind()) {
             return Err(ModelError::EffectRepeated { effect: name });
+        }
+        if effect.kind().stage() == Stage::Hysteresis && material.law.is_some() {
+            return Err(ModelError::EffectNeedsDomainWall { effect: name });
         }
         if effect.kind().needs_rod() && !with_rod {
             return Err(ModelError::EffectNeedsRod { effect: name });
