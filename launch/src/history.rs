@@ -320,7 +320,7 @@ mod tests {
             assert_eq!(means, [7000.0, 5.0, 7001.0]);
         }
         let page = told
-            .sections(1e-3)
+            .sections(1e-3, &Units::default())
             .into_iter()
             .fold(
                 anhyst_report::page::Page::new("t", "s"),

@@ -220,7 +220,7 @@ mod tests {
                 nonlinearity: Some(most),
                 ..Expect::NONE
             };
-            judge.verdict().failures(&expect).len()
+            judge.verdict().failures(&expect, "m").len()
         };
         assert_eq!((failures(8.1e-5), failures(7.8e-5)), (0, 1));
     }

@@ -20,6 +20,7 @@ pub fn quiet() -> PlantSettings {
         contact: Default::default(),
         effects: None,
         material: None,
+        material_file: None,
         two_pole: None,
     }
 }

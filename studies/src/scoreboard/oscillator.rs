@@ -164,7 +164,7 @@ fn simulated(law: &LawModel, [mass, damping, stiffness]: [f64; 3], force: &[f64]
             y += step_s * v;
             law.advance(&mut state, y);
         }
-        if !(y.abs() < 1.0) {
+        if y.is_nan() || y.abs() >= 1.0 {
             return None;
         }
     }
@@ -303,9 +303,10 @@ pub fn oscillator(threads: usize, wanted: impl Fn(&str) -> bool) -> Vec<Oscillat
         let mut values = Some([&start[..], &spring.start].concat());
         for rows in STRETCHES {
             let simulator = |values: &[f64]| simulator(values, rows);
+            let whole = 0..rows;
             let problem = Problem {
                 measured: &measured[..rows],
-                training: &[0..rows],
+                training: std::slice::from_ref(&whole),
                 linear: &[],
                 coordinates: &coordinates,
                 simulator: &simulator,
