@@ -83,14 +83,14 @@ fn solved(gram: &DMatrix<f64>, moment: &DVector<f64>, free: &[usize]) -> Option<
 mod tests {
     use super::*;
 
-    /// Two columns that point apart: the one whose weight would be negative stays out, and the other is as if alone.
+    /// Two columns that point apart: the one whose weight would be negative stays out, and the other is as if alone: moment / (power (1 + ridge)).
     #[test]
     fn a_weight_that_would_be_negative_is_zero() {
         let gram = DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 1.0]);
         let moment = DVector::from_row_slice(&[2.0, 0.5]);
         let weights = nnls(&gram, &moment, &DVector::zeros(2));
         assert_eq!(weights[1], 0.0);
-        assert!((weights[0] - 1.0).abs() < 1e-5);
+        assert!((weights[0] * (1.0 + RIDGE) - 1.0).abs() < 1e-12);
     }
 
     /// Where no bound is met it is the solution of the normal equations, to the ridge.
