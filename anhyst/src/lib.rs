@@ -8,6 +8,7 @@ pub mod commands;
 pub mod control;
 #[cfg(feature = "recorder")]
 mod diagnosis_album;
+pub mod entry;
 pub mod estimate;
 mod fit_picture;
 mod law_picture;

@@ -54,6 +54,6 @@ pub use shared::{
     SharedSettings, Standing, TokenWait, Wait, crossing, request_changes,
 };
 pub use statistics::{Bin, Latency, LatencySummary, LinkReport};
-pub use stop::{request_stop, stop_flag, stop_requested};
+pub use stop::{forget_stop, request_stop, stop_flag, stop_requested};
 pub use token_log::{RecordLayout, TokenLog, TokenLogFile, TokenRecord};
 pub use wire::Wire;

@@ -15,6 +15,11 @@ pub fn request_stop() {
     STOP.store(true, Ordering::Relaxed);
 }
 
+/// Takes a request back: for a program that outlives the run that it asked to end.
+pub fn forget_stop() {
+    STOP.store(false, Ordering::Relaxed);
+}
+
 /// True once a stop was asked for.
 pub fn stop_requested() -> bool {
     STOP.load(Ordering::Relaxed)

@@ -23,6 +23,7 @@ pub mod loop_section;
 pub mod measured_table;
 mod noticed;
 mod overheard;
+pub mod own_command;
 pub mod process;
 pub mod realtime;
 #[cfg(feature = "recorder")]

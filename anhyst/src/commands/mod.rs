@@ -39,7 +39,6 @@ pub mod view;
 use anhyst_launch::error::RunError;
 use serde::Serialize;
 use std::path::Path;
-use std::process::ExitCode;
 
 /// How a command ended; the process's exit status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,13 +51,14 @@ pub enum Ending {
     ProcessFailed,
 }
 
-impl From<Ending> for ExitCode {
-    fn from(ending: Ending) -> Self {
-        ExitCode::from(match ending {
+impl Ending {
+    /// The process's exit status.
+    pub fn status(self) -> u8 {
+        match self {
             Ending::Held => 0,
             Ending::NotHeld => 1,
             Ending::ProcessFailed => 3,
-        })
+        }
     }
 }
 

@@ -5,11 +5,11 @@ use super::running::{Running, Stillness};
 use crate::across::{AcrossArguments, BRIDGE};
 use crate::external::{self, ExternalCommand};
 use crate::folder::RunFolder;
+use crate::own_command;
 use crate::resources::Resources;
 use crate::supervisor::{GRACE, Supervised};
 use anhyst_ipc::NodeId;
 use anhyst_scenario::{ProcessKind, Scenario};
-use std::process::Command;
 use std::time::Duration;
 
 /// How processes are started.
@@ -95,7 +95,7 @@ pub(super) fn start_own(
     // Of two who wait for the same absentee the launcher gives up first: it knows what to advise.
     let start_limit = options.start_limit + GRACE;
     let across = (name == BRIDGE).then(|| options.across.to_words());
-    let mut command = Command::new(std::env::current_exe()?);
+    let mut command = own_command::command()?;
     command
         .args(nodes.first().map_or(vec![BRIDGE], |node| vec!["node", node.name()]))
         .arg(folder.scenario())
