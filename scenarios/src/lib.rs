@@ -27,7 +27,7 @@ pub use blocks::InverseBlock;
 pub use clock::{Clock, Pacing, Realtime};
 pub use error::ScenarioError;
 pub use faults::{Fault, LinkFault, ProcessFault, ProcessKind};
-pub use load::{BUILT_IN_AMPLIFIER, ScenarioText, Setting, load, load_changed, to_ron};
+pub use load::{BUILT_IN_AMPLIFIER, ScenarioText, Setting, load, load_changed, parse, to_ron};
 pub use material::{load_model, load_with};
 pub use scenario::{Expect, MaterialSource, Placement, Recording, Resonance, Rod, Scenario};
 pub use source::items;

@@ -270,7 +270,11 @@ fn edit(text: &str, settings: &[Setting]) -> Result<String, ScenarioError> {
     Ok(text)
 }
 
-pub(crate) fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, ScenarioError> {
+/// Any of our structs from a RON text, of which `path` is what to call it.
+///
+/// # Errors
+/// The first thing that is wrong, with line and column.
+pub fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, ScenarioError> {
     options().from_str(text).map_err(|error| misread(path, text, &error))
 }
 

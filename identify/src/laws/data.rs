@@ -143,14 +143,23 @@ impl LawData {
             })
         };
         let records: Vec<LawRecord> = runs.iter().map(record).collect::<Result<_, LawError>>()?;
-        let mut data = Self::checked(source.clone(), input, output, records)?;
+        let mut data = Self::of_records(source.clone(), input, output, records)?;
         if output == Quantity::Strain && in_all(&Quantity::Magnetization) {
             data.beneath = Some(Box::new(Self::of(runs, Some(input), Some(Quantity::Magnetization))?));
         }
         Ok(data)
     }
 
-    fn checked(source: String, input: Quantity, output: Quantity, records: Vec<LawRecord>) -> Result<Self, LawError> {
+    /// Of records that are in memory; `source` is what to call them.
+    ///
+    /// # Errors
+    /// Too few samples, or a series that stands still.
+    pub fn of_records(
+        source: String,
+        input: Quantity,
+        output: Quantity,
+        records: Vec<LawRecord>,
+    ) -> Result<Self, LawError> {
         let samples: usize = records.iter().map(LawRecord::len).sum();
         if samples < LEAST_SAMPLES {
             return Err(LawError::TooFew {
