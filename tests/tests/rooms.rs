@@ -27,7 +27,7 @@ fn rooms_know_only_what_they_may() {
             )
         })
         .collect();
-    let may: [(&str, &[&str]); 22] = [
+    let may: [(&str, &[&str]); 23] = [
         ("anhyst-model", &[]),
         ("anhyst-ipc", &[]),
         ("anhyst-plant-sim", &["anhyst-model", "anhyst-ipc"]),
@@ -111,6 +111,20 @@ fn rooms_know_only_what_they_may() {
             ],
         ),
         ("anhyst-fmu", &["anhyst-ipc", "anhyst-scenario"]),
+        (
+            "anhyst-python",
+            &[
+                "anhyst",
+                "anhyst-model",
+                "anhyst-ipc",
+                "anhyst-estimator",
+                "anhyst-measured",
+                "anhyst-identify",
+                "anhyst-scenario",
+                "anhyst-launch",
+                "anhyst-recorder",
+            ],
+        ),
         ("anhyst-witness", &[]),
     ];
     for (room, allowed) in may {

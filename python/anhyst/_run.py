@@ -1,0 +1,175 @@
+"""Scenarios and what comes of them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path as _Path
+from typing import TYPE_CHECKING, Any, Iterator, Mapping
+
+import numpy as np
+
+from . import _native
+from ._words import Path, Settings, settings
+
+if TYPE_CHECKING:
+    import pandas
+    import pyarrow
+
+
+class Scenario(_native.Scenario):
+    """A run before it is run: a file, changed by ``set`` and checked. ``ron`` is the whole, with every default."""
+
+    def __new__(cls, path: Path, set: Settings = None):
+        return super().__new__(cls, path, settings(set))
+
+    def set(self, **changes: Any) -> "Scenario":
+        """The same with more changes. Dots in a path are double underscores: ``controller__feedback__kp=0.5``."""
+        more = {path.replace("__", "."): own for path, own in changes.items()}
+        return Scenario(self.path, [*self.settings, *settings(more)])
+
+    def run(self, **options: Any) -> "Run":
+        """As :func:`anhyst.run`."""
+        from ._commands import run
+
+        return run(self, **options)
+
+
+class Tokens(Mapping):
+    """All tokens of a run by channel and field: ``tokens["measurement"]["displacement_m"]`` is an array of shape (ticks,).
+
+    A channel is a dict of float64 arrays that own what was read: :meth:`table` gives them to Arrow without a copy.
+    """
+
+    def __init__(self, tick_s: float, channels: dict[str, dict[str, np.ndarray]]):
+        self.tick_s = tick_s
+        """Length of a tick, s."""
+        self._channels = channels
+
+    def __getitem__(self, channel: str) -> dict[str, np.ndarray]:
+        return self._channels[channel]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._channels)
+
+    def __len__(self) -> int:
+        return len(self._channels)
+
+    def time_s(self, channel: str = "measurement") -> np.ndarray:
+        """The instants of a channel's tokens, s, shape (ticks,)."""
+        own = self._channels[channel]
+        ticks = own.get("tick")
+        return (np.arange(len(next(iter(own.values())))) if ticks is None else ticks) * self.tick_s
+
+    def table(self, channel: str = "measurement") -> "pyarrow.Table":
+        """A channel as an Arrow table, with units in the fields' metadata; its buffers are the arrays themselves."""
+        import pyarrow as pa
+
+        units = {name: unit for of, name, unit, _ in _native.fields() if of == channel}
+        columns = self._channels[channel]
+        about = [pa.field(name, pa.from_numpy_dtype(own.dtype), metadata={"unit": units.get(name, "")}) for name, own in columns.items()]
+        return pa.Table.from_arrays([pa.array(own) for own in columns.values()], schema=pa.schema(about))
+
+    def frame(self, channel: str = "measurement") -> "pandas.DataFrame":
+        """A channel as a pandas frame over the time in s. pandas puts columns of one type side by side: that is a copy."""
+        import pandas as pd
+
+        columns = {name: own for name, own in self._channels[channel].items() if name != "tick"}
+        return pd.DataFrame(columns, index=pd.Index(self.time_s(channel), name="time_s"))
+
+    def __repr__(self) -> str:
+        told = ", ".join(f"{channel} {len(next(iter(own.values())))}" for channel, own in self._channels.items())
+        return f"<anhyst.Tokens: {told}>"
+
+
+class Run:
+    """A run that was made: its folder, its summary, its tokens."""
+
+    def __init__(self, folder: Path):
+        self.folder = _Path(folder)
+        """With ``summary.json``, ``report.html``, ``scenario.ron``, ``recording.rrd``."""
+        path = self.folder / "summary.json"
+        try:
+            self.summary: dict[str, Any] = json.loads(path.read_text())
+        except OSError as cause:
+            raise _native.BadInput(f"{path} cannot be read: {cause.strerror}") from None
+        self._tokens: Tokens | None = None
+
+    @property
+    def held(self) -> bool:
+        """Whether what the scenario expects held; False, too, where it states no tolerance."""
+        return self.summary["held"]
+
+    @property
+    def failures(self) -> list[str]:
+        """What did not hold."""
+        return self.summary["failures"]
+
+    @property
+    def digest(self) -> str:
+        """Digest of all tokens of all nodes."""
+        return self.summary["digest"]
+
+    @property
+    def error_rms_m(self) -> float:
+        """Of the tracking, after settling, m."""
+        return self.summary["error_rms_m"]
+
+    @property
+    def error_max_m(self) -> float:
+        """The same at its largest, m."""
+        return self.summary["error_max_m"]
+
+    @property
+    def report(self) -> _Path:
+        """The page of the run, to look at."""
+        return self.folder / "report.html"
+
+    @property
+    def scenario(self) -> Scenario:
+        """As it was run, with every default."""
+        return Scenario(self.folder / "scenario.ron")
+
+    @property
+    def tokens(self) -> Tokens:
+        """Every token of the recording, bit for bit; read once."""
+        if self._tokens is None:
+            recordings = [self.folder / "recording.rrd", *sorted(self.folder.glob("recording-*.rrd"), key=_number)]
+            if not recordings[0].exists():
+                raise _native.BadInput(f"{recordings[0]} is not there: the run was made without a recording")
+            tick_s, channels = _native.read_tokens(recordings)
+            self._tokens = Tokens(tick_s, channels)
+        return self._tokens
+
+    def export(self, out: Path | None = None) -> tuple[_Path, _Path]:
+        """Writes what was measured as a table and what the controller's side believes as a model: ``run.csv`` and ``model.ron``, as
+        :func:`anhyst.diagnose` and :func:`anhyst.estimate` take them, into ``out`` or the run's own folder."""
+        into = self.folder if out is None else _Path(out)
+        _native.command(["export", str(self.folder), f"--out={into}"])
+        return into / "run.csv", into / "model.ron"
+
+    def plot(self, axes: Any = None, *, from_s: float = 0.0, to_s: float | None = None) -> Any:
+        """Reference, displacement and error over time, by matplotlib; the figure."""
+        import matplotlib.pyplot as plt
+
+        tokens = self.tokens
+        time_s = tokens.time_s("demand")
+        shown = slice(np.searchsorted(time_s, from_s), None if to_s is None else np.searchsorted(time_s, to_s))
+        above, below = plt.subplots(2, 1, sharex=True, figsize=(8, 5))[1] if axes is None else axes
+        demand, truth = tokens["demand"], tokens["truth"]
+        above.plot(time_s[shown], 1e6 * demand["reference_m"][shown], label="reference")
+        above.plot(time_s[shown], 1e6 * truth["displacement_m"][shown], label="displacement")
+        above.set_ylabel("µm")
+        above.legend(loc="upper right")
+        error = demand["reference_m"] - truth["displacement_m"]
+        below.plot(time_s[shown], 1e9 * error[shown])
+        below.set_ylabel("error, nm")
+        below.set_xlabel("time, s")
+        return above.figure
+
+    def __repr__(self) -> str:
+        verdict = "held" if self.held else "not held"
+        return f"<anhyst.Run {self.summary['scenario']}: {verdict}, error rms {1e9 * self.error_rms_m:.1f} nm, {self.folder}>"
+
+
+def _number(recording: _Path) -> int:
+    return int(recording.stem.rpartition("-")[2])
