@@ -147,23 +147,24 @@ class Run:
         _native.command(["export", str(self.folder), f"--out={into}"])
         return into / "run.csv", into / "model.ron"
 
-    def plot(self, axes: Any = None, *, from_s: float = 0.0, to_s: float | None = None) -> Any:
-        """Reference, displacement and error over time, by matplotlib; the figure."""
+    def plot(self, axes: Any = None, *, from_s: float | None = None, to_s: float | None = None) -> Any:
+        """Reference and displacement, above the last 0.1 s or what lies between the instants, and the error, below, of the whole run;
+        by matplotlib, on two axes of one's own or new ones. The figure."""
         import matplotlib.pyplot as plt
 
-        tokens = self.tokens
+        tokens, metres = self.tokens, self.scenario.units[1] == "m"
         time_s = tokens.time_s("demand")
-        shown = slice(np.searchsorted(time_s, from_s), None if to_s is None else np.searchsorted(time_s, to_s))
-        above, below = plt.subplots(2, 1, sharex=True, figsize=(8, 5))[1] if axes is None else axes
-        demand, truth = tokens["demand"], tokens["truth"]
-        above.plot(time_s[shown], 1e6 * demand["reference_m"][shown], label="reference")
-        above.plot(time_s[shown], 1e6 * truth["displacement_m"][shown], label="displacement")
-        above.set_ylabel("µm")
+        begin = time_s[-1] - 0.1 if from_s is None and to_s is None else from_s or 0.0
+        shown = slice(np.searchsorted(time_s, begin), None if to_s is None else np.searchsorted(time_s, to_s))
+        (scale, unit), (small, small_unit) = ((1e6, "µm"), (1e9, "nm")) if metres else 2 * [(1.0, self.scenario.units[1])]
+        above, below = plt.subplots(2, 1, figsize=(8, 5), layout="constrained")[1] if axes is None else axes
+        reference, moved = tokens["demand"]["reference_m"], tokens["truth"]["displacement_m"]
+        above.plot(time_s[shown], scale * reference[shown], label="reference")
+        above.plot(time_s[shown], scale * moved[shown], "--", label="displacement")
+        above.set(xlabel="time, s", ylabel=unit)
         above.legend(loc="upper right")
-        error = demand["reference_m"] - truth["displacement_m"]
-        below.plot(time_s[shown], 1e9 * error[shown])
-        below.set_ylabel("error, nm")
-        below.set_xlabel("time, s")
+        below.plot(time_s, small * (reference - moved), linewidth=0.5)
+        below.set(xlabel="time, s", ylabel=f"error, {small_unit}")
         return above.figure
 
     def __repr__(self) -> str:

@@ -204,3 +204,14 @@ def test_tables_share_what_was_read():
     assert isinstance(table, pa.Table) and table.num_rows == 4000
     frame = run.tokens.frame("truth")
     assert isinstance(frame, pd.DataFrame) and frame.index.name == "time_s" and len(frame) == 4000
+
+
+def test_a_run_has_a_picture():
+    pytest.importorskip("matplotlib").use("agg")
+    run = anhyst.run("built-in/milling.ron", set={"duration_s": 0.2, "expect.settling_s": 0.1})
+    above, below = run.plot().axes
+    (reference, moved), (error,) = above.lines, below.lines
+    assert len(reference.get_xdata()) == len(moved.get_xdata()) == pytest.approx(2000, abs=1)
+    left = run.tokens["demand"]["reference_m"] - run.tokens["truth"]["displacement_m"]
+    np.testing.assert_array_equal(error.get_ydata(), 1e9 * left)
+    assert len(run.plot(from_s=0.05, to_s=0.06).axes[0].lines[0].get_xdata()) == 200
