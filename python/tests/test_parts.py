@@ -1,6 +1,7 @@
 """Guards the parts over arrays: the same numbers as a step at a time, closed forms where there are some, states that come back."""
 
 import copy
+import os
 import pickle
 
 import numpy as np
@@ -53,6 +54,22 @@ def test_a_law_in_arrays_is_the_law_in_steps(name):
     np.testing.assert_array_equal(halved.run(WAY[500:], 1e-3), steps[500:])
     halved.reset()
     assert halved.input == 0.0 and halved != stepped
+
+
+def test_a_thousand_steps_have_the_bits_of_rust():
+    told = os.environ.get("ANHYST_THOUSAND_STEPS")
+    if told is None:
+        pytest.skip("told by `cargo test -p anhyst-python`: what the laws give there")
+    inputs, *columns = np.loadtxt(told, delimiter=",").T
+    assert inputs.shape == (1000,) and len(columns) == 4
+    own = [
+        anhyst.Law.prandtl_ishlinskii([0.0, 500.0, 2e3], [1.0, 0.5, 0.25]),
+        anhyst.Law.preisach_lorentz(1.0, 1e3, 2e3, 15e3, rows=40),
+        anhyst.Law.bouc_wen(1e-5, 3e3, exponent=1.5, loading_share=0.8),
+        anhyst.Law.domain_wall(TERFENOL, gain=2.0),
+    ]
+    for law, column in zip(own, columns):
+        np.testing.assert_array_equal(law.run(inputs), column, err_msg=repr(law))
 
 
 @pytest.mark.parametrize("name", laws())
