@@ -150,6 +150,7 @@ impl Search<'_> {
                     }
                 });
             }
+            (self.progress)("curves without a name", 0.27 + 0.13 * stage as f64);
             gathered.unlisted = unlisted(bench, &base);
             gathered.tried.extend(fits.iter().map(|(_, fit)| fit.clone()));
             let gain = fits.first().map_or(0.0, |(_, fit)| base.point.cost - fit.point.cost);

@@ -7,6 +7,7 @@ use anhyst_model::ActuatorModel;
 
 use crate::channel::ChannelKind;
 use crate::composition::Composition;
+use crate::cost::Meter;
 use crate::decompose::Decomposition;
 use crate::diagnosis::{Candidate, DataSource, Diagnosed, Diagnosis, RunSeries, Verdict};
 use crate::error::DiagnosisError;
@@ -57,10 +58,13 @@ pub fn diagnose(
     let no_simulation = || DiagnosisError::NoDiagnosis {
         sentence: format!("the model \"{}\" cannot be simulated on these runs", model.name),
     };
+    let mut meter = Meter::new(setup.plant.memory.clone(), progress);
+    meter.begin("the recorder", 0.0);
     let mut bench = Bench::new(setup.plant, threads);
-    let found = recorder::decomposed(&mut bench, setup.lattice, progress).ok_or_else(no_simulation)?;
+    let found = recorder::decomposed(&mut bench, setup.lattice, &mut |what, done| meter.begin(what, done));
+    let found = found.ok_or_else(no_simulation)?;
     let model_on_runs = bench.plant.model.clone();
-    progress("weighing the evidence", 0.93);
+    meter.begin("weighing the evidence", 0.93);
     let told = tell(&bench, &model_on_runs, &found).ok_or_else(no_simulation)?;
     let unit = match setup.output {
         Quantity::Strain => "",
@@ -101,7 +105,8 @@ pub fn diagnose(
         fit.point.composition.model(&model_on_runs).ok()
     });
     let series = series(&bench, runs, &found, improved);
-    progress("done", 1.0);
+    meter.begin("done", 1.0);
+    diagnosis.cost = meter.costs();
     Ok(Diagnosed {
         diagnosis,
         amended,
@@ -223,6 +228,7 @@ fn diagnosis(
         model: model.name.clone(),
         data: sources(runs),
         first_things: Vec::new(),
+        cost: Vec::new(),
     };
     if own.verdict == Verdict::Ambiguous {
         own.experiment = experiment(bench, model, found);

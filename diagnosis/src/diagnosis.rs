@@ -4,6 +4,7 @@ use anhyst_measured::check::Finding;
 use anhyst_model::ActuatorModel;
 use serde::{Deserialize, Serialize};
 
+use crate::cost::Cost;
 use crate::experiment::Experiment;
 use crate::locate::{ChannelGap, GapOver};
 use crate::shares::Contribution;
@@ -179,6 +180,8 @@ pub struct Diagnosis {
     pub not_excited: Vec<NotExcited>,
     pub model: String,
     pub data: Vec<DataSource>,
+    /// What it took, by kind of work.
+    pub cost: Vec<Cost>,
 }
 
 /// A diagnosis, the model with what was found, and the series behind the pictures.

@@ -62,12 +62,12 @@ impl Search<'_> {
             terms.into_iter().partition(|term| matches!(term, Term::Parameter(_)));
         let mut screened = screen(self.bench, base, &surroundings, &effects);
         // A constant is in the fit already: it is let out of its box and fitted, if that promises most.
-        let linear = Linearised::new(self.bench, base, &base.point.levels);
+        let linear = Linearised::new(self.bench, base);
         let promised = parameters.into_iter().filter_map(|term| {
             let Term::Parameter(parameter) = term else { return None };
             let mut unknowns = composition.unknowns.iter();
             let index = unknowns.position(|own| own.slot == Slot::Nominal(parameter))?;
-            let (gain, _, _) = linear.gain(&base.columns[index..=index], 0.0);
+            let (gain, _, _) = linear.gain(&[base.columns[index].as_slice()], 0.0, 1);
             Some(Screened {
                 term,
                 values: vec![composition.unknowns[index].value],

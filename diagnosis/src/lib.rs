@@ -9,6 +9,7 @@ mod amended;
 mod bands;
 mod channel;
 mod composition;
+mod cost;
 mod decompose;
 mod diagnose;
 mod diagnosis;
@@ -21,10 +22,12 @@ mod likelihood;
 mod linearised;
 mod lines;
 mod locate;
+mod memory;
 mod normal;
 mod nuisance;
 mod plant;
 mod probes;
+mod products;
 mod recorder;
 mod report;
 mod screening;
@@ -41,6 +44,7 @@ mod verdict;
 mod wording;
 
 pub use amended::amended_text;
+pub use cost::Cost;
 pub use diagnose::diagnose;
 pub use diagnosis::{
     Candidate, DataSource, Diagnosed, Diagnosis, FittedValue, FoundEffect, RunSeries, ScoreGroup, ScoreTest, Verdict,

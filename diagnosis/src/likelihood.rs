@@ -7,6 +7,8 @@
 //! Minimised by Gauss-Newton steps with Marquardt's damping: H = AᵀS⁻¹A + 1/σ², S the band's level, reweighted at each step;
 //! a step counts only if J itself falls. A is a forward difference of free simulations.
 
+use std::sync::Arc;
+
 use anhyst_identify::parallel;
 use anhyst_model::{ActuatorOutputs, EffectKind};
 use nalgebra::DMatrix;
@@ -17,6 +19,7 @@ use crate::composition::{Composition, Slot, Unknown};
 use crate::normal::Normal;
 use crate::nuisance::{Nuisance, linear};
 use crate::plant::Plant;
+use crate::products::Products;
 
 /// Rounds in which levels and linear nuisance settle on each other.
 const ROUNDS: usize = 2;
@@ -36,6 +39,8 @@ pub(crate) struct Bench {
     pub bands: Vec<Vec<usize>>,
     /// Independent numbers of each.
     pub counts: Vec<f64>,
+    /// Variance that is never quite nothing.
+    floors: Vec<f64>,
     pub threads: usize,
 }
 
@@ -59,7 +64,22 @@ pub(crate) struct Point {
 pub(crate) struct Fitted {
     pub point: Point,
     /// Derivative of the spectra by each unknown's free coordinate.
-    pub columns: Vec<Vec<f64>>,
+    pub columns: Vec<Arc<Vec<f64>>>,
+}
+
+impl Fitted {
+    /// What is left, derivatives and linear nuisance.
+    pub fn all(&self) -> Vec<&[f64]> {
+        self.point.with(&self.columns)
+    }
+}
+
+impl Point {
+    fn with<'a>(&'a self, columns: &'a [Arc<Vec<f64>>]) -> Vec<&'a [f64]> {
+        let more = columns.iter().chain(&self.nuisance.columns);
+        let left = std::iter::once(self.residual.as_slice());
+        left.chain(more.map(|own| own.as_slice())).collect()
+    }
 }
 
 impl Bench {
@@ -69,7 +89,12 @@ impl Bench {
         let count = |(index, band): (usize, &Vec<usize>)| {
             if index < from { band.len() as f64 } else { ERRORS }
         };
+        let floor = |band: &Vec<usize>| {
+            let channel = plant.channels.iter().find(|own| own.places.contains(&band[0]));
+            channel.map_or(0.0, |own| (1e-3 * own.noise_rms).powi(2))
+        };
         Bench {
+            floors: bands.iter().map(floor).collect(),
             measured: plant.measured_spectra(),
             counts: bands.iter().enumerate().map(count).collect(),
             bands,
@@ -114,61 +139,49 @@ impl Bench {
         0.5 * bands.map(|(count, level)| count * level.ln()).sum::<f64>()
     }
 
-    /// Mean square of each band, never quite nothing.
-    pub fn levels(&self, residual: &[f64]) -> Vec<f64> {
-        let channels = self.bands.iter().map(|band| {
-            let channel = self.plant.channels.iter().find(|own| own.places.contains(&band[0]));
-            channel.map_or(0.0, |own| 1e-3 * own.noise_rms)
-        });
-        let bands = self.bands.iter().zip(channels);
+    /// Mean square of each band by its energy, never quite nothing.
+    pub fn levels(&self, energies: &[f64]) -> Vec<f64> {
+        let bands = self.bands.iter().zip(&self.floors).zip(energies);
         bands
-            .map(|(band, floor)| {
-                let energy: f64 = band.iter().map(|place| residual[*place] * residual[*place]).sum();
-                (energy / band.len() as f64).max(floor * floor)
-            })
+            .map(|((band, floor), energy)| (energy / band.len() as f64).max(*floor))
             .collect()
     }
 
-    /// 1/√level of each number of the stacked spectra.
+    /// What a number's square counts in each band: 1/level.
     pub fn weights(&self, levels: &[f64]) -> Vec<f64> {
-        let mut weights = vec![0.0; self.plant.length()];
-        for ((band, count), level) in self.bands.iter().zip(&self.counts).zip(levels) {
-            let weight = level.sqrt().recip() * (count / band.len() as f64).sqrt();
-            band.iter().for_each(|place| weights[*place] = weight);
-        }
-        weights
+        let bands = self.bands.iter().zip(&self.counts).zip(levels);
+        bands
+            .map(|((band, count), level)| count / (band.len() as f64 * level))
+            .collect()
     }
 
     /// Takes linear columns out of a difference, under the levels of what remains.
-    pub fn profiled(&self, mut residual: Vec<f64>, columns: &[Vec<f64>]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
-        for channel in &self.plant.channels {
-            residual[channel.places.start] = 0.0;
-        }
-        let raw = residual.clone();
-        let mut levels = self.levels(&residual);
+    fn profiled(&self, mut residual: Vec<f64>, columns: &[Arc<Vec<f64>>]) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
+        let all = std::iter::once(residual.as_slice()).chain(columns.iter().map(|own| own.as_slice()));
+        let products = Products::of(&self.bands, &all.collect::<Vec<_>>());
         let mut coefficients = vec![0.0; columns.len()];
+        let mut levels = self.levels(&products.left(&coefficients));
         for _ in 0..ROUNDS {
             if columns.is_empty() {
                 break;
             }
-            let system = Normal::of(&self.weights(&levels), columns, &raw);
+            let system = products.normal(&self.weights(&levels));
             coefficients = system.solve(&vec![0.0; columns.len()]);
-            residual.clone_from(&raw);
-            for (column, coefficient) in columns.iter().zip(&coefficients) {
-                for (z, own) in residual.iter_mut().zip(column) {
-                    *z -= coefficient * own;
-                }
+            levels = self.levels(&products.left(&coefficients));
+        }
+        for (column, coefficient) in columns.iter().zip(&coefficients) {
+            for (z, own) in residual.iter_mut().zip(column.iter()) {
+                *z -= coefficient * own;
             }
-            for channel in &self.plant.channels {
-                residual[channel.places.start] = 0.0;
-            }
-            levels = self.levels(&residual);
+        }
+        for channel in &self.plant.channels {
+            residual[channel.places.start] = 0.0;
         }
         (residual, levels, coefficients)
     }
 
     /// Derivatives by the free coordinates; those of `known` are taken from there.
-    pub fn columns(&self, here: &Point, known: Option<&Fitted>) -> Option<Vec<Vec<f64>>> {
+    pub fn columns(&self, here: &Point, known: Option<&Fitted>) -> Option<Vec<Arc<Vec<f64>>>> {
         let unknowns = &here.composition.unknowns;
         let indices: Vec<usize> = (0..unknowns.len()).collect();
         let columns = parallel::map(self.threads, &indices, |&index| {
@@ -183,7 +196,7 @@ impl Bench {
                 let same = fit.point.composition.unknowns[of].coordinate.scale == unknown.coordinate.scale;
                 same.then(|| fit.columns[of].clone())
             });
-            own.or_else(|| self.column(here, index))
+            own.or_else(|| self.column(here, index).map(Arc::new))
         });
         columns.into_iter().collect()
     }
@@ -256,9 +269,8 @@ impl Bench {
     }
 
     /// Normal equations of unknowns and linear nuisance together, and the unknowns' pull by their priors.
-    fn normal(&self, here: &Point, columns: &[Vec<f64>]) -> (Normal, Vec<f64>) {
-        let all: Vec<&Vec<f64>> = columns.iter().chain(&here.nuisance.columns).collect();
-        let mut normal = Normal::of(&self.weights(&here.levels), &all, &here.residual);
+    fn normal(&self, here: &Point, columns: &[Arc<Vec<f64>>]) -> (Normal, Vec<f64>) {
+        let mut normal = Products::of(&self.bands, &here.with(columns)).normal(&self.weights(&here.levels));
         let pull = normal.believe(&here.composition.unknowns);
         (normal, pull)
     }
@@ -300,8 +312,7 @@ impl Bench {
 
     /// Covariance of the free coordinates under some levels, the linear nuisance let free: H⁻¹.
     pub fn covariance(&self, fit: &Fitted, levels: &[f64]) -> DMatrix<f64> {
-        let all: Vec<&Vec<f64>> = fit.columns.iter().chain(&fit.point.nuisance.columns).collect();
-        let mut normal = Normal::of(&self.weights(levels), &all, &fit.point.residual);
+        let mut normal = Products::of(&self.bands, &fit.all()).normal(&self.weights(levels));
         normal.believe(&fit.point.composition.unknowns);
         let size = fit.columns.len();
         normal.inverse().view((0, 0), (size, size)).into_owned()

@@ -1,11 +1,10 @@
 //! A fit about its values: what further columns would gain beside all that is in it.
 
-use nalgebra::{DMatrix, DVector};
-
 use crate::channel::Channel;
 use crate::evidence::Evidence;
 use crate::likelihood::{Bench, Fitted};
-use crate::normal::{Normal, weighted};
+use crate::normal::Normal;
+use crate::products::Products;
 
 /// A term that promises a smaller fall of J is not fitted.
 pub(crate) const PROMISES: f64 = 10.0;
@@ -16,31 +15,22 @@ const MISFIT: f64 = 0.3;
 pub(crate) struct Linearised<'a> {
     bench: &'a Bench,
     base: &'a Fitted,
+    /// Of each band.
     weights: Vec<f64>,
-    /// All columns of the fit, weighted.
-    weighted: DMatrix<f64>,
-    normal: Normal,
-    pull: Vec<f64>,
+    /// Of what is left and all columns of the fit.
+    products: Products,
     evidence: Evidence<'a>,
 }
 
 impl<'a> Linearised<'a> {
-    /// Under the levels that the fit has, or others.
-    pub fn new(bench: &'a Bench, base: &'a Fitted, levels: &[f64]) -> Self {
-        let here = &base.point;
-        let all: Vec<&Vec<f64>> = base.columns.iter().chain(&here.nuisance.columns).collect();
-        let weights = bench.weights(levels);
-        let weighted = weighted(&weights, &all);
-        let mut normal = Normal::of_weighted(&weighted, &weights, &here.residual);
-        let pull = normal.believe(&here.composition.unknowns);
+    /// Under the levels that the fit has.
+    pub fn new(bench: &'a Bench, base: &'a Fitted) -> Self {
         Linearised {
             bench,
             base,
-            weights,
-            weighted,
-            normal,
-            pull,
-            evidence: Evidence::new(bench, here),
+            weights: bench.weights(&base.point.levels),
+            products: Products::of(&bench.bands, &base.all()),
+            evidence: Evidence::new(bench, &base.point),
         }
     }
 
@@ -49,97 +39,87 @@ impl<'a> Linearised<'a> {
         gain < PROMISES && !self.evidence.is_misfit && !self.bench.plant.fitted
     }
 
-    /// The same of what is left, as far as it may be a misfit.
+    /// Σ D²/S of what is left, as far as it may be a misfit.
     pub fn misfit(&self) -> f64 {
-        MISFIT * self.energy(&self.base.point.residual)
+        MISFIT * self.sum(&self.products.left(&[]))
     }
 
     /// Σ D²/S of a change of the spectra.
     pub fn energy(&self, change: &[f64]) -> f64 {
-        let own = change.iter().zip(&self.weights);
-        own.map(|(value, weight)| (value * weight).powi(2)).sum()
+        self.sum(&Products::of(&self.bench.bands, &[change]).left(&[]))
     }
 
-    /// Falls of J and E with further columns, their multiples, and the levels then. `ridge` holds the multiples back.
-    pub fn gain(&self, further: &[Vec<f64>], ridge: f64) -> (Gain, Vec<f64>, Vec<f64>) {
-        let here = &self.base.point;
-        let (own, size) = (self.pull.len(), self.pull.len() + further.len());
-        let more = weighted(&self.weights, further);
-        let (across, within) = (self.weighted.tr_mul(&more), more.tr_mul(&more));
-        let mut bordered = Normal {
-            matrix: DMatrix::zeros(size, size),
-            right: DVector::zeros(size),
-        };
-        bordered
-            .matrix
-            .view_mut((0, 0), (own, own))
-            .copy_from(&self.normal.matrix);
-        bordered
-            .matrix
-            .view_mut((0, own), (own, further.len()))
-            .copy_from(&across);
-        bordered
-            .matrix
-            .view_mut((own, 0), (further.len(), own))
-            .copy_from(&across.transpose());
-        bordered
-            .matrix
-            .view_mut((own, own), (further.len(), further.len()))
-            .copy_from(&within);
-        bordered.right.rows_mut(0, own).copy_from(&self.normal.right);
-        let left = weighted(&self.weights, std::slice::from_ref(&here.residual));
-        bordered
-            .right
-            .rows_mut(own, further.len())
-            .copy_from(&more.tr_mul(&left).column(0));
-        for index in own..size {
-            bordered.matrix[(index, index)] += ridge * bordered.matrix[(index, index)];
+    fn sum(&self, energies: &[f64]) -> f64 {
+        let bands = energies.iter().zip(&self.weights);
+        bands.map(|(energy, weight)| energy * weight).sum()
+    }
+
+    fn with<C: AsRef<[f64]>>(&self, further: &[C]) -> Products {
+        let mut all = self.base.all();
+        all.extend(further.iter().map(AsRef::as_ref));
+        self.products.with_further(&self.bench.bands, &all)
+    }
+
+    /// Falls of J and E with further columns, and their multiples, under the levels that are left after some rounds. `ridge` holds the
+    /// multiples back.
+    pub fn gain<C: AsRef<[f64]>>(&self, further: &[C], ridge: f64, rounds: usize) -> (Gain, Vec<f64>, Vec<f64>) {
+        let products = self.with(further);
+        let own = self.base.all().len() - 1;
+        let mut weights = self.weights.clone();
+        let mut answer = (Gain::NONE, Vec::new(), Vec::new());
+        for _ in 0..rounds {
+            let mut normal = products.normal(&weights);
+            for index in own..own + further.len() {
+                normal.matrix[(index, index)] *= 1.0 + ridge;
+            }
+            let pull = normal.believe(&self.base.point.composition.unknowns);
+            let solution = normal.solve(&pull);
+            let (gain, levels) = self.gained(&products, &solution);
+            weights = self.bench.weights(&levels);
+            answer = (gain, solution[own..].to_vec(), levels);
         }
-        let mut pull = self.pull.clone();
-        pull.resize(size, 0.0);
-        let solution = bordered.solve(&pull);
-        let mut residual = here.residual.clone();
-        subtract(&mut residual, further, &solution[own..]);
-        let (gain, levels) = self.gained(residual, &solution);
-        (gain, solution[own..].to_vec(), levels)
+        answer
     }
 
     /// The same of a change of the spectra just as it is.
     pub fn gain_of(&self, change: &[f64]) -> Gain {
-        let mut residual = self.base.point.residual.clone();
-        subtract(&mut residual, std::slice::from_ref(&change), &[1.0]);
-        let left = weighted(&self.weights, std::slice::from_ref(&residual));
-        let normal = Normal {
-            matrix: self.normal.matrix.clone(),
-            right: self.weighted.tr_mul(&left).column(0).into_owned(),
+        let products = self.with(&[change]);
+        let mut normal = products.normal(&self.weights);
+        let own = normal.right.len() - 1;
+        normal.right -= normal.matrix.column(own);
+        let mut normal = Normal {
+            matrix: normal.matrix.view((0, 0), (own, own)).into_owned(),
+            right: normal.right.rows(0, own).into_owned(),
         };
-        let solution = normal.solve(&self.pull);
-        self.gained(residual, &solution).0
+        let pull = normal.believe(&self.base.point.composition.unknowns);
+        let mut solution = normal.solve(&pull);
+        solution.push(1.0);
+        self.gained(&products, &solution).0
     }
 
-    fn size(&self, residual: &[f64]) -> f64 {
-        let energy = |own: &Channel| residual[own.places.clone()].iter().map(|z| z * z).sum::<f64>();
+    /// Σ ln |Z|² over the channels.
+    fn size(&self, energies: &[f64]) -> f64 {
+        let bands = || self.bench.bands.iter().zip(energies);
+        let energy = |own: &Channel| -> f64 {
+            let inside = bands().filter(|(band, _)| own.places.contains(&band[0]));
+            inside.map(|(_, energy)| energy).sum()
+        };
         let channels = self.bench.plant.channels.iter();
         channels.map(|own| energy(own).max(f64::MIN_POSITIVE).ln()).sum()
     }
 
-    /// What is gained, and the levels, where the fit's own columns move by the first numbers of a solution.
-    fn gained(&self, mut residual: Vec<f64>, solution: &[f64]) -> (Gain, Vec<f64>) {
+    /// What is gained, and the levels, where the columns move by a solution.
+    fn gained(&self, products: &Products, solution: &[f64]) -> (Gain, Vec<f64>) {
         let here = &self.base.point;
-        subtract(&mut residual, &self.base.columns, solution);
-        subtract(
-            &mut residual,
-            &here.nuisance.columns,
-            &solution[self.base.columns.len()..],
-        );
-        let levels = self.bench.levels(&residual);
+        let left = products.left(solution);
+        let levels = self.bench.levels(&left);
         let unknowns = here.composition.unknowns.iter().zip(solution);
         let surprises = unknowns.map(|(own, step)| own.surprise() + own.surprise_slope() * step);
         let prior: f64 = surprises.map(|surprise| 0.5 * surprise * surprise).sum();
         let gain = Gain {
             likelihood: here.cost - self.bench.cost(&levels) - prior,
             evidence: self.evidence.cost(here) - self.evidence.cost_of(&levels) - prior,
-            size: self.size(&here.residual) - self.size(&residual),
+            size: self.size(&self.products.left(&[])) - self.size(&left),
         };
         (gain, levels)
     }
@@ -167,13 +147,5 @@ impl Gain {
     /// What is worth a fit: most by one measure or the other.
     pub fn either(self) -> f64 {
         self.likelihood.max(self.evidence)
-    }
-}
-
-fn subtract<C: AsRef<[f64]>>(residual: &mut [f64], columns: &[C], multiples: &[f64]) {
-    for (column, multiple) in columns.iter().zip(multiples) {
-        for (z, own) in residual.iter_mut().zip(column.as_ref()) {
-            *z -= multiple * own;
-        }
     }
 }

@@ -1,6 +1,6 @@
-//! Normal equations of columns under the levels of their bands.
+//! Normal equations of columns under the levels of their bands (`products.rs`).
 //!
-//! A is weighted by 1/√S, S the level of the band; H = AᵀS⁻¹A + 1/σ². Columns are scaled to unit length before they are solved for, so that
+//! H = AᵀS⁻¹A + 1/σ², S the level of the band. Columns are scaled to unit length before they are solved for, so that
 //! numbers of any unit stand side by side and none is held back by rounding.
 
 use nalgebra::{DMatrix, DVector};
@@ -10,18 +10,6 @@ use crate::composition::Unknown;
 /// Below this share of a column's own square, what the others leave of it is rounding.
 const RANK_TOLERANCE: f64 = 1e-11;
 
-/// Columns under their weights.
-pub(crate) fn weighted<C: AsRef<[f64]>>(weights: &[f64], columns: &[C]) -> DMatrix<f64> {
-    let mut matrix = DMatrix::zeros(weights.len(), columns.len());
-    for (index, column) in columns.iter().enumerate() {
-        let mut own = matrix.column_mut(index);
-        for ((own, value), weight) in own.as_mut_slice().iter_mut().zip(column.as_ref()).zip(weights) {
-            *own = value * weight;
-        }
-    }
-    matrix
-}
-
 /// AᵀS⁻¹A and AᵀS⁻¹Z.
 pub(crate) struct Normal {
     pub matrix: DMatrix<f64>,
@@ -29,18 +17,6 @@ pub(crate) struct Normal {
 }
 
 impl Normal {
-    pub fn of<C: AsRef<[f64]>>(weights: &[f64], columns: &[C], residual: &[f64]) -> Self {
-        Self::of_weighted(&weighted(weights, columns), weights, residual)
-    }
-
-    pub fn of_weighted(matrix: &DMatrix<f64>, weights: &[f64], residual: &[f64]) -> Self {
-        let right = weighted(weights, &[residual]);
-        Normal {
-            right: matrix.tr_mul(&right).column(0).into_owned(),
-            matrix: matrix.tr_mul(matrix),
-        }
-    }
-
     /// Adds what is believed of the unknowns, the first columns, and gives their pull.
     pub fn believe(&mut self, unknowns: &[Unknown]) -> Vec<f64> {
         let mut pull = vec![0.0; self.right.len()];

@@ -2,6 +2,8 @@
 //!
 //! None of it is an unknown: at every simulation it is solved for under the levels of the bands (`likelihood.rs`).
 
+use std::sync::Arc;
+
 use anhyst_model::EffectKind;
 
 use crate::channel::ChannelKind;
@@ -13,7 +15,7 @@ use crate::plant::Plant;
 pub(crate) struct Nuisance {
     pub kinds: Vec<NuisanceKind>,
     /// Stacked spectra.
-    pub columns: Vec<Vec<f64>>,
+    pub columns: Vec<Arc<Vec<f64>>>,
     pub coefficients: Vec<f64>,
 }
 
@@ -27,8 +29,8 @@ impl Nuisance {
 }
 
 /// The time course of a linear nuisance, by the row.
-#[derive(Clone, Copy)]
-enum Shape {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Shape {
     Ramp(f64),
     Cosine(f64),
     Sine(f64),
@@ -36,7 +38,7 @@ enum Shape {
 }
 
 impl Shape {
-    fn at(self, row: f64) -> f64 {
+    pub fn at(self, row: f64) -> f64 {
         match self {
             Shape::Ramp(per_row) => per_row * row,
             Shape::Cosine(per_row) => (per_row * row).cos(),
@@ -64,7 +66,7 @@ pub(crate) fn linear(
     plant: &Plant,
     composition: &Composition,
     simulated: &[f64],
-) -> (Vec<NuisanceKind>, Vec<Vec<f64>>) {
+) -> (Vec<NuisanceKind>, Vec<Arc<Vec<f64>>>) {
     let (mut kinds, mut columns) = (Vec::new(), Vec::new());
     for (index, channel) in plant.channels.iter().enumerate() {
         if channel.kind == ChannelKind::Field {
@@ -72,12 +74,11 @@ pub(crate) fn linear(
             own[channel.places.clone()].copy_from_slice(&simulated[channel.places.clone()]);
             own[channel.places.start] = 0.0;
             kinds.push(NuisanceKind::ProbeGain(index));
-            columns.push(own);
+            columns.push(Arc::new(own));
         }
         for (kind, shape) in shapes(plant, composition, index) {
-            let series: Vec<f64> = (0..channel.rows.len()).map(|row| shape.at(row as f64)).collect();
             kinds.push(kind);
-            columns.push(plant.stacked(channel, &series));
+            columns.push(plant.shape(index, shape));
         }
     }
     (kinds, columns)

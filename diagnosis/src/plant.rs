@@ -1,13 +1,21 @@
 //! The actuator chain as a diagnosis sees it: runs in, the spectra of all channels out.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use anhyst_identify::prepared::PreparedRun;
-use anhyst_model::{ActuatorModel, ActuatorOutputs};
+use anhyst_model::{ActuatorModel, ActuatorOutputs, MagneticHalf, MagneticState};
 
 use crate::channel::{Channel, ChannelKind};
 use crate::composition::Composition;
+use crate::memory::{Recent, Tally};
+use crate::nuisance::Shape;
 use crate::spectrum::Spectrum;
+
+/// Magnetic halves that are kept, of each run: those of what is being fitted, and what it is held against.
+const HALVES: usize = 12;
+/// Time courses that are kept, of each channel.
+const SHAPES: usize = 12;
 
 /// A nominal model and the runs that it has to explain.
 #[derive(Clone)]
@@ -23,6 +31,27 @@ pub(crate) struct Plant {
     pub magnetic: bool,
     /// The model's numbers were fitted to measurements, so they carry its errors.
     pub fitted: bool,
+    pub memory: Arc<Memory>,
+}
+
+/// What of a plant's simulations serves again.
+pub(crate) struct Memory {
+    halves: Recent<(usize, Option<MagneticState>, ActuatorModel), MagneticHalf>,
+    shapes: Recent<(Range<usize>, usize, Shape), Vec<f64>>,
+    /// Runs that were simulated, and those whose magnetic half was not there.
+    pub simulated: Tally,
+    pub magnetized: Tally,
+}
+
+impl Memory {
+    pub fn of(runs: usize, channels: usize) -> Arc<Self> {
+        Arc::new(Memory {
+            halves: Recent::new(HALVES * runs),
+            shapes: Recent::new(SHAPES * channels),
+            simulated: Tally::default(),
+            magnetized: Tally::default(),
+        })
+    }
 }
 
 impl Plant {
@@ -34,8 +63,13 @@ impl Plant {
         let simulated = self.runs.iter().enumerate().map(|(index, run)| {
             let first = run.drive_a_per_m.first().copied().unwrap_or(0.0);
             let mut outputs = ActuatorOutputs::default();
-            run.simulate_from(composition.start(index, first), &model, &mut outputs)
-                .ok()?;
+            let start = composition.start(index, first);
+            let half = self.memory.halves.get((index, start, model.magnetic_half()), || {
+                self.memory.magnetized.count();
+                run.magnetize_from(start, &model).ok()
+            })?;
+            self.memory.simulated.count();
+            run.simulate_on(&half, &model, &mut outputs).ok()?;
             let output = if self.magnetic {
                 &mut outputs.magnetization_a_per_m
             } else {
@@ -68,6 +102,20 @@ impl Plant {
             stacked.extend(channel.spectrum.of(&series[channel.rows.clone()]));
         }
         stacked.iter().all(|value| value.is_finite()).then_some(stacked)
+    }
+
+    /// A time course of the nuisance of a channel among the stacked spectra.
+    pub fn shape(&self, index: usize, shape: Shape) -> Arc<Vec<f64>> {
+        let channel = &self.channels[index];
+        let make = || {
+            let series: Vec<f64> = (0..channel.rows.len()).map(|row| shape.at(row as f64)).collect();
+            self.stacked(channel, &series)
+        };
+        let known = self
+            .memory
+            .shapes
+            .get((channel.places.clone(), self.length(), shape), || Some(make()));
+        known.unwrap_or_default()
     }
 
     /// A series of one channel among the stacked spectra, its mean left out.

@@ -31,7 +31,6 @@ pub(crate) fn decomposed(
     lattice: Option<f64>,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Option<Decomposition> {
-    progress("the recorder", 0.0);
     let nominal = bench.point(&Composition::default())?;
     let mut seen = seen(bench, &nominal, FROM[0]);
     let mut found = under(bench, &seen, lattice, progress)?;

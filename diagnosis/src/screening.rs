@@ -48,7 +48,7 @@ pub(crate) struct Seen {
 
 /// Terms beside a fit, most promising first.
 pub(crate) fn screen(bench: &Bench, base: &Fitted, surroundings: &Surroundings, terms: &[Term]) -> Vec<Screened> {
-    let linear = Linearised::new(bench, base, &base.point.levels);
+    let linear = Linearised::new(bench, base);
     let mut all: Vec<Screened> = parallel::map(bench.threads, terms, |term| {
         one(bench, base, &linear, surroundings, *term)
     })
@@ -102,7 +102,7 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
                 seen = Some(own);
             }
         }
-        let (gain, multiples, _) = linear.gain(&answers, 0.0);
+        let (gain, multiples, _) = linear.gain(&answers, 0.0, 1);
         let values = at(&group, &coordinates, &group.absent, &multiples);
         // What is no multiple of a small trial (a play, a friction) is tried at the size of the gap, too.
         let large = (linear.misfit() / linear.energy(&answers[0])).sqrt();
@@ -134,7 +134,7 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
                 values = halved.collect();
                 continue;
             };
-            let (gain, multiples, _) = linear.gain(std::slice::from_ref(&answer), 0.0);
+            let (gain, multiples, _) = linear.gain(std::slice::from_ref(&answer), 0.0, 1);
             let gain = gain.likelihood;
             if best.as_ref().is_none_or(|(most, _)| gain > *most) {
                 best = Some((gain, values.clone()));

@@ -8,7 +8,7 @@ use anhyst_model::{ActuatorModel, Drive, Effect, EffectKind};
 
 use crate::channel::{Channel, ChannelKind};
 use crate::error::DiagnosisError;
-use crate::plant::Plant;
+use crate::plant::{Memory, Plant};
 use crate::spectrum::Spectrum;
 use anhyst_measured::MeasuredRun;
 use anhyst_measured::Quantity;
@@ -123,6 +123,7 @@ pub(crate) fn setup(
         inputs.push(prepared);
     }
     let plant = Plant {
+        memory: Memory::of(inputs.len(), channels.len()),
         model: with_slow_creep(model, &inputs),
         whole: inputs
             .iter()

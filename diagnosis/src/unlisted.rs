@@ -4,6 +4,7 @@
 //! (signed root), time, the field's rate (signed root), or the output itself; the curve acts as strain through the rod, over the output
 //! behind it. It competes with the library on the same likelihood, at a price per coefficient.
 
+use anhyst_identify::parallel;
 use anhyst_identify::prepared::PreparedRun;
 use anhyst_model::{ActuatorOutputs, RodMotion, RodState, TwoPolePropagator};
 use serde::{Deserialize, Serialize};
@@ -18,6 +19,8 @@ use crate::statistics::{quantile, rms, sorted};
 const PRICE: f64 = 5.0;
 /// Holds coefficients back that nothing determines, as a share of their own energy.
 const RIDGE: f64 = 1e-6;
+/// In which levels and curve settle on each other.
+const ROUNDS: usize = 2;
 
 /// Over what a curve stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -104,15 +107,14 @@ pub(crate) struct Unlisted {
 
 /// What each curve gains beside a fit, best first.
 pub(crate) fn unlisted(bench: &Bench, base: &Fitted) -> Vec<Unlisted> {
-    let mut found: Vec<Unlisted> = Over::ALL
-        .into_iter()
-        .filter_map(|over| one(bench, base, over))
-        .collect();
+    let linear = Linearised::new(bench, base);
+    let curves = parallel::map(bench.threads, &Over::ALL, |over| one(bench, base, &linear, *over));
+    let mut found: Vec<Unlisted> = curves.into_iter().flatten().collect();
     found.sort_by(|one, other| other.gain.total_cmp(&one.gain));
     found
 }
 
-fn one(bench: &Bench, base: &Fitted, over: Over) -> Option<Unlisted> {
+fn one(bench: &Bench, base: &Fitted, linear: &Linearised, over: Over) -> Option<Unlisted> {
     let plant = &bench.plant;
     let outputs: Vec<_> = plant.outputs().map(|(_, channel)| channel).collect();
     let signals: Vec<Vec<f64>> = outputs
@@ -175,8 +177,7 @@ fn one(bench: &Bench, base: &Fitted, over: Over) -> Option<Unlisted> {
             stacked
         })
         .collect();
-    let (_, _, levels) = Linearised::new(bench, base, &base.point.levels).gain(&columns, RIDGE);
-    let (gain, multiples, levels) = Linearised::new(bench, base, &levels).gain(&columns, RIDGE);
+    let (gain, multiples, levels) = linear.gain(&columns, RIDGE, ROUNDS);
     let contribution = (0..outputs.len()).flat_map(|run| {
         let mut sum = vec![0.0; series[0][run].len()];
         for (series, multiple) in series.iter().zip(&multiples) {

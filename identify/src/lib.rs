@@ -9,6 +9,7 @@ mod error;
 pub mod estimate;
 mod first_things;
 mod fit;
+mod free_run;
 pub mod laws;
 mod material;
 mod modelled;

@@ -10,10 +10,7 @@
 use std::ops::Range;
 
 use anhyst_measured::{MeasuredRun, NoiseFloor, Quantity, noise_floor, rests, sweep};
-use anhyst_model::{
-    Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutputs, Drive, MagneticState, Magnetostriction,
-    Play,
-};
+use anhyst_model::{ActuatorModel, ActuatorOutputs, Drive, MagneticState, Magnetostriction, Play};
 
 use crate::error::IdentifyError;
 
@@ -27,8 +24,6 @@ const CLOSURE: f64 = 0.01;
 const SYMMETRIC: f64 = 0.05;
 /// A first drive below this share of the largest is none.
 const DRIVEN: f64 = 0.02;
-/// Points of either leg of the way on which a sweep's material is brought to its first field.
-const APPROACH: usize = 400;
 
 /// Where a run finds its material.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -198,81 +193,6 @@ impl PreparedRun {
                 },
             }
         })
-    }
-
-    /// Runs a model freely along the drive, from the run's start.
-    ///
-    /// # Errors
-    /// A model that cannot be run on this data.
-    pub fn simulate(&self, model: &ActuatorModel, outputs: &mut ActuatorOutputs) -> Result<(), IdentifyError> {
-        self.simulate_from(None, model, outputs)
-    }
-
-    /// The same with the material as it was before the first sample, where that is being found out.
-    ///
-    /// # Errors
-    /// A model that cannot be run on this data.
-    pub fn simulate_from(
-        &self,
-        state: Option<MagneticState>,
-        model: &ActuatorModel,
-        outputs: &mut ActuatorOutputs,
-    ) -> Result<(), IdentifyError> {
-        let mut actuator = match self.tick_s {
-            Some(tick_s) => Actuator::new(model, tick_s)?,
-            None => Actuator::quasi_static(model)?,
-        };
-        match self.start {
-            Start::Demagnetised => {}
-            Start::Undriven => {
-                actuator.step(ActuatorInput {
-                    drive: self.drive,
-                    temperature_k: self.temperature_k.as_ref().map(|column| column[0]),
-                    ..ActuatorInput::command(0.0)
-                });
-            }
-            Start::Magnetized(state) => actuator = actuator.starting_at(state),
-            Start::Cycled(state) => {
-                let mut before = Actuator::quasi_static(model)?.starting_at(state);
-                before.run(self.inputs(), outputs)?;
-                actuator = actuator.starting_at(before.magnetic_state());
-            }
-            Start::FarEnd => {
-                let way = self.way_from_far_end();
-                let mut before = Actuator::quasi_static(model)?;
-                let inputs = ActuatorInputs {
-                    drive: self.drive,
-                    ..ActuatorInputs::commands(&way)
-                };
-                before.run(inputs, outputs)?;
-                actuator = actuator.starting_at(before.magnetic_state());
-            }
-        }
-        if let Some(state) = state {
-            actuator = actuator.starting_at(state);
-        }
-        Ok(actuator.run(self.inputs(), outputs)?)
-    }
-
-    fn inputs(&self) -> ActuatorInputs<'_> {
-        ActuatorInputs {
-            drive_a_per_m: &self.drive_a_per_m,
-            drive: self.drive,
-            temperature_k: self.temperature_k.as_deref(),
-            force_n: self.force_n.as_deref(),
-        }
-    }
-
-    /// The way of [`Start::FarEnd`], A/m.
-    fn way_from_far_end(&self) -> Vec<f64> {
-        let drive = &self.drive_a_per_m;
-        let first = drive.first().copied().unwrap_or_default();
-        let leaves = drive.iter().find(|field| **field != first).copied().unwrap_or(first);
-        let (low, high) = sweep::extremes(drive);
-        let far = if leaves > first { low } else { high };
-        let shares = (1..=APPROACH).map(|point| point as f64 / APPROACH as f64);
-        let out = shares.clone().map(|share| far * share);
-        out.chain(shares.map(|share| far + (first - far) * share)).collect()
     }
 }
 

@@ -9,7 +9,9 @@ use super::rod_stage::RodStage;
 use super::samples::Columns;
 use super::signals::Signals;
 use super::strain::{FreeStrain, Magnetized};
-use super::{ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutput, ActuatorOutputs, ActuatorRod, Drive};
+use super::{
+    ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutput, ActuatorOutputs, ActuatorRod, Drive, MagneticHalf,
+};
 use crate::effects::intersample_field::IntersampleField;
 use crate::error::require_positive;
 use crate::{MagneticState, ModelError, RodState, Stage, Warming};
@@ -179,15 +181,58 @@ impl Actuator {
         Ok(())
     }
 
+    /// The first half of a whole run, from the drive to the hysteresis: what lies behind may change without its being run again.
+    ///
+    /// # Errors
+    /// Columns of different lengths.
+    pub fn magnetize(&mut self, inputs: ActuatorInputs) -> Result<MagneticHalf, ModelError> {
+        inputs.validate()?;
+        let mut half = MagneticHalf::of_length(inputs.drive_a_per_m.len());
+        let first = !std::mem::replace(&mut self.begun, true);
+        self.magnetize_stretch(first, &inputs, half.columns());
+        Ok(half)
+    }
+
+    /// The other half of that run, on an actuator that has not had its first: the same bits as [`Actuator::run`]. Overwrites `outputs`.
+    ///
+    /// # Errors
+    /// Columns of different lengths.
+    pub fn run_from(
+        &mut self,
+        half: &MagneticHalf,
+        inputs: ActuatorInputs,
+        outputs: &mut ActuatorOutputs,
+    ) -> Result<(), ModelError> {
+        inputs.validate()?;
+        outputs.begin_with(half);
+        let mut mean_excess = [0.0; STRETCH];
+        for from in (0..half.len()).step_by(STRETCH) {
+            let to = half.len().min(from + STRETCH);
+            let mean_excess = &mut mean_excess[..to - from];
+            mean_excess.copy_from_slice(half.mean_excess(from, to));
+            let first = !std::mem::replace(&mut self.begun, true);
+            self.move_stretch(first, &inputs.part(from, to), outputs.part(from, to), mean_excess);
+        }
+        Ok(())
+    }
+
     /// The chain, stage by stage; `mean_excess` is room for what a straight line between samples leaves out. All have one length.
     #[inline(always)]
     fn stretch(&mut self, inputs: ActuatorInputs, columns: Columns, mean_excess: &mut [f64]) {
-        let first = !self.begun;
-        self.begun = true;
-        match inputs.temperature_k {
-            Some(measured) => columns.temperature.copy_from_slice(measured),
-            None => columns.temperature.fill(self.ambient_temperature_k),
-        }
+        let first = !std::mem::replace(&mut self.begun, true);
+        let magnetic = [
+            &mut *columns.field,
+            &mut *columns.magnetization,
+            &mut *columns.temperature,
+            &mut *mean_excess,
+        ];
+        self.magnetize_stretch(first, &inputs, magnetic);
+        self.move_stretch(first, &inputs, columns, mean_excess);
+    }
+
+    /// From what the hysteresis has written to the sensor.
+    #[inline(always)]
+    fn move_stretch(&mut self, first: bool, inputs: &ActuatorInputs, columns: Columns, mean_excess: &mut [f64]) {
         let Columns {
             field,
             magnetization,
@@ -195,7 +240,6 @@ impl Actuator {
             displacement,
             temperature,
         } = columns;
-        self.magnetize(first, &inputs, [field, magnetization, temperature, mean_excess]);
         self.magnetization.pass(first, magnetization);
         let known = inputs.temperature_k.is_some() || self.warming.is_some();
         let silent = !known && self.magnetizer.rise_k().is_none();
@@ -226,10 +270,14 @@ impl Actuator {
         self.sensor.pass(first, displacement);
     }
 
-    /// From the drive to M: writes coil field, M, the temperature if the hysteresis reckons it, and the mean excess of M.
+    /// From the drive to M: writes coil field, M, the temperature as far as it is known here, and the mean excess of M.
     #[inline]
-    fn magnetize(&mut self, first: bool, inputs: &ActuatorInputs, columns: [&mut [f64]; 4]) {
+    fn magnetize_stretch(&mut self, first: bool, inputs: &ActuatorInputs, columns: [&mut [f64]; 4]) {
         let [field, magnetization, temperature, mean_excess] = columns;
+        match inputs.temperature_k {
+            Some(measured) => temperature.copy_from_slice(measured),
+            None => temperature.fill(self.ambient_temperature_k),
+        }
         let driven = inputs.drive == Drive::Command && !self.amplifier.is_empty();
         let mut from = 0;
         if first && let Some(&drive) = inputs.drive_a_per_m.first() {

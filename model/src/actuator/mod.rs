@@ -24,4 +24,4 @@ pub use model::{ActuatorModel, validate_effects};
 pub use parts::{CoilGain, Creep, Expansion, FieldPath, SignalPath, Spring};
 pub use restated::{rod_per_magnetization, rod_per_strain, with_known_effects};
 pub use rod::ActuatorRod;
-pub use samples::{ActuatorInput, ActuatorInputs, ActuatorOutput, ActuatorOutputs, Drive};
+pub use samples::{ActuatorInput, ActuatorInputs, ActuatorOutput, ActuatorOutputs, Drive, MagneticHalf};

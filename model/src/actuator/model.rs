@@ -85,6 +85,29 @@ impl ActuatorModel {
         self
     }
 
+    /// All that [`super::Actuator::magnetize`] depends on, and nothing else: two models with the same have the same magnetic half.
+    pub fn magnetic_half(&self) -> Self {
+        let behind = [Stage::Magnetization, Stage::Strain, Stage::Rod, Stage::Sensor];
+        let effects = self
+            .effects
+            .iter()
+            .filter(|effect| !behind.contains(&effect.kind().stage()));
+        ActuatorModel {
+            name: String::new(),
+            source: String::new(),
+            amplifier: self.amplifier,
+            material: Material {
+                magnetostriction: Magnetostriction::Unmeasured,
+                ..self.material.clone()
+            },
+            rod: None,
+            coil: self.coil,
+            effects: effects.copied().collect(),
+            ambient_temperature_k: self.ambient_temperature_k,
+            tolerances: BTreeMap::new(),
+        }
+    }
+
     /// Checks every part, and that parts and effects go together.
     ///
     /// # Errors

@@ -140,6 +140,13 @@ impl ActuatorOutputs {
         }
     }
 
+    pub(super) fn begin_with(&mut self, half: &MagneticHalf) {
+        self.resize(half.len());
+        self.field_a_per_m.copy_from_slice(&half.field_a_per_m);
+        self.magnetization_a_per_m.copy_from_slice(&half.magnetization_a_per_m);
+        self.temperature_k.copy_from_slice(&half.temperature_k);
+    }
+
     pub(super) fn part(&mut self, from: usize, to: usize) -> Columns<'_> {
         Columns {
             field: &mut self.field_a_per_m[from..to],
@@ -158,4 +165,43 @@ pub(super) struct Columns<'a> {
     pub strain: &'a mut [f64],
     pub displacement: &'a mut [f64],
     pub temperature: &'a mut [f64],
+}
+
+/// What drive, field and hysteresis make of a whole run, by columns: nothing of it depends on what lies behind them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MagneticHalf {
+    field_a_per_m: Vec<f64>,
+    /// Without creep.
+    magnetization_a_per_m: Vec<f64>,
+    temperature_k: Vec<f64>,
+    mean_excess_a_per_m: Vec<f64>,
+}
+
+impl MagneticHalf {
+    pub(super) fn of_length(length: usize) -> Self {
+        let column = || vec![0.0; length];
+        MagneticHalf {
+            field_a_per_m: column(),
+            magnetization_a_per_m: column(),
+            temperature_k: column(),
+            mean_excess_a_per_m: column(),
+        }
+    }
+
+    pub(super) fn columns(&mut self) -> [&mut [f64]; 4] {
+        [
+            &mut self.field_a_per_m,
+            &mut self.magnetization_a_per_m,
+            &mut self.temperature_k,
+            &mut self.mean_excess_a_per_m,
+        ]
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.field_a_per_m.len()
+    }
+
+    pub(super) fn mean_excess(&self, from: usize, to: usize) -> &[f64] {
+        &self.mean_excess_a_per_m[from..to]
+    }
 }
