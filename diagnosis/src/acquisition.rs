@@ -94,17 +94,21 @@ impl LowPass {
         }
     }
 
-    /// What it makes of a series, but for the time that it remembers at its begin.
-    pub fn apply(&self, series: &mut [f64], tick_s: f64, spectrum: &Spectrum) {
+    /// F of each line from the first on of a series of so many rows.
+    pub fn responses(&self, tick_s: f64, rows: usize) -> Vec<Complex<f64>> {
+        let response = self.response(tick_s);
+        (1..=rows / 2).map(|line| response(line as f64 / rows as f64)).collect()
+    }
+
+    /// What it makes of a series, but for the time that it remembers at its begin, by its [`LowPass::responses`].
+    pub fn apply(&self, series: &mut [f64], tick_s: f64, spectrum: &Spectrum, responses: &[Complex<f64>]) {
         let rows = series.len() as f64;
         let (first, last) = (series[0], series[series.len() - 1]);
         // The spectrum goes round: without the line from end to end, which is only delayed, nothing jumps there.
         let line = |row: f64| first + (last - first) * row / (rows - 1.0);
         let round = series.iter().enumerate().map(|(row, own)| own - line(row as f64));
         let mut packed = spectrum.of(&round.collect::<Vec<f64>>());
-        let response = self.response(tick_s);
-        for (index, own) in packed[1..].chunks_mut(2).enumerate() {
-            let response = response((index + 1) as f64 / rows);
+        for (own, response) in packed[1..].chunks_mut(2).zip(responses) {
             match own {
                 [re, im] => {
                     let passed = Complex::new(*re, *im) * response;
@@ -259,7 +263,12 @@ mod tests {
             is_supposed: false,
         };
         let mut filtered = white;
-        truth.apply(&mut filtered, tick_s, &Spectrum::new(40_000));
+        truth.apply(
+            &mut filtered,
+            tick_s,
+            &Spectrum::new(40_000),
+            &truth.responses(tick_s, 40_000),
+        );
         let (_, found) = LowPass::seen(&filtered, tick_s, 0.0, FROM[0])[0];
         assert!(
             found.order.abs_diff(4) <= 1 && (found.corner_hz / 1800.0 - 1.0).abs() < 0.06,
@@ -285,7 +294,7 @@ mod tests {
                     (0..rows).map(move |row| at(row).sin())
                 };
                 let mut passed: Vec<f64> = sine(0.0).collect();
-                own.apply(&mut passed, tick_s, &spectrum);
+                own.apply(&mut passed, tick_s, &spectrum, &own.responses(tick_s, rows));
                 let power = 2.0 * passed[10_000..].iter().map(|y| y * y).sum::<f64>() / 10_000.0;
                 let expected = own.response(tick_s)(frequency * tick_s).norm_sqr();
                 assert!((power / expected - 1.0).abs() < 1e-3, "{frequency}: {power}");
@@ -298,7 +307,7 @@ mod tests {
                 }
             }
             let mut line: Vec<f64> = (0..rows).map(|row| 2.5 + row as f64).collect();
-            own.apply(&mut line, tick_s, &spectrum);
+            own.apply(&mut line, tick_s, &spectrum, &own.responses(tick_s, rows));
             let delayed = |row: usize| 2.5 + row as f64 - own.delay_s(tick_s) / tick_s;
             assert!((0..rows).all(|row| (line[row] - delayed(row)).abs() < 1e-6));
         }

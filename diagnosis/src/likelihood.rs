@@ -5,7 +5,7 @@
 //! nothing and a misfit weighs by what it stands out of its own band. The nuisance that enters linearly (drift, lines, gain of the
 //! field probe, what creep remembers of before the run) is profiled out too, by least squares under the same levels.
 //! Minimised by Gauss-Newton steps with Marquardt's damping: H = AᵀS⁻¹A + 1/σ², S the band's level, reweighted at each step;
-//! a step counts only if J itself falls. A is a forward difference of free simulations.
+//! a step counts only if J itself falls. A is a forward difference of free simulations, carried on by Broyden's rule (1965).
 
 use std::sync::Arc;
 
@@ -25,9 +25,11 @@ use crate::products::Products;
 const ROUNDS: usize = 2;
 /// Dampings that are tried for one step.
 const MAX_DAMPINGS: usize = 6;
-const MAX_STEPS: usize = 12;
+const MAX_STEPS: usize = 20;
 /// A step that lowers J by less is the last one.
 const WORTH: f64 = 0.05;
+/// Derivatives are good enough as long as J has fallen by less than this since they were taken.
+const SETTLED: f64 = 1.0;
 /// A coordinate by ratio moves by at most this a step.
 const MAX_LOG_STEP: f64 = 1.0;
 
@@ -65,6 +67,35 @@ pub(crate) struct Fitted {
     pub point: Point,
     /// Derivative of the spectra by each unknown's free coordinate.
     pub columns: Vec<Arc<Vec<f64>>>,
+}
+
+/// Broyden's rule: the least change of the derivatives, each in its own unit, under which the step would have been foreseen.
+fn carry(columns: &mut [Arc<Vec<f64>>], before: &Point, here: &Point, normal: &Normal) {
+    let unknowns = before.composition.unknowns.iter().zip(&here.composition.unknowns);
+    let steps: Vec<f64> = unknowns
+        .map(|(old, new)| new.coordinate.free(new.value) - old.coordinate.free(old.value))
+        .collect();
+    let mut unforeseen: Vec<f64> = here
+        .simulated
+        .iter()
+        .zip(&before.simulated)
+        .map(|(new, old)| new - old)
+        .collect();
+    for (column, step) in columns.iter().zip(&steps).filter(|(_, step)| **step != 0.0) {
+        for (own, slope) in unforeseen.iter_mut().zip(column.iter()) {
+            *own -= slope * step;
+        }
+    }
+    let scaled: Vec<f64> = (0..steps.len())
+        .map(|index| normal.matrix[(index, index)] * steps[index])
+        .collect();
+    let size: f64 = scaled.iter().zip(&steps).map(|(own, step)| own * step).sum();
+    for (column, own) in columns.iter_mut().zip(&scaled).filter(|(_, own)| **own != 0.0) {
+        let share = own / size;
+        for (slope, unforeseen) in Arc::make_mut(column).iter_mut().zip(&unforeseen) {
+            *slope += share * unforeseen;
+        }
+    }
 }
 
 impl Fitted {
@@ -242,28 +273,42 @@ impl Bench {
     }
 
     /// Fits the unknowns of a composition from their values; `known` lends its derivatives of all that it has in common, which a rough
-    /// fit keeps.
+    /// fit keeps. Derivatives are carried from step to step by what each step has shown of them, and taken anew where it stalls.
     pub fn fit(&self, composition: &Composition, known: Option<&Fitted>) -> Option<Fitted> {
         let mut here = self.point(composition)?;
         let mut columns = self.columns(&here, known)?;
         let mut damping = 1e-3;
+        // Gained since the derivatives were taken; none where they are of here.
+        let mut carried: Option<f64> = None;
         for _ in 0..MAX_STEPS {
             let (normal, surprise) = self.normal(&here, &columns);
-            let mut gained = 0.0;
-            for _ in 0..MAX_DAMPINGS {
+            let mut next = None;
+            let dampings = if carried.is_some() { 1 } else { MAX_DAMPINGS };
+            for _ in 0..dampings {
                 let tried = self.stepped(&here, &normal, &surprise, damping);
-                if let Some(tried) = self.point(&tried).filter(|tried| tried.cost < here.cost) {
-                    gained = here.cost - tried.cost;
-                    here = tried;
+                next = self.point(&tried).filter(|tried| tried.cost < here.cost);
+                if next.is_some() {
                     damping = (damping * 0.1).max(1e-9);
                     break;
                 }
                 damping *= 10.0;
             }
-            if gained < WORTH {
+            let gained = next.as_ref().map_or(0.0, |next| here.cost - next.cost);
+            let before = next.map(|next| std::mem::replace(&mut here, next));
+            if gained < WORTH && carried.is_none_or(|carried| carried < SETTLED) {
                 break;
             }
-            columns = self.columns(&here, known)?;
+            match before.filter(|_| known.is_none() && gained > SETTLED) {
+                Some(before) => {
+                    carry(&mut columns, &before, &here, &normal);
+                    carried = Some(carried.unwrap_or(0.0) + gained);
+                }
+                None => {
+                    columns = self.columns(&here, known)?;
+                    carried = None;
+                    damping = damping.min(1e-3);
+                }
+            }
         }
         Some(Fitted { point: here, columns })
     }

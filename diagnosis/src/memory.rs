@@ -10,7 +10,7 @@ pub(crate) struct Recent<K, V> {
     answers: Mutex<VecDeque<(K, Arc<V>)>>,
 }
 
-impl<K: PartialEq, V> Recent<K, V> {
+impl<K, V> Recent<K, V> {
     pub fn new(kept: usize) -> Self {
         Recent {
             kept,
@@ -18,11 +18,16 @@ impl<K: PartialEq, V> Recent<K, V> {
         }
     }
 
-    /// The answer, worked out if it is not there.
-    pub fn get(&self, asked: K, answer: impl FnOnce() -> Option<V>) -> Option<Arc<V>> {
+    /// The answer to what is asked, worked out if it is not there.
+    pub fn get(
+        &self,
+        is_asked: impl Fn(&K) -> bool,
+        asked: impl FnOnce() -> K,
+        answer: impl FnOnce() -> Option<V>,
+    ) -> Option<Arc<V>> {
         let lock = || self.answers.lock().unwrap_or_else(PoisonError::into_inner);
         let mut answers = lock();
-        if let Some(place) = answers.iter().position(|(own, _)| *own == asked) {
+        if let Some(place) = answers.iter().position(|(own, _)| is_asked(own)) {
             let own = answers.remove(place)?;
             let answer = own.1.clone();
             answers.push_front(own);
@@ -31,7 +36,7 @@ impl<K: PartialEq, V> Recent<K, V> {
         drop(answers);
         let answer = Arc::new(answer()?);
         let mut answers = lock();
-        answers.push_front((asked, answer.clone()));
+        answers.push_front((asked(), answer.clone()));
         answers.truncate(self.kept);
         Some(answer)
     }

@@ -6,6 +6,9 @@ use std::sync::Arc;
 use anhyst_identify::prepared::PreparedRun;
 use anhyst_model::{ActuatorModel, ActuatorOutputs, MagneticHalf, MagneticState};
 
+use realfft::num_complex::Complex;
+
+use crate::acquisition::LowPass;
 use crate::channel::{Channel, ChannelKind};
 use crate::composition::Composition;
 use crate::memory::{Recent, Tally};
@@ -13,9 +16,11 @@ use crate::nuisance::Shape;
 use crate::spectrum::Spectrum;
 
 /// Magnetic halves that are kept, of each run: those of what is being fitted, and what it is held against.
-const HALVES: usize = 12;
+const HALVES: usize = 32;
 /// Time courses that are kept, of each channel.
 const SHAPES: usize = 12;
+/// Low passes, and spectra of the field, that are kept of each run.
+const FIELDS: usize = 6;
 
 /// A nominal model and the runs that it has to explain.
 #[derive(Clone)]
@@ -38,6 +43,9 @@ pub(crate) struct Plant {
 pub(crate) struct Memory {
     halves: Recent<(usize, Option<MagneticState>, ActuatorModel), MagneticHalf>,
     shapes: Recent<(Range<usize>, usize, Shape), Vec<f64>>,
+    responses: Recent<(usize, LowPass), Vec<Complex<f64>>>,
+    /// Of a field, which most of what is fitted leaves alone.
+    fields: Recent<Vec<f64>, Vec<f64>>,
     /// Runs that were simulated, and those whose magnetic half was not there.
     pub simulated: Tally,
     pub magnetized: Tally,
@@ -48,6 +56,8 @@ impl Memory {
         Arc::new(Memory {
             halves: Recent::new(HALVES * runs),
             shapes: Recent::new(SHAPES * channels),
+            responses: Recent::new(FIELDS * runs),
+            fields: Recent::new(FIELDS * runs),
             simulated: Tally::default(),
             magnetized: Tally::default(),
         })
@@ -64,10 +74,15 @@ impl Plant {
             let first = run.drive_a_per_m.first().copied().unwrap_or(0.0);
             let mut outputs = ActuatorOutputs::default();
             let start = composition.start(index, first);
-            let half = self.memory.halves.get((index, start, model.magnetic_half()), || {
+            let asked = (index, start, model.magnetic_half());
+            let magnetize = || {
                 self.memory.magnetized.count();
                 run.magnetize_from(start, &model).ok()
-            })?;
+            };
+            let half = self
+                .memory
+                .halves
+                .get(|own| *own == asked, || asked.clone(), magnetize)?;
             self.memory.simulated.count();
             run.simulate_on(&half, &model, &mut outputs).ok()?;
             let output = if self.magnetic {
@@ -76,13 +91,22 @@ impl Plant {
                 &mut outputs.displacement_m
             };
             for (series, low_pass) in [&mut outputs.field_a_per_m, output].into_iter().zip(low_passes) {
-                if let Some((low_pass, tick_s)) = low_pass.zip(run.tick_s) {
-                    low_pass.apply(series, tick_s, &self.whole[index]);
+                if let Some(low_pass) = low_pass {
+                    self.filter(series, index, low_pass);
                 }
             }
             Some(outputs)
         });
         simulated.collect()
+    }
+
+    /// A series of all rows of a run after a low pass of its recorder.
+    pub fn filter(&self, series: &mut [f64], run: usize, low_pass: LowPass) {
+        let Some(tick_s) = self.runs[run].tick_s else { return };
+        let asked = (run, low_pass);
+        let answer = || Some(low_pass.responses(tick_s, series.len()));
+        let responses = self.memory.responses.get(|own| *own == asked, || asked, answer);
+        low_pass.apply(series, tick_s, &self.whole[run], &responses.unwrap_or_default());
     }
 
     /// A channel's series of a simulated run, all rows.
@@ -98,8 +122,17 @@ impl Plant {
     pub fn spectra(&self, runs: &[ActuatorOutputs]) -> Option<Vec<f64>> {
         let mut stacked = Vec::with_capacity(self.length());
         for channel in &self.channels {
-            let series = self.series(channel, &runs[channel.run]);
-            stacked.extend(channel.spectrum.of(&series[channel.rows.clone()]));
+            let series = &self.series(channel, &runs[channel.run])[channel.rows.clone()];
+            if channel.kind == ChannelKind::Field {
+                let answer = || Some(channel.spectrum.of(series));
+                let field = self
+                    .memory
+                    .fields
+                    .get(|own| own == series, || series.to_vec(), answer)?;
+                stacked.extend_from_slice(&field);
+            } else {
+                stacked.extend(channel.spectrum.of(series));
+            }
         }
         stacked.iter().all(|value| value.is_finite()).then_some(stacked)
     }
@@ -107,14 +140,12 @@ impl Plant {
     /// A time course of the nuisance of a channel among the stacked spectra.
     pub fn shape(&self, index: usize, shape: Shape) -> Arc<Vec<f64>> {
         let channel = &self.channels[index];
-        let make = || {
+        let asked = (channel.places.clone(), self.length(), shape);
+        let answer = || {
             let series: Vec<f64> = (0..channel.rows.len()).map(|row| shape.at(row as f64)).collect();
-            self.stacked(channel, &series)
+            Some(self.stacked(channel, &series))
         };
-        let known = self
-            .memory
-            .shapes
-            .get((channel.places.clone(), self.length(), shape), || Some(make()));
+        let known = self.memory.shapes.get(|own| *own == asked, || asked.clone(), answer);
         known.unwrap_or_default()
     }
 

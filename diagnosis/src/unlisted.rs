@@ -150,12 +150,9 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, over: Over) -> Option<
                 } else {
                     through_rod(bench, channel.run, hat)
                 };
-                let tick_s = plant.runs[channel.run].tick_s;
                 let mut through = through;
-                if let Some((low_pass, tick_s)) =
-                    base.point.composition.fitted_low_pass(ChannelKind::Output).zip(tick_s)
-                {
-                    low_pass.apply(&mut through, tick_s, &plant.whole[channel.run]);
+                if let Some(low_pass) = base.point.composition.fitted_low_pass(ChannelKind::Output) {
+                    plant.filter(&mut through, channel.run, low_pass);
                 }
                 through
             });

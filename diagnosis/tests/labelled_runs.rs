@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use anhyst_diagnosis::{DiagnoseOptions, Diagnosis, FoundEffect, Verdict, diagnose};
+use anhyst_diagnosis::{Cost, DiagnoseOptions, Diagnosis, FoundEffect, Verdict, diagnose};
 use anhyst_measured::{MeasuredRun, RunReadOptions};
 use anhyst_model::ActuatorModel;
 use serde_json::Value;
@@ -97,7 +97,19 @@ fn wrong(folder: &Path, truth: impl Fn(&Value) -> Vec<String>) -> Vec<String> {
             found.ambiguous_with,
             text(&found.effects),
         );
+        let sum = |of: fn(&Cost) -> usize| found.cost.iter().map(of).sum::<usize>();
+        println!(
+            "       {} simulations, {} from the field on",
+            sum(|own| own.simulations),
+            sum(|own| own.magnetized)
+        );
         if std::env::var("ANHYST_VERBOSE").is_ok() {
+            for own in &found.cost {
+                println!(
+                    "       {}: {} simulations, {} from the field on, {:.1} s",
+                    own.work, own.simulations, own.magnetized, own.seconds
+                );
+            }
             println!(
                 "       nuisance {}\n       parameters {}",
                 text(&found.nuisance),
