@@ -10,6 +10,7 @@
 
 use anhyst_identify::parallel;
 
+use crate::acquisition::FROM;
 use crate::channel::ChannelKind;
 use crate::composition::{Composition, Slot};
 use crate::evidence::{Evidence, noise_rms};
@@ -17,8 +18,9 @@ use crate::joining::{at_a_bound, sort, unbent};
 use crate::leaving::TIES;
 use crate::likelihood::{Fitted, Point};
 use crate::lines::lines;
+use crate::recorder::{of_output, seen};
 use crate::screening::Screened;
-use crate::search::{JOINS, Search};
+use crate::search::{Depth, JOINS, Search};
 use crate::term::Term;
 use crate::unlisted::{Unlisted, unlisted};
 
@@ -124,8 +126,8 @@ impl Search<'_> {
         // Where a free curve beat what could join, and what it gained.
         let mut nameless: Option<(Fitted, f64)> = None;
         for stage in base.point.composition.terms().len()..=MAX_TERMS {
-            if stage == self.max_terms {
-                break;
+            if stage == 1 && self.depth == Depth::Look {
+                return Some(base);
             }
             (self.progress)("screening", 0.15 + 0.13 * stage as f64);
             let screened = self.screen(&base, &off_mains);
@@ -136,6 +138,7 @@ impl Search<'_> {
                 .is_some_and(|(_, fit)| !Evidence::new(bench, &fit.point).is_misfit);
             if stage == 0
                 && !at_noise
+                && self.depth != Depth::Look
                 && let Some(unbent) = unbent(bench, &base)
             {
                 let screened = self.screen(&unbent, &off_mains);
@@ -183,6 +186,15 @@ impl Search<'_> {
             }
             course.push(std::mem::replace(&mut base, polished).point);
             off_mains = self.lines(&mut base)?;
+            let is_enough = match self.depth {
+                Depth::UntilSeen => of_output(&seen(bench, &base.point, FROM[0])),
+                Depth::UntilMisfit => stage == 0 && Evidence::new(bench, &base.point).is_misfit,
+                Depth::Whole | Depth::Look => false,
+            };
+            if is_enough {
+                gathered.ties.clear();
+                return Some(base);
+            }
             // Two that together leave the misfit as it was will leave again.
             let evidence = Evidence::new(bench, &base.point);
             let before = course.len().checked_sub(2).map(|own| evidence.cost(&course[own]));

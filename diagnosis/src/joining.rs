@@ -8,12 +8,14 @@ use crate::likelihood::{Bench, Fitted};
 use crate::linearised::{Linearised, PROMISES};
 use crate::probes::Surroundings;
 use crate::screening::{Screened, screen};
-use crate::search::Search;
+use crate::search::{Depth, Search};
 use crate::signals::{Signals, signals};
 use crate::term::Term;
 
 /// Terms that are fitted after each screening.
 const FITTED: usize = 4;
+/// The same in a look.
+const LOOKED_AT: usize = 2;
 /// Constants that are let out of their boxes beside them.
 const CONSTANTS: usize = 2;
 /// As often, while fewer than half of them came to something.
@@ -88,7 +90,12 @@ impl Search<'_> {
         let mut effects = screened
             .iter()
             .filter(|own| matches!(own.term, Term::Effect(_)) && own.gain > PROMISES);
-        let mut chosen: Vec<&Screened> = parameters.chain(effects.by_ref().take(FITTED)).collect();
+        let (constants, first) = if self.depth == Depth::Look {
+            (0, LOOKED_AT)
+        } else {
+            (CONSTANTS, FITTED)
+        };
+        let mut chosen: Vec<&Screened> = parameters.take(constants).chain(effects.by_ref().take(first)).collect();
         let names: Vec<&str> = chosen.iter().map(|own| own.term.name()).collect();
         (self.progress)(&format!("fitting {}", names.join(", ")), 0.2 + 0.13 * stage as f64);
         let mut fits: Vec<(Term, Fitted)> = Vec::new();
@@ -106,7 +113,7 @@ impl Search<'_> {
                 fit.point.cost < base.point.cost && !at_a_bound(&fit.point.composition, *term)
             };
             fits.extend(own.into_iter().flatten().filter(counts));
-            if 2 * fits.len() >= FITTED {
+            if 2 * fits.len() >= first {
                 break;
             }
             chosen = effects.by_ref().take(FITTED).collect();

@@ -16,6 +16,7 @@ use nalgebra::DMatrix;
 use crate::bands::{ERRORS, bands};
 use crate::channel::Channel;
 use crate::composition::{Composition, Slot, Unknown};
+use crate::evidence::Evidence;
 use crate::normal::Normal;
 use crate::nuisance::{Nuisance, linear};
 use crate::plant::Plant;
@@ -28,6 +29,10 @@ const MAX_DAMPINGS: usize = 6;
 const MAX_STEPS: usize = 20;
 /// A step that lowers J by less is the last one.
 const WORTH: f64 = 0.05;
+/// Of a rough fit.
+const ROUGH_STEPS: usize = 12;
+/// A rough fit that leaves a misfit ends when J falls by less than this share of its fall so far.
+const VAIN: f64 = 3e-3;
 /// Derivatives are good enough as long as J has fallen by less than this since they were taken.
 const SETTLED: f64 = 1.0;
 /// A coordinate by ratio moves by at most this a step.
@@ -280,7 +285,9 @@ impl Bench {
         let mut damping = 1e-3;
         // Gained since the derivatives were taken; none where they are of here.
         let mut carried: Option<f64> = None;
-        for _ in 0..MAX_STEPS {
+        let (from, evidence) = (here.cost, Evidence::new(self, &here));
+        let steps = if known.is_some() { ROUGH_STEPS } else { MAX_STEPS };
+        for _ in 0..steps {
             let (normal, surprise) = self.normal(&here, &columns);
             let mut next = None;
             let dampings = if carried.is_some() { 1 } else { MAX_DAMPINGS };
@@ -295,7 +302,10 @@ impl Bench {
             }
             let gained = next.as_ref().map_or(0.0, |next| here.cost - next.cost);
             let before = next.map(|next| std::mem::replace(&mut here, next));
-            if gained < WORTH && carried.is_none_or(|carried| carried < SETTLED) {
+            // What leaves a misfit however it is fitted is not worth the last of it.
+            let is_vain =
+                || known.is_some() && gained < VAIN * (from - here.cost) && evidence.is_misfit_at(&here.levels);
+            if gained < WORTH && carried.is_none_or(|carried| carried < SETTLED) || is_vain() {
                 break;
             }
             match before.filter(|_| known.is_none() && gained > SETTLED) {

@@ -6,6 +6,8 @@
 //!    alone, then with what was found.
 //! 4. Under the form that explains most, what was tried may take the place of what joined (`decompose.rs`).
 
+use anhyst_identify::parallel;
+
 use crate::acquisition::{FROM, Likely, LowPass};
 use crate::channel::ChannelKind;
 use crate::composition::Composition;
@@ -13,7 +15,7 @@ use crate::decompose::{Decomposition, cost};
 use crate::evidence::Evidence;
 use crate::leaving::REFITTED;
 use crate::likelihood::{Bench, Fitted, Point};
-use crate::search::{JOINS, Search};
+use crate::search::{Depth, JOINS, Search};
 
 /// Forms that are searched with beyond the likeliest.
 const MAX_FORMS: usize = 3;
@@ -33,8 +35,9 @@ pub(crate) fn decomposed(
 ) -> Option<Decomposition> {
     let nominal = bench.point(&Composition::default())?;
     let mut seen = seen(bench, &nominal, FROM[0]);
-    let mut found = under(bench, &seen, lattice, progress)?;
-    if !of_output(&seen) && !bench.plant.fitted {
+    let watches = !of_output(&seen) && !bench.plant.fitted;
+    let mut found = under(bench, &seen, lattice, watches, progress)?;
+    if watches {
         // A large gap hides what noise there is: it is seen once the gap is explained, or some of it.
         let mut again = seen_beneath(bench, &found);
         if !of_output(&again)
@@ -52,7 +55,7 @@ pub(crate) fn decomposed(
         if of_output(&again) {
             seen.retain(|(kind, _)| again.iter().all(|(other, _)| other != kind));
             seen.extend(again);
-            found = under(bench, &seen, lattice, progress)?;
+            found = under(bench, &seen, lattice, false, progress)?;
         }
     }
     Some(Search::new(bench, lattice, progress).with_exchanges(found))
@@ -62,7 +65,7 @@ fn is_misfit(bench: &Bench, found: &Decomposition) -> bool {
     Evidence::new(bench, &found.last.point).is_misfit
 }
 
-fn of_output(seen: &[(ChannelKind, Likely)]) -> bool {
+pub(crate) fn of_output(seen: &[(ChannelKind, Likely)]) -> bool {
     seen.iter().any(|(kind, _)| *kind == ChannelKind::Output)
 }
 
@@ -72,7 +75,7 @@ fn likeliest(seen: &[(ChannelKind, Likely)]) -> Forms {
 
 /// Low passes in what a point leaves of field and output, from a share of the sampling rate on. What a fitted model leaves of the output is its own
 /// error, whose spectrum falls without any filter.
-fn seen(bench: &Bench, point: &Point, from: f64) -> Seen {
+pub(crate) fn seen(bench: &Bench, point: &Point, from: f64) -> Seen {
     let of = |kind: ChannelKind| {
         let is_noise = kind == ChannelKind::Field || !bench.plant.fitted;
         let channel = bench.plant.channels.iter().find(|own| own.kind == kind && is_noise)?;
@@ -102,17 +105,17 @@ fn with_supposed(
 ) -> Option<(Bench, Decomposition)> {
     let mut aside = Bench::new(bench.plant.clone(), bench.threads);
     let known = likeliest(seen);
-    let low_pass = supposed(&mut Search::new(bench, lattice, progress), &known, found)?;
+    progress("a low pass that no noise shows", 0.9);
+    let low_pass = supposed(bench, &known, found)?;
     let mut likely: Seen = known.into_iter().map(|(kind, own)| (kind, vec![(0.0, own)])).collect();
     likely.push((ChannelKind::Output, vec![(0.0, low_pass)]));
-    let found = under(&mut aside, &likely, lattice, progress)?;
+    let found = under(&mut aside, &likely, lattice, false, progress)?;
     Some((aside, found))
 }
 
 /// A low pass of the output that no noise shows because the gap hides it: that with which the constants explain most, beside those that are `known`;
 /// none where it makes no difference to what was `found`.
-fn supposed(search: &mut Search<'_>, known: &[(ChannelKind, LowPass)], found: &Decomposition) -> Option<LowPass> {
-    let bench = search.bench;
+fn supposed(bench: &Bench, known: &[(ChannelKind, LowPass)], found: &Decomposition) -> Option<LowPass> {
     let (_, channel) = bench.plant.outputs().next()?;
     let tick_s = bench.plant.runs[channel.run].tick_s?;
     let ladder = SUPPOSED.map(|share| LowPass {
@@ -126,27 +129,25 @@ fn supposed(search: &mut Search<'_>, known: &[(ChannelKind, LowPass)], found: &D
         is_supposed: true,
         ..*own
     });
-    let mut best: Option<Fitted> = None;
-    for low_pass in ladder.into_iter().chain(others) {
-        search.low_passes = [known, &[(ChannelKind::Output, low_pass)]].concat();
-        let Some((base, _)) = search.base() else { continue };
-        if best.as_ref().is_none_or(|best| base.point.cost < best.point.cost) {
-            best = Some(base);
-        }
-    }
-    let best = best?;
+    let beside = |low_pass: LowPass, fit: &Fitted| {
+        let composition = fit.point.composition.clone();
+        bench.fit(&composition.with_low_pass(ChannelKind::Output, low_pass), Some(fit))
+    };
+    let ladder: Vec<LowPass> = ladder.into_iter().chain(others).collect();
+    let rough = parallel::map(bench.threads, &ladder, |low_pass| beside(*low_pass, &found.base));
+    let best = rough
+        .into_iter()
+        .flatten()
+        .min_by(|one, other| one.point.cost.total_cmp(&other.point.cost))?;
+    let best = bench.fit(&best.point.composition, None)?;
     let low_pass = best.point.composition.fitted_low_pass(ChannelKind::Output)?;
     let differs = |with: &Point, without: &Point| {
         let evidence = Evidence::new(bench, with);
         evidence.cost(without) - evidence.cost(with) > JOINS
     };
     let last = &found.last;
-    let beside = || {
-        let composition = last.point.composition.clone();
-        bench.fit(&composition.with_low_pass(ChannelKind::Output, low_pass), Some(last))
-    };
-    let matters =
-        differs(&best.point, &found.base.point) || beside().is_some_and(|own| differs(&own.point, &last.point));
+    let matters = differs(&best.point, &found.base.point)
+        || beside(low_pass, last).is_some_and(|own| differs(&own.point, &last.point));
     matters.then_some(low_pass)
 }
 
@@ -155,6 +156,7 @@ fn under(
     bench: &mut Bench,
     seen: &[(ChannelKind, Likely)],
     lattice: Option<f64>,
+    watches: bool,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Option<Decomposition> {
     let memories = seen.iter().map(|(_, seen)| seen[0].1.memory_s());
@@ -165,24 +167,41 @@ fn under(
     let all = alternatives(bench, seen);
     let mut search = Search::new(bench, lattice, progress);
     search.low_passes.clone_from(&all[0].1);
+    search.depth = match &all[..] {
+        _ if watches => Depth::UntilSeen,
+        [_] => Depth::Whole,
+        _ => Depth::UntilMisfit,
+    };
     let mut best = Best {
         found: search.run()?,
         unlikely: 0.0,
     };
-    if is_misfit(bench, &best.found) {
-        // What was found under a wrong form stands in the way of the right one: a look at each with what explains most beside it.
-        search.max_terms = 1;
+    if watches && of_output(&self::seen(bench, &best.found.last.point, FROM[0])) {
+        return Some(best.found);
+    }
+    if is_misfit(bench, &best.found) && all.len() > 1 {
+        // What is found under a wrong form stands in the way of the right one: a look at each with what explains most beside it.
+        search.depth = Depth::Look;
         let looks = all[1..].iter().take(MAX_FORMS).filter_map(|(unlikely, forms)| {
             search.low_passes.clone_from(forms);
             Some((cost(&search.run()?.last) + unlikely, *unlikely, forms.clone()))
         });
         let likeliest = looks.min_by(|one, other| one.0.total_cmp(&other.0));
-        search.max_terms = usize::MAX;
-        if let Some((_, unlikely, forms)) = likeliest {
-            search.low_passes = forms;
+        search.depth = Depth::Whole;
+        let likeliest = likeliest.filter(|(likeliest, _, _)| watches || *likeliest < best.cost());
+        let (unlikely, forms) = likeliest.map_or((0.0, all[0].1.clone()), |(_, unlikely, forms)| (unlikely, forms));
+        search.low_passes = forms;
+        if watches {
             best.or(search.run(), unlikely);
+        } else {
+            // The first was not searched to its end.
+            best = Best {
+                found: search.run()?,
+                unlikely,
+            };
         }
     }
+    search.depth = Depth::Whole;
     for _ in 0..MAX_FORMS {
         // Another form that explains better with what was found is searched with from the start.
         if !is_misfit(bench, &best.found) {

@@ -14,6 +14,18 @@ pub(crate) const JOINS: f64 = 30.0;
 /// A term must move the residual of some band by this share of what is left of it.
 const MOVES: f64 = 0.4;
 
+/// How far a search goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Depth {
+    Whole,
+    /// One term joins, of the two that promise most: a look at a form of the recorder's low pass.
+    Look,
+    /// Until what has joined lets the noise show a low pass of the output, of which none is known.
+    UntilSeen,
+    /// The low pass may have another form: no further than to the first term if that leaves a misfit.
+    UntilMisfit,
+}
+
 /// What the search is told.
 pub(crate) struct Search<'a> {
     pub bench: &'a Bench,
@@ -21,8 +33,7 @@ pub(crate) struct Search<'a> {
     pub lattice: Option<f64>,
     /// Of the recorder.
     pub low_passes: Vec<(ChannelKind, LowPass)>,
-    /// As many terms join at most, and then nothing more is looked for.
-    pub max_terms: usize,
+    pub depth: Depth,
     pub progress: &'a mut dyn FnMut(&str, f64),
 }
 
@@ -34,7 +45,7 @@ impl<'a> Search<'a> {
             model: &bench.plant.model,
             lattice,
             low_passes: Vec::new(),
-            max_terms: usize::MAX,
+            depth: Depth::Whole,
             progress,
         }
     }

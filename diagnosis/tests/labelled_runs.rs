@@ -77,7 +77,12 @@ fn wrong(folder: &Path, truth: impl Fn(&Value) -> Vec<String>) -> Vec<String> {
         let begin = Instant::now();
         let model = ActuatorModel::terfenol_d();
         let options = DiagnoseOptions::default();
-        let found = diagnose(&model, &[run], &options, &mut |_, _| ())
+        let mut progress = |what: &str, _: f64| {
+            if std::env::var("ANHYST_VERBOSE").is_ok() {
+                println!("{:6.1} s {what}", begin.elapsed().as_secs_f64());
+            }
+        };
+        let found = diagnose(&model, &[run], &options, &mut progress)
             .expect("a diagnosis")
             .diagnosis;
         let right = right(&found, &truth);
