@@ -12,10 +12,12 @@ use crate::acquisition::{FROM, Likely, LowPass};
 use crate::channel::ChannelKind;
 use crate::composition::Composition;
 use crate::decompose::{Decomposition, cost};
-use crate::evidence::Evidence;
+use crate::evidence::{Evidence, noise_rms};
 use crate::leaving::REFITTED;
 use crate::likelihood::{Bench, Fitted, Point};
 use crate::search::{Depth, JOINS, Search};
+use crate::shares::remainder_rms;
+use crate::verdict::LACK_OF_FIT;
 
 /// Forms that are searched with beyond the likeliest.
 const MAX_FORMS: usize = 3;
@@ -146,7 +148,9 @@ fn supposed(bench: &Bench, known: &[(ChannelKind, LowPass)], found: &Decompositi
         evidence.cost(without) - evidence.cost(with) > JOINS
     };
     let last = &found.last;
-    let matters = differs(&best.point, &found.base.point)
+    // What explains nearly all would not explain it without a low pass that matters.
+    let lacks = remainder_rms(bench, &last.point) > LACK_OF_FIT * noise_rms(bench, &last.point);
+    let matters = lacks && differs(&best.point, &found.base.point)
         || beside(low_pass, last).is_some_and(|own| differs(&own.point, &last.point));
     matters.then_some(low_pass)
 }
@@ -182,11 +186,18 @@ fn under(
     if is_misfit(bench, &best.found) && all.len() > 1 {
         // What is found under a wrong form stands in the way of the right one: a look at each with what explains most beside it.
         search.depth = Depth::Look;
-        let looks = all[1..].iter().take(MAX_FORMS).filter_map(|(unlikely, forms)| {
+        let mut likeliest: Option<(f64, f64, Forms)> = None;
+        for (unlikely, forms) in all[1..].iter().take(MAX_FORMS) {
             search.low_passes.clone_from(forms);
-            Some((cost(&search.run()?.last) + unlikely, *unlikely, forms.clone()))
-        });
-        let likeliest = looks.min_by(|one, other| one.0.total_cmp(&other.0));
+            let Some(look) = search.run() else { continue };
+            let own = cost(&look.last) + unlikely;
+            if likeliest.as_ref().is_none_or(|(least, _, _)| own < *least) {
+                likeliest = Some((own, *unlikely, forms.clone()));
+            }
+            if !is_misfit(bench, &look) {
+                break;
+            }
+        }
         search.depth = Depth::Whole;
         let likeliest = likeliest.filter(|(likeliest, _, _)| watches || *likeliest < best.cost());
         let (unlikely, forms) = likeliest.map_or((0.0, all[0].1.clone()), |(_, unlikely, forms)| (unlikely, forms));

@@ -25,7 +25,7 @@ const DRIFTS: f64 = 1.5;
 /// An output whose model moves by less than this many noises (rms) shows nothing.
 const OUT_OF_NOISE: f64 = 1.0;
 /// What is left may be this multiple of the noise that the measurement itself shows where nothing is said to be missing.
-const LACK_OF_FIT: f64 = 3.0;
+pub(crate) const LACK_OF_FIT: f64 = 3.0;
 /// A constant counts as moved beyond this many standard deviations of its fit and half a one of its prior.
 const MOVED: f64 = 4.0;
 
