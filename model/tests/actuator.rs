@@ -76,6 +76,31 @@ fn steps_runs_and_pieces_agree_bit_for_bit() {
     }
 }
 
+/// What was magnetised serves every model with the same magnetic half: the same bits as a whole run, at once or after a first sample.
+#[test]
+fn two_halves_are_a_run_bit_for_bit() {
+    let commands = drive::loops(1200);
+    let inputs = ActuatorInputs::commands(&commands);
+    let mut everything = ActuatorModel::terfenol_d();
+    everything.effects = EffectKind::ALL.map(Effect::typical).to_vec();
+    let magnetic = [busy(), everything.clone()].map(|model| model.magnetic_half());
+    assert_ne!(magnetic[0], magnetic[1]);
+    for (model, magnetic) in [busy(), everything].iter().zip(&magnetic) {
+        for before in [None, Some(0.0)] {
+            let begun = |model: &ActuatorModel| {
+                let mut actuator = Actuator::new(model, TICK_S).unwrap();
+                before.map(|command| actuator.step(ActuatorInput::command(command)));
+                actuator
+            };
+            let (mut whole, mut outputs) = (ActuatorOutputs::default(), ActuatorOutputs::default());
+            begun(model).run(inputs, &mut whole).unwrap();
+            let half = begun(magnetic).magnetize(inputs).unwrap();
+            begun(model).run_from(&half, inputs, &mut outputs).unwrap();
+            assert!(whole == outputs);
+        }
+    }
+}
+
 /// By how much (m, rms) commands cut sixteen times finer, which are the same field, move the tip.
 fn moved_by_finer_samples(effects: &[Effect], commands: &[f64]) -> f64 {
     let parts = 16;
