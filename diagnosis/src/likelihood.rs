@@ -365,11 +365,25 @@ impl Bench {
         channel.spectrum.back(&point.residual[channel.places.clone()])
     }
 
-    /// Covariance of the free coordinates under some levels, the linear nuisance let free: H⁻¹.
+    /// Covariance of the free coordinates under some levels, the linear nuisance let free: H⁻¹ by noise and misfit, and K Kᵀ with
+    /// K = H⁻¹AᵀS⁻¹B by what nothing was fitted for, B the answer to a standard deviation of each ([`Plant::doubts`]).
     pub fn covariance(&self, fit: &Fitted, levels: &[f64]) -> DMatrix<f64> {
-        let mut normal = Products::of(&self.bands, &fit.all()).normal(&self.weights(levels));
-        normal.believe(&fit.point.composition.unknowns);
+        let doubts = self.plant.doubts(&fit.point);
+        let mut all = fit.all();
+        let own = all.len() - 1;
+        all.extend(doubts.iter().map(Vec::as_slice));
+        let normal = Products::of(&self.bands, &all).normal(&self.weights(levels));
+        let across = normal.matrix.view((0, own), (own, doubts.len()));
+        let mut inner = Normal {
+            matrix: normal.matrix.view((0, 0), (own, own)).into_owned(),
+            right: normal.right.rows(0, own).into_owned(),
+        };
+        inner.believe(&fit.point.composition.unknowns);
+        let inverse = inner.inverse();
+        let moved = &inverse * across;
         let size = fit.columns.len();
-        normal.inverse().view((0, 0), (size, size)).into_owned()
+        (inverse + &moved * moved.transpose())
+            .view((0, 0), (size, size))
+            .into_owned()
     }
 }

@@ -11,6 +11,7 @@ use realfft::num_complex::Complex;
 use crate::acquisition::LowPass;
 use crate::channel::{Channel, ChannelKind};
 use crate::composition::Composition;
+use crate::likelihood::Point;
 use crate::memory::{Recent, Tally};
 use crate::nuisance::Shape;
 use crate::spectrum::Spectrum;
@@ -21,6 +22,9 @@ const HALVES: usize = 32;
 const SHAPES: usize = 12;
 /// Low passes, and spectra of the field, that are kept of each run.
 const FIELDS: usize = 6;
+
+/// Standard deviations of the drive's gain and of its zero, A/m.
+const DOUBTS: [(f64, f64); 2] = [(2e-3, 0.0), (0.0, 2.0)];
 
 /// A nominal model and the runs that it has to explain.
 #[derive(Clone)]
@@ -98,6 +102,26 @@ impl Plant {
             Some(outputs)
         });
         simulated.collect()
+    }
+
+    /// Changes of the spectra by what is not known of the drive, each by its standard deviation: gain and zero of the record of
+    /// it. A fit cannot tell them from constants, limits and a bias, so that its numbers are known no better.
+    pub fn doubts(&self, point: &Point) -> Vec<Vec<f64>> {
+        let answer = |(gain, zero): &(f64, f64)| {
+            let mut moved = self.clone();
+            moved.memory = Memory::of(self.runs.len(), self.channels.len());
+            for drive in moved.runs.iter_mut().flat_map(|run| &mut run.drive_a_per_m) {
+                *drive += gain * *drive + zero;
+            }
+            let mut spectra = moved.spectra(&moved.simulate(&point.composition)?)?;
+            for (own, without) in spectra.iter_mut().zip(&point.simulated) {
+                *own -= without;
+            }
+            Some(spectra)
+        };
+        // A fitted model carries its own errors.
+        let doubts = DOUBTS.iter().filter(|_| !self.fitted);
+        doubts.filter_map(answer).collect()
     }
 
     /// A series of all rows of a run after a low pass of its recorder.
