@@ -4,7 +4,7 @@
 //! yields, σ ∈ [1/2, 1] how a loop unloads (1/2: straight; 1: as it loads). In the usual letters: A = 1/w, β = σA, γ = (1 − σ)A. So far κ = 1.
 //! With κ = −1 it stiffens instead: z has no bound (10³ here), n = 1, σ ≤ 1/2, and unloads 1 − 2σ times as steeply again as it loads.
 //! Beside an elastic part it describes dampers, joints and shape memory wires; minor loops need not close, turning points are not
-//! remembered. Rate-independent. Fourth order with steps of 0.025 w; the result is continuous in the end of the input.
+//! remembered. Rate-independent. Fourth order with steps of 0.025 w, or 0.025 w/(1 − 2σ); the result is continuous in the end of the input.
 //! Without history: z = 0. Sources: Bouc (1967), Wen, J. Eng. Mech. Div. 102 (1976) 249; normal form: Ikhouane and Rodellar,
 //! *Systems with Hysteresis* (2007), ch. 2.
 
@@ -14,7 +14,7 @@ use super::{HysteresisLaw, LawParameter};
 use crate::ModelError;
 use crate::error::{require, require_not_negative, require_positive};
 
-/// Of w: one step of the integration.
+/// Of w: one step of the integration at most.
 const STEP: f64 = 0.025;
 /// After so many w it has saturated: z = ±1.
 const FAR: f64 = 60.0;
@@ -76,14 +76,16 @@ impl BoucWen {
             return f64::NAN;
         }
         let mut yielded = from;
+        // What unloads more steeply takes shorter steps.
+        let stride = STEP / (1.0 - 2.0 * self.loading_share).max(1.0);
         while left > 0.0 {
-            let step = direction * if left < STEP { left } else { STEP };
+            let step = direction * if left < stride { left } else { stride };
             let first = self.rate(yielded, direction);
             let second = self.rate(yielded + 0.5 * step * first, direction);
             let third = self.rate(yielded + 0.5 * step * second, direction);
             let fourth = self.rate(yielded + step * third, direction);
             yielded += step / 6.0 * (first + 2.0 * (second + third) + fourth);
-            left -= STEP;
+            left -= stride;
         }
         let most = if self.stiffens { MAX_STIFFENED } else { 1.0 };
         yielded.clamp(-most, most)
