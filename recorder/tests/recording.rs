@@ -43,7 +43,7 @@ fn token<M: Message>(tick: u64) -> M {
         0x7FF0_0000_0000_0000,
         0xFFF0_0000_0000_0000,
     ];
-    let mut words = [0; 24];
+    let mut words = [0; anhyst_ipc::MAX_FIELDS];
     for ((at, word), field) in (0u64..).zip(&mut words).zip(M::FIELDS) {
         let mixed = (tick + 1)
             .wrapping_mul(0x9E37_79B9_7F4A_7C15)
@@ -87,8 +87,8 @@ fn calm(tick: u64) -> <Recorder as Block>::Inputs {
     inputs
 }
 
-fn bits<M: Message>(token: &M) -> (u64, [u64; 24]) {
-    let mut words = [0; 24];
+fn bits<M: Message>(token: &M) -> (u64, [u64; anhyst_ipc::MAX_FIELDS]) {
+    let mut words = [0; anhyst_ipc::MAX_FIELDS];
     token.write_words(&mut words);
     (token.tick(), words)
 }

@@ -2,8 +2,8 @@
 //! because it takes up the tokens of the ticks that it left out. Over iceoryx2, with every token of a cut, and without a clock.
 
 use anhyst_ipc::{
-    CoilField, Connections, Demand, Discipline, Estimate, FieldCommand, LinkError, Measurement, Message, NodeId, Pace,
-    SafeField, Sender, SharedContext, SharedSettings, Wire, monotonic_ns,
+    CoilField, Connections, Demand, Discipline, Estimate, FieldCommand, LinkError, MAX_FIELDS, Measurement, Message,
+    NodeId, Pace, SafeField, Sender, SharedContext, SharedSettings, Wire, monotonic_ns,
 };
 use anhyst_launch::assemble;
 use anhyst_scenario::{Scenario, load, wires};
@@ -93,7 +93,7 @@ fn answers<M: Message>(
     said: &Said,
     left_out: &Range<u64>,
     follows: bool,
-) -> Vec<[u64; 24]> {
+) -> Vec<[u64; MAX_FIELDS]> {
     let memory = SharedMemory::unique();
     let others: Vec<NodeId> = NodeId::SENDERS.into_iter().filter(|other| *other != node).collect();
     let processes = [("node", &[node][..]), ("others", &others[..])];
@@ -116,7 +116,7 @@ fn answers<M: Message>(
                     stage.tick(tick).unwrap();
                 }
                 if tick >= left_out.end {
-                    let mut words = [0; 24];
+                    let mut words = [0; MAX_FIELDS];
                     connections.last::<M>().unwrap().write_words(&mut words);
                     answers.push(words);
                 }
