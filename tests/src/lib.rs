@@ -6,6 +6,8 @@ mod hosts;
 mod identity;
 mod real_time;
 mod resources;
+pub mod rough;
+mod witness;
 
 pub use command::{Finished, anhyst, children, digest, folders, repository, spawn, start, summary, wait_for};
 pub use example::{c_amplifier, iio_device, python};
@@ -13,6 +15,7 @@ pub use hosts::Hosts;
 pub use identity::{assert_same, digest_history, first_difference};
 pub use real_time::{A_FEW, alone, summary_as_judged};
 pub use resources::{SharedMemory, files_with};
+pub use witness::{SensorFaults, Witness};
 
 /// The processes of a run that is given no other placement.
 pub const PROCESSES: [&str; 7] = [

@@ -4,9 +4,9 @@
 mod around;
 
 use anhyst_scenario::load;
-use anhyst_tests::repository;
+use anhyst_tests::{Witness, repository};
 use anhyst_witness::{Hidden, Material, Noise, Plant, Rod};
-use around::{Cut, Witness};
+use around::Cut;
 
 /// 1.5 times what is reached.
 const RMS_M: f64 = 5e-9;

@@ -4,9 +4,9 @@
 mod around;
 
 use anhyst_scenario::load;
-use anhyst_tests::repository;
+use anhyst_tests::{Witness, repository};
 use anhyst_witness::{Hidden, Material, Noise, Plant, Rod};
-use around::{Cut, Witness};
+use around::Cut;
 
 /// The cut of diagnosed.ron on the witness.
 fn cut(hidden: Hidden, believed: &str) -> Cut {

@@ -3,8 +3,8 @@
 mod around;
 
 use anhyst_scenario::{Scenario, load};
-use anhyst_tests::{Finished, LIMIT, repository};
-use around::{Cut, Witness, cut, guarded_cut, rough};
+use anhyst_tests::{Finished, LIMIT, Witness, repository, rough};
+use around::{Cut, cut, guarded_cut};
 use serde_json::Value;
 
 /// Of the floor: the same cut on the plant that the loop believes in, by the same sensor.

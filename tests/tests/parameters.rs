@@ -4,8 +4,8 @@
 mod around;
 
 use anhyst_scenario::{Scenario, load};
-use anhyst_tests::repository;
-use around::{Cut, cut, rough};
+use anhyst_tests::{repository, rough};
+use around::{Cut, cut};
 
 fn scenario(base: &str, law: &str, settings: &[&str]) -> Scenario {
     let believed = "rod.two_pole=(gain: 1.3724e-2, damping_per_s: 7889.9, stiffness_per_s2: 6.4251e7)";

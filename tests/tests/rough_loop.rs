@@ -6,9 +6,9 @@ use anhyst_diagnosis::{DiagnoseOptions, Diagnosed, amended_text, diagnose};
 use anhyst_launch::measured_table::measured_table;
 use anhyst_measured::{MeasuredRun, RunReadOptions};
 use anhyst_scenario::{Scenario, load, load_model, to_ron};
-use anhyst_tests::repository;
+use anhyst_tests::{Witness, repository, rough};
 use anhyst_witness::{Constants, Hidden, Material, Noise, Plant, Rod};
-use around::{Cut, Witness, rough};
+use around::Cut;
 use std::path::Path;
 
 /// Of the error with the old model, rms over the judged part.

@@ -1,6 +1,6 @@
 //! Rigs as they are, and worse: the witness with constants, effects and sensors drawn from a seed.
 
-use super::{SensorFaults, Witness};
+use crate::{SensorFaults, Witness};
 use anhyst_witness::{Constants, Hidden, Laws, Material, Mode, Noise, Plant, Rod, Shaking};
 
 const TICK_S: f64 = 5e-5;
