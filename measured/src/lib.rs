@@ -22,4 +22,4 @@ pub use noise::{MIN_NOISE_SAMPLES, NoiseFloor, NoiseSource, noise_floor, rests};
 pub use quantity::Quantity;
 pub use resolution::resolution;
 pub use rows::RowRange;
-pub use run::{ClockRepair, INPUTS, MIN_RUN_ROWS, MeasuredRun, OUTPUTS, RunReadOptions};
+pub use run::{ClockRepair, INPUTS, LAW_INPUTS, LAW_OUTPUTS, MIN_RUN_ROWS, MeasuredRun, OUTPUTS, RunReadOptions};

@@ -20,6 +20,10 @@ pub enum Quantity {
     FluxDensity,
     Temperature,
     Force,
+    /// What drives a law, whatever it is, in the unit of its column.
+    Input,
+    /// What a law gives, whatever it is, in the unit of its column.
+    Output,
 }
 
 /// A unit as headers spell it (lower case), its factor to SI and the offset that is added after the factor.
@@ -91,7 +95,7 @@ struct Entry {
     bare: &'static [(&'static str, f64)],
 }
 
-const ENTRIES: [Entry; 12] = [
+const ENTRIES: [Entry; 14] = [
     Entry {
         quantity: Quantity::LoopId,
         key: "loop",
@@ -165,7 +169,7 @@ const ENTRIES: [Entry; 12] = [
         name: "displacement",
         header: "displacement_m",
         unit: "m",
-        stems: &["displacement"],
+        stems: &["displacement", "disp"],
         units: LENGTHS,
         bare: &[],
     },
@@ -209,7 +213,7 @@ const ENTRIES: [Entry; 12] = [
         name: "temperature",
         header: "temperature_K",
         unit: "K",
-        stems: &["temperature"],
+        stems: &["temperature", "temp"],
         units: TEMPERATURES,
         bare: &[],
     },
@@ -224,10 +228,32 @@ const ENTRIES: [Entry; 12] = [
         units: FORCES,
         bare: &[],
     },
+    Entry {
+        quantity: Quantity::Input,
+        key: "input",
+        others: &[],
+        name: "input",
+        header: "input",
+        unit: "",
+        stems: &[],
+        units: &[],
+        bare: &[("input", 1.0)],
+    },
+    Entry {
+        quantity: Quantity::Output,
+        key: "output",
+        others: &[],
+        name: "output",
+        header: "output",
+        unit: "",
+        stems: &[],
+        units: &[],
+        bare: &[("output", 1.0)],
+    },
 ];
 
 impl Quantity {
-    pub const ALL: [Quantity; 12] = [
+    pub const ALL: [Quantity; 14] = [
         Quantity::LoopId,
         Quantity::Time,
         Quantity::FieldCommand,
@@ -240,6 +266,8 @@ impl Quantity {
         Quantity::FluxDensity,
         Quantity::Temperature,
         Quantity::Force,
+        Quantity::Input,
+        Quantity::Output,
     ];
 
     fn entry(self) -> &'static Entry {

@@ -7,7 +7,7 @@
 use crate::columns::{Column, option};
 use crate::error::MeasuredError;
 use crate::quantity::{CELSIUS_ZERO_K, OERSTED_A_PER_M, Quantity};
-use crate::run::{Selection, median_step_s};
+use crate::run::{INPUTS, Selection, Series, median_step_s};
 
 /// What of a series is compared.
 #[derive(Clone, Copy, PartialEq)]
@@ -75,6 +75,8 @@ const fn field(quantity: Quantity) -> Likely {
     ])
 }
 
+/// How a refusal of too much words its limit.
+const TOO_MUCH: &str = "at most";
 const STRAINS: &str = "the largest magnetostriction known is 0.0025, and brittle rods break at 0.01";
 const STRONGEST_M: &str = "iron-cobalt, the strongest material, saturates at 1.95e6 A/m";
 const STRONGEST_B: &str = "iron-cobalt, the strongest material, saturates at 2.45 T";
@@ -204,10 +206,39 @@ pub(crate) fn check(
     limits(selection, series)
 }
 
+/// What [`check`] refuses as too much for an actuator, as a sentence: a law may be of a damper, or of a wire that remembers its shape.
+pub(crate) fn doubt(selection: &Selection, series: &Series) -> Result<Option<String>, MeasuredError> {
+    let mut driven = series.clone();
+    if INPUTS.iter().all(|quantity| series[quantity.index()].is_none()) {
+        driven[Quantity::Displacement.index()] = None;
+    }
+    if !is_magnetic(series) {
+        driven[Quantity::Strain.index()] = None;
+    }
+    match check(selection, &driven, None) {
+        Err(refused @ MeasuredError::Unlikely { bound, .. }) => {
+            limits(selection, series)?;
+            Ok((bound == TOO_MUCH).then(|| refused.to_string()))
+        }
+        other => other.map(|()| None),
+    }
+}
+
+/// A field drives it.
+fn is_magnetic(series: &[Option<Vec<f64>>]) -> bool {
+    [Quantity::Field, Quantity::FieldCommand]
+        .iter()
+        .any(|quantity| series[quantity.index()].is_some())
+}
+
 /// Refuses values beyond what any material or coil reaches: their unit is then another one.
 pub(crate) fn limits(selection: &Selection, series: &[Option<Vec<f64>>]) -> Result<(), MeasuredError> {
     for likely in &LIKELY {
         let (quantity, [_, limit, _]) = (likely.quantity, likely.span);
+        // Heat strains a wire that remembers its shape by 0.08.
+        if quantity == Quantity::Strain && !is_magnetic(series) {
+            continue;
+        }
         let (Some(reason), Some(values)) = (likely.physical, &series[quantity.index()]) else {
             continue;
         };
@@ -315,7 +346,7 @@ impl Unlikely<'_> {
             what,
             size,
             unit: quantity.unit(),
-            bound: if low { "at least" } else { "at most" },
+            bound: if low { "at least" } else { TOO_MUCH },
             limit: if low { self.least } else { likely.span[1] },
             reason: likely.reasons[usize::from(!low)],
             remedy: format!("{remedy}, or, if it is right, say so with {as_read}"),

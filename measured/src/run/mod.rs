@@ -8,6 +8,7 @@
 mod options;
 mod read;
 mod record;
+mod records;
 mod repair;
 mod resample;
 mod selection;
@@ -15,10 +16,11 @@ mod sweeps;
 mod time;
 
 pub use options::RunReadOptions;
-pub use record::{INPUTS, MeasuredRun, OUTPUTS};
+pub use record::{INPUTS, LAW_INPUTS, LAW_OUTPUTS, MeasuredRun, OUTPUTS};
 pub use repair::ClockRepair;
 pub use selection::MIN_RUN_ROWS;
 
+pub(crate) use record::Series;
 pub(crate) use selection::Selection;
 pub(crate) use sweeps::correlation;
 pub(crate) use time::median_step_s;

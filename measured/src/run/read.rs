@@ -30,7 +30,7 @@ impl MeasuredRun {
     /// # Errors
     /// A table that is none, or holds no run.
     pub fn read(file: &Path, options: &RunReadOptions) -> Result<Self, MeasuredError> {
-        let (sheet, columns) = opened(file, options)?;
+        let (sheet, columns) = opened(file, options, [&INPUTS, &OUTPUTS])?;
         let selection = Selection {
             rows: chosen(&sheet, options),
             sheet: &sheet,
@@ -66,39 +66,6 @@ impl MeasuredRun {
             Err(MeasuredError::SeveralLoops { .. }) => Self::read_loops(file, options),
             one => one.map(|run| vec![run]),
         }
-    }
-
-    /// One record, or every loop of a table that holds several, whatever drives and answers; loops may be short or stand still.
-    ///
-    /// # Errors
-    /// A table that is none, or without an input or an output.
-    pub fn read_records(file: &Path, options: &RunReadOptions) -> Result<Vec<Self>, MeasuredError> {
-        match Self::read(file, options) {
-            Err(MeasuredError::SeveralLoops { .. }) => {}
-            one => return one.map(|run| vec![run]),
-        }
-        let (sheet, columns) = opened(file, options)?;
-        let all = Selection {
-            rows: chosen(&sheet, options),
-            sheet: &sheet,
-            columns: &columns,
-            remedy: Remedy::DropRow,
-        };
-        let loop_of = |selection: Selection| {
-            let mut series = selection.series()?;
-            let time_s = series[Quantity::Time.index()].take();
-            if let Some(time_s) = &time_s {
-                time::refuse_disorder(&selection, time_s)?;
-            }
-            units::limits(&selection, &series)?;
-            Ok(selection.run(series, time_s))
-        };
-        let loops = all.by_loop()?.into_iter();
-        // A loop of one row has no motion.
-        loops
-            .filter(|selection| selection.rows.len() > 1)
-            .map(loop_of)
-            .collect()
     }
 
     /// Reads and checks sweeps of the field, one a loop, in the order of their first rows. Their time need not be uniform, and is not
@@ -138,7 +105,7 @@ impl MeasuredRun {
 }
 
 impl Selection<'_> {
-    fn run(&self, mut series: Series, time_s: Option<Vec<f64>>) -> MeasuredRun {
+    pub(super) fn run(&self, mut series: Series, time_s: Option<Vec<f64>>) -> MeasuredRun {
         derive_magnetization(&mut series);
         let derived = self.columns.of(Quantity::Magnetization).is_none();
         let (sheet, rows) = (self.sheet, &self.rows);
@@ -152,6 +119,7 @@ impl Selection<'_> {
             time_s,
             tick_s: None,
             repair: None,
+            doubts: Vec::new(),
             derived: derived && series[Quantity::Magnetization.index()].is_some(),
             series,
             columns: Some(self.columns.clone()),
@@ -159,20 +127,19 @@ impl Selection<'_> {
     }
 }
 
-/// A table with an input and an output.
-fn opened(file: &Path, options: &RunReadOptions) -> Result<(Sheet, Columns), MeasuredError> {
+/// A table with an input and an output: one of each list.
+pub(super) fn opened(
+    file: &Path,
+    options: &RunReadOptions,
+    [inputs, outputs]: [&[Quantity]; 2],
+) -> Result<(Sheet, Columns), MeasuredError> {
     let sheet = Sheet::open(file, &options.mappings)?;
     let columns = Columns::resolve(file, &sheet.headers, &sheet.mappings, &Quantity::ALL)?;
-    require_both_ends(&sheet, &columns)?;
-    Ok((sheet, columns))
-}
-
-/// A run without an input or without an output says nothing about an actuator.
-fn require_both_ends(sheet: &Sheet, columns: &Columns) -> Result<(), MeasuredError> {
     let sides = [
-        ("input", INPUTS, "command=HEADER*SCALE"),
-        ("output", OUTPUTS, "displacement=HEADER*SCALE"),
+        ("input", inputs, "command=HEADER*SCALE"),
+        ("output", outputs, "displacement=HEADER*SCALE"),
     ];
+    // Without one of them it says nothing about an actuator.
     for (side, wanted, example) in sides {
         if wanted.iter().all(|quantity| columns.of(*quantity).is_none()) {
             let names: Vec<_> = wanted.iter().map(|quantity| quantity.header()).collect();
@@ -185,7 +152,7 @@ fn require_both_ends(sheet: &Sheet, columns: &Columns) -> Result<(), MeasuredErr
             });
         }
     }
-    Ok(())
+    Ok((sheet, columns))
 }
 
 /// Loops are of magnetization over field, and no name may contradict its scale.

@@ -22,6 +22,27 @@ pub const OUTPUTS: [Quantity; 4] = [
     Quantity::FluxDensity,
 ];
 
+/// What can drive a hysteresis law: what was named so, what drives an actuator, a motion that a force answers to, a temperature.
+pub const LAW_INPUTS: [Quantity; 7] = [
+    Quantity::Input,
+    Quantity::FieldCommand,
+    Quantity::Field,
+    Quantity::Current,
+    Quantity::Voltage,
+    Quantity::Displacement,
+    Quantity::Temperature,
+];
+
+/// What a hysteresis law can give. Strain late: over a field it is no hysteresis of one input but the square of one.
+pub const LAW_OUTPUTS: [Quantity; 6] = [
+    Quantity::Output,
+    Quantity::Displacement,
+    Quantity::Magnetization,
+    Quantity::FluxDensity,
+    Quantity::Strain,
+    Quantity::Force,
+];
+
 /// By [`Quantity::index`].
 pub(crate) type Series = [Option<Vec<f64>>; Quantity::ALL.len()];
 
@@ -45,6 +66,8 @@ pub struct MeasuredRun {
     pub tick_s: Option<f64>,
     /// What had to be done to make the time uniform.
     pub repair: Option<ClockRepair>,
+    /// What a record for laws was taken for, in sentences: sorted rows, an odd unit.
+    pub doubts: Vec<String>,
     pub(super) series: Series,
     /// The magnetization was made from flux density and field.
     pub(super) derived: bool,
@@ -72,6 +95,7 @@ impl MeasuredRun {
             time_s: tick_s.map(|tick_s| (0..samples).map(|sample| sample as f64 * tick_s).collect()),
             tick_s,
             repair: None,
+            doubts: Vec::new(),
             series: Default::default(),
             derived: false,
             columns: None,

@@ -5,6 +5,7 @@ mod clock;
 mod columns;
 mod files;
 mod parquet_files;
+mod records;
 mod units;
 mod what_is_read;
 
