@@ -113,6 +113,7 @@ pub fn predict_law<'py>(
         input_extent,
         output_extent: [0.0; 2],
         beneath: None,
+        doubts: Vec::new(),
     };
     let modelled = py.detach(|| predict(&file, &data).modelled);
     Ok(modelled.into_iter().map(|own| array(py, own)).collect())

@@ -76,6 +76,10 @@ pub fn load_model(path: &Path) -> Result<ActuatorModel, ScenarioError> {
             let sentence = "a strain over a law is for `predict`; a loop takes the law of the magnetization or of the displacement".into();
             return Err(ScenarioError::at(path, &text, place_of(&text, "even"), sentence));
         }
+        if file.falls {
+            let sentence = "a law whose output falls is for `predict`; for a loop give the output's column a factor below 0 and fit again".into();
+            return Err(ScenarioError::at(path, &text, place_of(&text, "falls"), sentence));
+        }
         of_law(file, path)
             .map_err(|error| ScenarioError::at(path, &text, place_of(&text, "model"), error.to_string()))?
     } else if has("material") {

@@ -5,7 +5,7 @@ use super::{Ending, json, save, stem};
 use crate::law_picture;
 use anhyst_identify::laws::{Family, LawData, LawError, LawFit, LawOptions, LawReport, fit_laws};
 use anhyst_launch::error::RunError;
-use anhyst_measured::{MeasuredError, MeasuredRun, OUTPUTS, Quantity};
+use anhyst_measured::{LAW_OUTPUTS, MeasuredError, MeasuredRun, Quantity};
 use anhyst_report::table::Table;
 use anhyst_scenario::to_ron;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -19,10 +19,10 @@ pub fn names() -> PossibleValuesParser {
     PossibleValuesParser::new(std::iter::once(AUTO).chain(Family::ALL.map(Family::name)))
 }
 
-/// An output of an actuator by its key.
+/// An output of a law by its key.
 pub fn outputs() -> impl TypedValueParser<Value = Quantity> {
-    PossibleValuesParser::new(OUTPUTS.map(Quantity::key)).try_map(|key| {
-        let named = OUTPUTS.into_iter().find(|quantity| quantity.key() == key);
+    PossibleValuesParser::new(LAW_OUTPUTS.map(Quantity::key)).try_map(|key| {
+        let named = LAW_OUTPUTS.into_iter().find(|quantity| quantity.key() == key);
         named.ok_or("no output has this name")
     })
 }
@@ -99,6 +99,13 @@ fn print(report: &LawReport) {
         100.0 * report.held_out_nrmse
     );
     crate::say!("assumed: {}", report.start);
+    if report.falls {
+        crate::say!(
+            "assumed: the {} falls as the {} rises; the law is that of its negative",
+            report.output,
+            report.input
+        );
+    }
     for warning in &report.warnings {
         crate::say!("WARNING: {warning}");
     }

@@ -1,6 +1,6 @@
 //! Measured runs and sweeps as what a law sees: one input, one output, and time where there is one.
 
-use anhyst_measured::{INPUTS, MeasuredRun, OUTPUTS, Quantity};
+use anhyst_measured::{LAW_INPUTS, LAW_OUTPUTS, MeasuredRun, Quantity};
 use anhyst_model::SlowLag;
 use serde::{Deserialize, Serialize};
 
@@ -10,6 +10,12 @@ use super::LawError;
 const LEAST_SAMPLES: usize = 20;
 /// A sweep that ends where it began, to this share of the spans, has come round.
 const CLOSED: f64 = 0.05;
+
+/// A jump is longer than so many of the usual steps, and than this share of the input's extent.
+const JUMP_STEPS: f64 = 5.0;
+const JUMP: f64 = 0.04;
+/// Fewer jumps make no reversal curves.
+const LEAST_JUMPS: usize = 4;
 
 /// One record in the order in which it was measured. Both series have one length, at least 2.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +62,43 @@ impl LawRecord {
     }
 }
 
+/// The curves of a record that jumps back again and again, each time to another input, and then goes the other way: first-order reversal
+/// curves one behind the other. Any other record stays one.
+fn reversal_curves(record: &LawRecord) -> Vec<LawRecord> {
+    let steps: Vec<f64> = record.input.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let mut sizes: Vec<f64> = steps.iter().map(|step| step.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let [low, high] = extent(record.input.iter());
+    let middle = sizes.get(sizes.len() / 2).copied().unwrap_or_default();
+    let jump = (JUMP_STEPS * middle).max(JUMP * (high - low));
+    let begins: Vec<usize> = (1..record.len())
+        .filter(|sample| steps[sample - 1].abs() > jump)
+        .collect();
+    let [first, last] = extent(begins.iter().map(|begin| &record.input[*begin]));
+    let rising = begins.first().is_some_and(|begin| steps[begin - 1] < 0.0);
+    let back = |step: f64| if rising { step < 0.0 } else { step > 0.0 };
+    // Between jumps it goes the other way; noise may turn it a little.
+    let ways = |back_too: bool| -> f64 {
+        let those = steps
+            .iter()
+            .filter(|step| step.abs() <= jump && (back(**step) == back_too));
+        those.map(|step| step.abs()).sum()
+    };
+    let others = begins.iter().all(|begin| back(steps[begin - 1])) && ways(true) < 0.1 * ways(false);
+    if begins.len() < LEAST_JUMPS || !others || last - first < 0.2 * (high - low) {
+        return vec![record.clone()];
+    }
+    let bounds: Vec<usize> = std::iter::once(0).chain(begins).chain([record.len()]).collect();
+    let curve = |(number, pair): (usize, &[usize])| LawRecord {
+        id: format!("{} curve {number}", record.id),
+        input: record.input[pair[0]..pair[1]].to_vec(),
+        output: record.output[pair[0]..pair[1]].to_vec(),
+        time_s: record.time_s.as_ref().map(|time_s| time_s[pair[0]..pair[1]].to_vec()),
+    };
+    let pairs = bounds.windows(2).filter(|pair| pair[1] - pair[0] > 1);
+    pairs.enumerate().map(curve).collect()
+}
+
 /// Lowest and highest.
 pub(super) fn extent<'a>(values: impl Iterator<Item = &'a f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
@@ -85,11 +128,12 @@ pub struct LawData {
     pub output_extent: [f64; 2],
     /// Of a strain: the same records with the magnetization, if it is known, of which the strain is an even function.
     pub beneath: Option<Box<LawData>>,
+    /// What the reader took the data for, in sentences.
+    pub doubts: Vec<String>,
 }
 
 impl LawData {
-    /// The first input of the runs (command, field, current, voltage) and the first output that was measured (displacement,
-    /// magnetization, flux density, strain), unless they are named.
+    /// The first input of the runs ([`LAW_INPUTS`]) and the first output that was measured ([`LAW_OUTPUTS`]), unless they are named.
     ///
     /// # Errors
     /// Runs without them, or in which one of them stands still.
@@ -107,24 +151,22 @@ impl LawData {
             source_of_data: source.clone(),
             present: present(),
         };
-        let input = match input {
-            Some(input) => input,
-            None => INPUTS.into_iter().find(in_all).ok_or_else(none)?,
+        let inputs = || {
+            LAW_INPUTS
+                .into_iter()
+                .filter(|own| input.map_or_else(|| in_all(own), |input| *own == input))
         };
-        // Strain last: over a field it is no hysteresis of one input but the square of one.
-        let preferred = [
-            Quantity::Displacement,
-            Quantity::Magnetization,
-            Quantity::FluxDensity,
-            Quantity::Strain,
-        ];
-        let output = match output {
-            Some(output) => output,
+        // The first that was measured, else one that was made from others.
+        let answer = |input: Quantity| match output {
+            Some(output) => Some(output),
             None => {
-                let first = preferred.into_iter().find(measured);
-                first.or_else(|| OUTPUTS.into_iter().find(in_all)).ok_or_else(none)?
+                let others = || LAW_OUTPUTS.into_iter().filter(|own| *own != input);
+                others().find(measured).or_else(|| others().find(in_all))
             }
         };
+        let (input, output) = inputs()
+            .find_map(|input| Some((input, answer(input).filter(|output| *output != input)?)))
+            .ok_or_else(none)?;
         let series = |run: &MeasuredRun, wanted: Quantity, whose| {
             let series = run.series(wanted).map(<[f64]>::to_vec);
             series.ok_or_else(|| LawError::Missing {
@@ -143,7 +185,14 @@ impl LawData {
             })
         };
         let records: Vec<LawRecord> = runs.iter().map(record).collect::<Result<_, LawError>>()?;
+        let records = if let [record] = &records[..] {
+            reversal_curves(record)
+        } else {
+            records
+        };
         let mut data = Self::of_records(source.clone(), input, output, records)?;
+        data.doubts = runs.iter().flat_map(|run| run.doubts.clone()).collect();
+        data.doubts.dedup();
         if output == Quantity::Strain && in_all(&Quantity::Magnetization) {
             data.beneath = Some(Box::new(Self::of(runs, Some(input), Some(Quantity::Magnetization))?));
         }
@@ -187,35 +236,39 @@ impl LawData {
             input_extent,
             output_extent,
             beneath: None,
+            doubts: Vec::new(),
         })
     }
 
-    /// Refuses an output that falls as the input rises, as an inverted sensor gives it.
-    ///
-    /// # Errors
-    /// [`LawError::Falls`].
-    pub fn refuse_falling(&self) -> Result<(), LawError> {
-        let mut sums = [0.0; 3];
+    /// The output falls as the input rises: a wire that shortens with heat, a sensor that looks from the other side.
+    pub fn falls(&self) -> bool {
+        let mut product = 0.0;
         for record in &self.records {
             let mean = |series: &[f64]| series.iter().sum::<f64>() / series.len() as f64;
             let (of_input, of_output) = (mean(&record.input), mean(&record.output));
-            for (input, output) in record.input.iter().zip(&record.output) {
-                let (input, output) = (input - of_input, output - of_output);
-                sums[0] += input * input;
-                sums[1] += input * output;
-                sums[2] += output * output;
-            }
+            let each = record.input.iter().zip(&record.output);
+            product += each
+                .map(|(input, output)| (input - of_input) * (output - of_output))
+                .sum::<f64>();
         }
-        let correlation = sums[1] / (sums[0] * sums[2]).sqrt();
-        if correlation < -0.3 {
-            return Err(LawError::Falls {
-                source_of_data: self.source.clone(),
-                input: self.input,
-                output: self.output,
-                correlation,
-            });
+        product < 0.0
+    }
+
+    /// With the output turned round.
+    pub(super) fn turned(&self) -> LawData {
+        let [low, high] = self.output_extent;
+        let mut turned = self.clone();
+        turned.output_extent = [-high, -low];
+        for record in &mut turned.records {
+            record.output.iter_mut().for_each(|output| *output = -*output);
         }
-        Ok(())
+        turned
+    }
+
+    /// All ways of the input, in parts of its extent.
+    pub(super) fn input_way(&self) -> f64 {
+        let of = |record: &LawRecord| -> f64 { record.input.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum() };
+        self.records.iter().map(of).sum::<f64>() / (self.input_extent[1] - self.input_extent[0])
     }
 
     /// Samples in all.

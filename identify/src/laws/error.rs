@@ -18,16 +18,6 @@ pub enum LawError {
         whose: &'static str,
         present: String,
     },
-    #[error(
-        "{source_of_data}: the {} falls as the {} rises (correlation {correlation:.2}), but a law's weights are not negative: give the column a factor \
-         below 0, as --column {}=HEADER*-1", .output.name(), .input.name(), .output.key()
-    )]
-    Falls {
-        source_of_data: String,
-        input: Quantity,
-        output: Quantity,
-        correlation: f64,
-    },
     #[error("{source_of_data}: {samples} samples in all hold no law: at least {least}")]
     TooFew {
         source_of_data: String,

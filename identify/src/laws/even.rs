@@ -68,7 +68,7 @@ fn runs(model: &LawModel, law: &FittedLaw, beneath: &LawData) -> Vec<Vec<f64>> {
 
 /// A law that was fitted to what lies beneath, judged by what it makes of the data; as it was where there is no such curve.
 pub(super) fn through(mut law: FittedLaw, beneath: &LawData, data: &LawData, options: &LawOptions) -> FittedLaw {
-    let folds = super::search::folds(data, options);
+    let folds = super::parts::folds(data, options);
     let pairs = |runs: &[Vec<f64>], keep: &dyn Fn(Option<usize>) -> bool| {
         let mut pairs = Vec::new();
         for ((run, record), folds) in runs.iter().zip(&data.records).zip(&folds) {

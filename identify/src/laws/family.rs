@@ -11,12 +11,17 @@ use super::gram::Smoothness;
 /// Plays of one group, and how much closer their radii lie at small ones.
 const PLAYS: usize = 12;
 const TANH_PLAYS: usize = 8;
+/// Bend of a warp, either way.
+const MOST_BENT: f64 = 0.4;
 /// Rows of a density's plane.
 const LORENTZ_ROWS: usize = 44;
+const LOGISTIC_ROWS: usize = 60;
 /// Of the data's largest input: as far goes its plane, so that larger motions find cells, too.
 const LORENTZ_REACH: f64 = 2.0;
 /// Fewer records than this do not cover the half plane.
 const LEAST_OF_CELLS: usize = 5;
+/// Of the input's extent: further goes none that is integrated.
+const LONGEST_WAY: f64 = 1000.0;
 /// A step that lasts shorter than so many samples is none.
 const QUICKEST: f64 = 2.0;
 
@@ -24,6 +29,8 @@ const QUICKEST: f64 = 2.0;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Family {
     Linear,
+    /// A rising curve without memory: what is no hysteresis.
+    Curve,
     PrandtlIshlinskii,
     /// Prandtl-Ishlinskii behind a quadratic warp, with a line beside it.
     BentPlays,
@@ -33,17 +40,21 @@ pub enum Family {
     Preisach(usize),
     /// A product density, with a reversible tanh and a line.
     PreisachLorentz,
+    /// A product density whose two sides lie anywhere, each with a width of its own, and its mirror image.
+    PreisachLogistic,
     BoucWen,
     DomainWall,
 }
 
 impl Family {
     /// All, the simple ones first.
-    pub const ALL: [Family; 11] = [
+    pub const ALL: [Family; 13] = [
         Family::Linear,
+        Family::Curve,
         Family::PrandtlIshlinskii,
         Family::BentPlays,
         Family::PreisachLorentz,
+        Family::PreisachLogistic,
         Family::BoucWen,
         Family::DomainWall,
         Family::TanhPlays(2),
@@ -57,6 +68,7 @@ impl Family {
     pub fn name(self) -> &'static str {
         match self {
             Family::Linear => "linear",
+            Family::Curve => "curve",
             Family::PrandtlIshlinskii => "prandtl-ishlinskii",
             Family::BentPlays => "bent-plays",
             Family::TanhPlays(..=2) => "tanh-plays-2",
@@ -65,6 +77,7 @@ impl Family {
             Family::Preisach(..=8) => "preisach-8",
             Family::Preisach(_) => "preisach-24",
             Family::PreisachLorentz => "preisach-lorentz",
+            Family::PreisachLogistic => "preisach-logistic",
             Family::BoucWen => "bouc-wen",
             Family::DomainWall => "domain-wall",
         }
@@ -76,9 +89,13 @@ impl Family {
     }
 
     /// Whether these data can tell its numbers. Free cells describe the motions that they have seen best of all and others worst,
-    /// unless there were many.
+    /// unless there were many; laws that are integrated along the input's way take minutes where that is long.
     pub(super) fn suits(self, data: &LawData) -> bool {
-        !matches!(self, Family::Preisach(_)) || data.records.len() >= LEAST_OF_CELLS
+        match self {
+            Family::Preisach(_) => data.records.len() >= LEAST_OF_CELLS,
+            Family::BoucWen | Family::DomainWall => data.input_way() <= LONGEST_WAY,
+            _ => true,
+        }
     }
 
     /// Inner numbers.
@@ -86,10 +103,15 @@ impl Family {
         match self {
             Family::Linear => 0,
             Family::PrandtlIshlinskii | Family::BentPlays | Family::Preisach(_) => 1,
-            Family::TanhPlays(_) => 2,
+            Family::Curve | Family::TanhPlays(_) => 2,
             Family::PreisachLorentz | Family::BoucWen => 3,
-            Family::DomainWall => 4,
+            Family::PreisachLogistic | Family::DomainWall => 4,
         }
+    }
+
+    /// How many times as many places must be drawn: where both sides must lie right, most places are far from any good one.
+    pub(super) fn many(self) -> usize {
+        if self == Family::PreisachLogistic { 4 } else { 1 }
     }
 
     /// A line stands beside the law: it has none in it.
@@ -102,18 +124,26 @@ impl Family {
         let [low, high] = data.input_extent;
         let (span, reach) = (high - low, high.abs().max(low.abs()));
         let log = |share: f64, from: f64, to: f64| from * (to / from).powf(share);
+        let bent = |bend: f64| Warp::Quadratic {
+            bend,
+            middle: 0.5 * (low + high),
+            half_span: 0.5 * span,
+        };
         match self {
             Family::Linear => None,
             Family::PrandtlIshlinskii => {
                 let radii = radii(PLAYS, 0.5 * span, 0.7 + 2.3 * place[0]);
                 Some(Law::Plays(plays(vec![(Warp::Straight, radii)])))
             }
-            Family::BentPlays => {
-                let warp = Warp::Quadratic {
-                    bend: -0.4 + 0.8 * place[0],
-                    middle: 0.5 * (low + high),
-                    half_span: 0.5 * span,
+            Family::Curve => {
+                let tanh = |group: i32| Warp::Tanh {
+                    scale: log(place[0], 0.02 * reach, 0.6 * reach) * log(place[1], 1.5, 6.0).powi(group),
                 };
+                let warps = [bent(-MOST_BENT), bent(MOST_BENT), tanh(0), tanh(1), tanh(2)];
+                Some(Law::Plays(plays(warps.map(|warp| (warp, vec![0.0])).to_vec())))
+            }
+            Family::BentPlays => {
+                let warp = bent(MOST_BENT * (2.0 * place[0] - 1.0));
                 Some(Law::Plays(plays(vec![(warp, radii(PLAYS, 0.5 * span, 1.0))])))
             }
             Family::TanhPlays(groups) => {
@@ -137,6 +167,7 @@ impl Family {
                 reach: LORENTZ_REACH * reach,
                 rows: LORENTZ_ROWS,
             }))),
+            Family::PreisachLogistic => Some(logistic(place, data, 1.0)),
             Family::BoucWen => Some(Law::BoucWen(BoucWen {
                 amplitude: 1.0,
                 yield_input: log(place[0], 0.02 * span, 3.0 * span),
@@ -167,10 +198,14 @@ impl Family {
     pub(super) fn beside(self, place: &[f64], data: &LawData) -> Option<Law> {
         let [low, high] = data.input_extent;
         let reach = high.abs().max(low.abs());
-        (self == Family::PreisachLorentz).then(|| {
-            let scale = 0.02 * reach * 50_f64.powf(place[2]);
-            Law::Plays(plays(vec![(Warp::Tanh { scale }, vec![0.0])]))
-        })
+        match self {
+            Family::PreisachLorentz => {
+                let scale = 0.02 * reach * 50_f64.powf(place[2]);
+                Some(Law::Plays(plays(vec![(Warp::Tanh { scale }, vec![0.0])])))
+            }
+            Family::PreisachLogistic => Some(logistic(place, data, -1.0)),
+            _ => None,
+        }
     }
 
     /// Free cells are smoothed, as much as predicts best; of all else the place is that of the best fit.
@@ -235,6 +270,25 @@ impl Family {
             smoothness: self.smoothness(place),
         }
     }
+}
+
+/// A density on one side of the middle of the input's extent, or on the other: both together are what has a dead band.
+fn logistic(place: &[f64], data: &LawData, side: f64) -> Law {
+    let [low, high] = data.input_extent;
+    let span = high - low;
+    let log = |share: f64, from: f64, to: f64| from * (to / from).powf(share);
+    let middle = 0.5 * (low + high) + side * span * (1.2 * place[0] - 0.6);
+    let half = log(place[1], 0.005 * span, 0.6 * span);
+    let widths = [place[2], place[3]].map(|share| log(share, 0.003 * span, 0.6 * span));
+    // The mirror image of switching up is switching down.
+    let [up, down] = if side > 0.0 { widths } else { [widths[1], widths[0]] };
+    Law::Preisach(Preisach::from(Density::Logistic {
+        amplitude: 1.0,
+        up: [middle + half, up],
+        down: [middle - half, down],
+        between: [low - 0.25 * span, high + 0.25 * span],
+        rows: LOGISTIC_ROWS,
+    }))
 }
 
 /// A form at one place.

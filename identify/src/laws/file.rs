@@ -25,6 +25,9 @@ pub struct LawFile {
     /// Of a strain: the model gives the magnetization, and this the strain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub even: Option<EvenCurve>,
+    /// The output falls as the input rises: it is the model's with the other sign.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub falls: bool,
 }
 
 impl LawFile {
@@ -32,5 +35,17 @@ impl LawFile {
     /// The first number that the law does not take.
     pub fn validate(&self) -> Result<(), ModelError> {
         self.model.validate()
+    }
+
+    /// From what the model gives to what is measured.
+    pub(super) fn told(&self, run: &mut [f64]) {
+        for made in run {
+            if let Some(even) = &self.even {
+                *made = even.at(*made, self.model.offset);
+            }
+            if self.falls {
+                *made = -*made;
+            }
+        }
     }
 }

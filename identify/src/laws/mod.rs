@@ -13,6 +13,7 @@ mod family;
 mod file;
 mod gram;
 mod nnls;
+mod parts;
 mod predict;
 mod search;
 mod start;

@@ -72,9 +72,7 @@ pub fn predict(law: &LawFile, data: &LawData) -> Prediction {
         .iter()
         .map(|record| {
             let mut run = run_along(&law.model, law.start, record, extent);
-            if let Some(even) = &law.even {
-                run.iter_mut().for_each(|made| *made = even.at(*made, law.model.offset));
-            }
+            law.told(&mut run);
             run
         })
         .collect();

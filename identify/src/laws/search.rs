@@ -2,7 +2,6 @@
 
 use std::cell::{Cell, RefCell};
 
-use anhyst_measured::sweep;
 use anhyst_model::{HysteresisLaw, LawModel};
 use argmin::core::{CostFunction, Executor};
 use argmin::solver::neldermead::NelderMead;
@@ -13,6 +12,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use super::even::EvenCurve;
 use super::family::Skeleton;
 use super::gram::Gram;
+use super::parts::Parts;
 use super::start::Start;
 use super::{Family, LawData, LawRecord};
 
@@ -42,17 +42,8 @@ impl Default for LawOptions {
     }
 }
 
-/// Segments of a single record that are kept back alternately.
-const SEGMENTS: usize = 20;
-/// Fewer motions than this between turns of the input cannot be told by their amplitude.
-const LEAST_MOTIONS: usize = 10;
-/// The amplitude changes if a tenth of the motions is smaller than this share of the middle one.
-const CHANGING: f64 = 0.8;
-/// The sensor's filter and the stage's mode answer a jump at the start of a run: so many samples are not fitted.
-const SETTLING: usize = 20;
-
 /// Of the whole range: no record counts as smaller.
-const SMALLEST: f64 = 0.1;
+pub(super) const SMALLEST: f64 = 0.1;
 
 /// A form with its numbers.
 #[derive(Clone, Debug)]
@@ -89,85 +80,6 @@ struct VisitedFold {
     /// Of what was kept back, as they are and as shares of the records' own ranges.
     plain: f64,
     own: f64,
-}
-
-/// Where each sample belongs: its fold, its weight; fold `None` is not fitted.
-struct Parts {
-    folds: usize,
-    of: Vec<Vec<(Option<usize>, f64)>>,
-}
-
-impl Parts {
-    fn of(data: &LawData, options: &LawOptions) -> Self {
-        let records = data.records.len();
-        let range = data.output_range();
-        let folds = match records {
-            1 => 2,
-            2..=4 => records,
-            _ => options.folds.min(records),
-        };
-        let halves = if records == 1 {
-            halves(&data.records[0])
-        } else {
-            Vec::new()
-        };
-        let of_record = |(index, record): (usize, &LawRecord)| {
-            let settling = if record.time_s.is_some() {
-                SETTLING.min(record.len() / 50)
-            } else {
-                0
-            };
-            // Small loops count for more than their size, if not as much as large ones.
-            let own_range = record.range().max(SMALLEST * range);
-            let weight = range / own_range;
-            (0..record.len())
-                .map(|sample| {
-                    let fold = if records == 1 { halves[sample] } else { index % folds };
-                    ((sample >= settling).then_some(fold), weight)
-                })
-                .collect()
-        };
-        Parts {
-            folds,
-            of: data.records.iter().enumerate().map(of_record).collect(),
-        }
-    }
-}
-
-/// Which part each sample of each record belongs to; none where it is not fitted.
-pub(super) fn folds(data: &LawData, options: &LawOptions) -> Vec<Vec<Option<usize>>> {
-    let parts = Parts::of(data, options).of.into_iter();
-    parts
-        .map(|record| record.into_iter().map(|(fold, _)| fold).collect())
-        .collect()
-}
-
-/// Which half of a single record each sample belongs to: one of the large motions and one of the small where the amplitude changes,
-/// else alternate segments.
-fn halves(record: &LawRecord) -> Vec<usize> {
-    let turns = sweep::turning_points(&record.input, sweep::DEFAULT_THRESHOLD);
-    let ends: Vec<usize> = turns.into_iter().chain([record.len() - 1]).collect();
-    let mut begin = 0;
-    let mut spans = Vec::new();
-    for end in &ends {
-        spans.push((record.input[*end] - record.input[begin]).abs());
-        begin = *end;
-    }
-    let mut sorted = spans.clone();
-    sorted.sort_by(f64::total_cmp);
-    let middle = sorted[sorted.len() / 2];
-    let small = sorted[sorted.len() / 10];
-    if spans.len() < LEAST_MOTIONS || small > CHANGING * middle {
-        return (0..record.len())
-            .map(|sample| sample * SEGMENTS / record.len() % 2)
-            .collect();
-    }
-    let mut of = Vec::with_capacity(record.len());
-    for (end, span) in ends.iter().zip(&spans) {
-        of.resize(*end, usize::from(*span >= middle));
-    }
-    of.resize(record.len(), 0);
-    of
 }
 
 /// The sums of one fold: as the fit weighs them, and as they are.
@@ -372,7 +284,7 @@ fn look(search: &Search, options: &LawOptions) {
         return;
     }
     let mut random = ChaCha8Rng::seed_from_u64(options.seed);
-    let draws = options.draws * dimensions;
+    let draws = options.draws * dimensions * search.family.many();
     for draw in 0..draws {
         let mut place = vec![(draw as f64 + 0.5) / draws as f64];
         // The first number evenly, the others at random.

@@ -19,7 +19,14 @@ pub enum Start {
     Onward,
     /// From the other end: it turned round at its first sample, as a first-order reversal curve does.
     Turned,
+    /// From far below the input's range, where a magnet keeps what it was given.
+    FromBelow,
+    /// From far above.
+    FromAbove,
 }
+
+/// Of the input's largest: so far nothing is left of what was before.
+const FAR: f64 = 3.0;
 
 impl Start {
     /// As reports say it.
@@ -28,6 +35,8 @@ impl Start {
             Start::Rest => "each record begins at rest at input 0",
             Start::Cycled => "each loop had been run before",
             Start::Onward => "each record comes from one end of the input's range and goes on to the other",
+            Start::FromBelow => "each record comes from far below the input's range",
+            Start::FromAbove => "each record comes from far above the input's range",
             Start::Turned => {
                 "each record turned round where it begins, coming from the end of the input's range that it goes to"
             }
@@ -46,8 +55,12 @@ impl Start {
                 model.advance(&mut state, record.input[0]);
             }
             _ => {
-                let [low, high] = input_extent;
-                let from_low = rises_first(&record.input) != (self == Start::Turned);
+                let far = FAR * input_extent[0].abs().max(input_extent[1].abs());
+                let ([low, high], from_low) = match self {
+                    Start::FromBelow => ([-far, far], true),
+                    Start::FromAbove => ([-far, far], false),
+                    _ => (input_extent, rises_first(&record.input) != (self == Start::Turned)),
+                };
                 let (far, other) = if from_low { (low, high) } else { (high, low) };
                 // Over the other end, so that nothing of the rest is left.
                 for input in [other, far, record.input[0]] {

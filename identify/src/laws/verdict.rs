@@ -1,5 +1,6 @@
 //! Which law, of those that were fitted, and what the data cannot tell.
 
+use anhyst_measured::sweep;
 use anhyst_model::HysteresisLaw;
 use serde::Serialize;
 
@@ -12,6 +13,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Predictions as near as this to each other are a tie: of the same laws on other parts of the same data they differ as much.
 pub const TIE: f64 = 1.15;
+/// What knows no history.
+const WITHOUT_MEMORY: [Family; 2] = [Family::Linear, Family::Curve];
+/// Of the output's range: what leaves more does not describe it.
+const UNDESCRIBED: f64 = 0.05;
 /// A prediction so much worse than its fit tells of too many numbers for these data.
 const OVERFITTED: f64 = 3.0;
 
@@ -57,6 +62,8 @@ pub struct LawReport {
     /// Highest less lowest output.
     pub range: f64,
     pub start: &'static str,
+    /// The output falls as the input rises: the law is that of its negative.
+    pub falls: bool,
     pub reaction: Reaction,
     pub values: Vec<LawNumber>,
     /// All that were fitted, the best prediction first.
@@ -76,18 +83,31 @@ pub struct LawFit {
 /// The histories that records of this kind can have.
 fn starts(data: &LawData) -> &'static [Start] {
     if data.has_time() {
-        &[Start::Rest, Start::Onward, Start::Turned]
+        &[
+            Start::Rest,
+            Start::Onward,
+            Start::Turned,
+            Start::FromBelow,
+            Start::FromAbove,
+        ]
     } else if data.records.iter().all(|record| record.is_closed()) {
         &[Start::Cycled, Start::Onward, Start::Rest]
     } else {
-        &[Start::Onward, Start::Turned, Start::Rest]
+        &[
+            Start::Onward,
+            Start::Turned,
+            Start::Rest,
+            Start::FromBelow,
+            Start::FromAbove,
+        ]
     }
 }
 
-/// Fits the named law, or all and takes the one that is worth its numbers.
+/// Fits the named law, or all and takes the one that is worth its numbers. Of an output that falls as the input rises it is fitted to the
+/// negative.
 ///
 /// # Errors
-/// An output that falls as the input rises, and a law that ends no better than a line.
+/// A law that ends no better than a line.
 pub fn fit_laws(
     family: Option<Family>,
     data: &LawData,
@@ -95,15 +115,19 @@ pub fn fit_laws(
     threads: usize,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Result<LawFit, LawError> {
-    data.beneath.as_deref().unwrap_or(data).refuse_falling()?;
+    let turned = rising(data);
+    let data = turned.as_ref().unwrap_or(data);
     let families: Vec<Family> = match family {
-        Some(family) => vec![Family::Linear, family],
+        Some(family) => WITHOUT_MEMORY.into_iter().chain([family]).collect(),
         None => Family::ALL.into_iter().filter(|family| family.suits(data)).collect(),
     };
     let (seen, mut fitted) = fit_all(&families, data, options, threads, progress);
     let line = fitted[0].clone();
-    if family.is_some_and(|family| family != Family::Linear) {
-        fitted.remove(0);
+    let plain = fitted.iter().filter(|own| WITHOUT_MEMORY.contains(&own.family));
+    let plain = plain.min_by(|one, other| one.held_out_own_nrmse.total_cmp(&other.held_out_own_nrmse));
+    let plain = plain.unwrap_or(&line).clone();
+    if let Some(family) = family {
+        fitted.retain(|own| own.family == family);
     }
     fitted.retain(|own| own.model.validate().is_ok() && own.held_out_nrmse.is_finite());
     fitted.sort_by(|one, other| one.held_out_own_nrmse.total_cmp(&other.held_out_own_nrmse));
@@ -111,7 +135,9 @@ pub fn fit_laws(
         return Err(worse(family.unwrap_or(Family::Linear), f64::NAN, line.nrmse));
     };
     let tied = |own: &&FittedLaw| own.held_out_own_nrmse <= TIE * best.held_out_own_nrmse;
-    let price = |one: &&FittedLaw, other: &&FittedLaw| one.parameters.cmp(&other.parameters);
+    // At one price what claims no memory.
+    let cost = |own: &&FittedLaw| (own.parameters, !WITHOUT_MEMORY.contains(&own.family));
+    let price = |one: &&FittedLaw, other: &&FittedLaw| cost(one).cmp(&cost(other));
     // Of those that predict alike, those that also describe alike; of these the cheapest.
     let least = fitted
         .iter()
@@ -133,8 +159,21 @@ pub fn fit_laws(
         .filter(tied)
         .filter(|own| own.family != chosen.family)
         .collect();
-    let warnings = warnings(data, chosen, &ties, &line);
-    Ok(made(&seen, data, chosen, &fitted, warnings))
+    let warnings = warnings(data, chosen, &ties, &plain);
+    let falls = turned.is_some() && data.beneath.is_none();
+    Ok(made(&seen, data, falls, chosen, &fitted, warnings))
+}
+
+/// The data with an output that rises with the input, where it falls.
+fn rising(data: &LawData) -> Option<LawData> {
+    match &data.beneath {
+        // Its sign does not show in the strain.
+        Some(beneath) => beneath.falls().then(|| LawData {
+            beneath: Some(Box::new(beneath.turned())),
+            ..data.clone()
+        }),
+        None => data.falls().then(|| data.turned()),
+    }
 }
 
 /// The data as the device sees them, with its reaction.
@@ -171,11 +210,12 @@ pub fn fit_each(data: &LawData, options: &LawOptions, threads: usize) -> Vec<Law
     let (seen, fitted) = fit_all(&families, data, options, threads, &|_, _| ());
     fitted
         .iter()
-        .map(|own| made(&seen, data, own, std::slice::from_ref(own), Vec::new()))
+        .map(|own| made(&seen, data, false, own, std::slice::from_ref(own), Vec::new()))
         .collect()
 }
 
-/// History, and how quickly the device reacts: they matter more than the form, so one form tells what they are.
+/// History, and how quickly the device reacts: they matter more than the form, so one form tells what they are; another, where that
+/// one does not describe the data.
 fn circumstances(data: &LawData, options: &LawOptions, threads: usize) -> (Start, Reaction) {
     let judge = if data.has_time() {
         Family::BentPlays
@@ -188,40 +228,73 @@ fn circumstances(data: &LawData, options: &LawOptions, threads: usize) -> (Start
         samples: options.samples.min(5000),
         ..*options
     };
-    let best_of = |tried: &[(Start, Reaction)]| {
-        let nrmse = parallel::map(threads, tried, |(start, reaction)| {
-            let reacted = data.reacted(*reaction, *start == Start::Rest);
-            fit_law(judge, &reacted, *start, &quick, false).nrmse
-        });
-        let best = (0..tried.len()).min_by(|one, other| nrmse[*one].total_cmp(&nrmse[*other]));
-        tried[best.unwrap_or_default()]
+    let of = Judge {
+        family: judge,
+        lags: &[0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0],
+        worth: 1.0,
     };
-    let begun: Vec<_> = starts(data).iter().map(|start| (*start, Reaction::default())).collect();
-    let (start, _) = best_of(&begun);
-    let Some(tick_s) = data.tick_s() else {
-        return (start, Reaction::default());
+    let (told, left) = of.judged(data, &quick, threads);
+    if left <= UNDESCRIBED {
+        return told;
+    }
+    // It has more numbers to look for, and along one loop a lag looks like a width: only one that halves what is left is one, and that may
+    // be long, as of what heats through.
+    let of = Judge {
+        family: Family::PreisachLogistic,
+        lags: &[0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0],
+        worth: 2.0,
     };
-    let lags = [0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0].map(|ticks| {
-        (
-            start,
-            Reaction {
-                delay_s: 0.0,
-                lag_s: ticks * tick_s,
-            },
+    let longer = LawOptions {
+        draws: 10,
+        steps: 25,
+        ..quick
+    };
+    let (other, left_by_other) = of.judged(data, &longer, threads);
+    if left_by_other < left { other } else { told }
+}
+
+/// A form that tells the circumstances.
+struct Judge {
+    family: Family,
+    /// Lags that are tried, in samples.
+    lags: &'static [f64],
+    /// So many times less must be left for a lag to be one.
+    worth: f64,
+}
+
+impl Judge {
+    /// What it tells of them, and the share of the output's range that it leaves.
+    fn judged(&self, data: &LawData, options: &LawOptions, threads: usize) -> ((Start, Reaction), f64) {
+        // The first that is as good as the best, to so many times.
+        let best_of = |tried: &[(Start, Reaction)], alike: f64| {
+            let nrmse = parallel::map(threads, tried, |(start, reaction)| {
+                let reacted = data.reacted(*reaction, *start == Start::Rest);
+                fit_law(self.family, &reacted, *start, options, false).nrmse
+            });
+            let least = nrmse.iter().copied().fold(f64::INFINITY, f64::min);
+            let best = nrmse.iter().position(|own| *own <= alike * least).unwrap_or_default();
+            (tried[best], nrmse[best])
+        };
+        let begun: Vec<_> = starts(data).iter().map(|start| (*start, Reaction::default())).collect();
+        let ((start, still), left) = best_of(&begun, 1.0);
+        let Some(tick_s) = data.tick_s() else {
+            return ((start, still), left);
+        };
+        let react = |delay: f64, lag: f64| {
+            let reaction = Reaction {
+                delay_s: delay * tick_s,
+                lag_s: lag * tick_s,
+            };
+            (start, reaction)
+        };
+        let lags: Vec<_> = self.lags.iter().map(|ticks| react(0.0, *ticks)).collect();
+        let ((_, lagged), _) = best_of(&lags, self.worth);
+        let sum = lagged.lag_s / tick_s;
+        best_of(
+            &[0.0, 1.0, 2.0].map(|ticks| react(ticks, (sum - ticks).max(0.0))),
+            self.worth,
         )
-    });
-    let (_, lagged) = best_of(&lags);
-    let sum = lagged.lag_s;
-    let delays = [0.0, 1.0, 2.0].map(|ticks| {
-        (
-            start,
-            Reaction {
-                delay_s: ticks * tick_s,
-                lag_s: (sum - ticks * tick_s).max(0.0),
-            },
-        )
-    });
-    best_of(&delays)
+    }
 }
 
 fn worse(family: Family, nrmse: f64, line_nrmse: f64) -> LawError {
@@ -232,10 +305,22 @@ fn worse(family: Family, nrmse: f64, line_nrmse: f64) -> LawError {
     }
 }
 
-fn warnings(data: &LawData, chosen: &FittedLaw, ties: &[&FittedLaw], line: &FittedLaw) -> Vec<String> {
-    let mut warnings = Vec::new();
-    if line.held_out_own_nrmse <= TIE * chosen.held_out_own_nrmse {
-        warnings.push("a line predicts as well: these data show no hysteresis".to_owned());
+fn warnings(data: &LawData, chosen: &FittedLaw, ties: &[&FittedLaw], plain: &FittedLaw) -> Vec<String> {
+    let mut warnings = data.doubts.clone();
+    if chosen.nrmse > UNDESCRIBED {
+        warnings.push(format!(
+            "{:.0} % of the range is left: what answers here is no hysteresis of this input alone, but noise, another input, a rate, or a curve that \
+             turns round as a strain does over a field",
+            100.0 * chosen.nrmse
+        ));
+    }
+    if chosen.nrmse <= UNDESCRIBED && plain.held_out_own_nrmse <= TIE * chosen.held_out_own_nrmse {
+        let name = if plain.family == Family::Linear {
+            "line"
+        } else {
+            "curve without memory"
+        };
+        warnings.push(format!("a {name} predicts as well: these data show no hysteresis"));
     }
     if !ties.is_empty() {
         let names: Vec<String> = ties
@@ -256,15 +341,28 @@ fn warnings(data: &LawData, chosen: &FittedLaw, ties: &[&FittedLaw], line: &Fitt
             chosen.held_out_nrmse / chosen.nrmse
         ));
     }
+    // Where there are several, as reversal curves, each may begin at a turn.
+    let never_turns =
+        data.records.len() == 1 && sweep::turning_points(&data.records[0].input, sweep::DEFAULT_THRESHOLD).is_empty();
+    if never_turns && chosen.family != Family::Linear {
+        warnings.push("the input never turns round here: what the law does after a turn is not measured".to_owned());
+    }
     if data.records.len() == 1 {
         warnings.push(
-            "one record: what was kept back are parts of the same motion; other amplitudes and histories are not tested".to_owned(),
+            "one record: what was kept back are parts of the same motion; other amplitudes, rates and histories are not tested".to_owned(),
         );
     }
     warnings
 }
 
-fn made(seen: &Seen, asked: &LawData, chosen: &FittedLaw, fitted: &[FittedLaw], warnings: Vec<String>) -> LawFit {
+fn made(
+    seen: &Seen,
+    asked: &LawData,
+    falls: bool,
+    chosen: &FittedLaw,
+    fitted: &[FittedLaw],
+    warnings: Vec<String>,
+) -> LawFit {
     let Seen { data, reaction } = seen;
     let candidate = |own: &FittedLaw| LawCandidate {
         law: own.family.name(),
@@ -292,30 +390,30 @@ fn made(seen: &Seen, asked: &LawData, chosen: &FittedLaw, fitted: &[FittedLaw], 
         rms: chosen.nrmse * data.output_range(),
         range: data.output_range(),
         start: chosen.start.words(),
+        falls,
         reaction: *reaction,
         values: values.collect(),
         candidates: fitted.iter().map(candidate).collect(),
         warnings,
     };
+    let file = LawFile {
+        input: data.input,
+        output: data.output,
+        start: chosen.start,
+        input_extent: asked.input_extent,
+        reaction: *reaction,
+        model: chosen.model.clone(),
+        even: chosen.curve,
+        falls,
+    };
     let along = |record| {
         let mut run = run_along(&chosen.model, chosen.start, record, data.input_extent);
-        if let Some(curve) = &chosen.curve {
-            run.iter_mut()
-                .for_each(|made| *made = curve.at(*made, chosen.model.offset));
-        }
+        file.told(&mut run);
         run
     };
     LawFit {
         modelled: data.records.iter().map(along).collect(),
-        file: LawFile {
-            input: data.input,
-            output: data.output,
-            start: chosen.start,
-            input_extent: asked.input_extent,
-            reaction: *reaction,
-            model: chosen.model.clone(),
-            even: chosen.curve,
-        },
+        file,
         report,
     }
 }

@@ -8,6 +8,7 @@
 
 mod bouc_wen;
 mod composite;
+mod density;
 pub mod domain_wall;
 mod inversion;
 mod plays;
@@ -17,8 +18,9 @@ mod sums;
 
 pub use bouc_wen::BoucWen;
 pub use composite::{Law, LawModel, LawModelState, LawState, SlowLag};
+pub use density::Density;
 pub use plays::{PlayGroup, PlaySum, PlaySumState, PrandtlIshlinskiiInverse, Warp};
-pub use preisach::{Density, Preisach, PreisachState};
+pub use preisach::{Preisach, PreisachState};
 pub use scaled_domain_wall::ScaledDomainWall;
 
 use crate::ModelError;

@@ -2,172 +2,19 @@
 //!
 //! Preisach's half plane α ≥ β, cut into cells by levels l_0 < … < l_n of the input: a cell switches up as v rises through its
 //! row and down as v falls through its column, continuously over a level's width (a relay would jump). w_ij ≥ 0: its weight.
-//! Weights are given one by one, or by a density of few numbers:
-//! μ(α, β) = A p((α − h₀)/σ) p((β + h₀)/σ), p(x) = 1/(1 + x²), a Lorentz distribution of coercivity h₀ and width σ.
+//! Weights are given one by one, or by a density of few numbers ([`Density`]).
 //! Properties for w ≥ 0: monotone, return-point memory, wiping-out and congruent minor loops, to the bit. Without history:
 //! demagnetised, the cells with α + β < 0 up, those above down.
 //! A rising input touches the rows whose ramp it passes, a falling one the columns: the sums of other rows are kept.
 //! Sources: Preisach (1935); Mayergoyz, *Mathematical Models of Hysteresis* (1991); the ramp: Krasnosel'skii and Pokrovskii
-//! (1989); the product form: Bertotti, *Hysteresis in Magnetism* (1998), ch. 14.
+//! (1989).
 
 use serde::{Deserialize, Serialize};
 
+use super::density::{Density, cells_of};
 use super::sums::sum_of_products;
 use super::{HysteresisLaw, LawParameter};
 use crate::ModelError;
-use crate::error::{require, require_not_negative, require_positive};
-
-/// w over the half plane.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub enum Density {
-    /// Every cell has its own weight.
-    Cells {
-        /// Rising; one more than rows. Unit of the input.
-        levels: Vec<f64>,
-        /// Row by row, row i with columns 0 to i. Unit of the output.
-        weights: Vec<f64>,
-    },
-    /// A product of two Lorentz distributions.
-    Lorentz {
-        /// The sum of all weights ≥ 0, unit of the output.
-        amplitude: f64,
-        /// h₀ ≥ 0, unit of the input.
-        coercivity: f64,
-        /// σ > 0, unit of the input.
-        width: f64,
-        /// The levels go from −reach to reach, > 0, unit of the input; beyond, nothing switches.
-        reach: f64,
-        /// Rows; closer together about 0.
-        rows: usize,
-    },
-}
-
-/// Levels by a sinh are closer about 0 by this power of e.
-const CROWDING: f64 = 3.0;
-/// More rows than this are a step too slow for any loop.
-const MAX_ROWS: usize = 512;
-
-impl Density {
-    /// Levels from −reach to reach, symmetric, closer together about 0.
-    pub fn crowded_levels(reach: f64, rows: usize) -> Vec<f64> {
-        let at = |level: usize| (2 * level) as f64 / rows as f64 - 1.0;
-        let scale = reach / libm::sinh(CROWDING);
-        (0..=rows)
-            .map(|level| scale * libm::sinh(CROWDING * at(level)))
-            .collect()
-    }
-
-    /// Levels at equal distances.
-    pub fn even_levels([low, high]: [f64; 2], rows: usize) -> Vec<f64> {
-        (0..=rows)
-            .map(|level| low + (high - low) * level as f64 / rows as f64)
-            .collect()
-    }
-
-    fn parameters(&self) -> Vec<LawParameter> {
-        match self {
-            Density::Cells { weights, .. } => {
-                let named = weights.iter().enumerate();
-                named
-                    .map(|(cell, weight)| LawParameter::weight(format!("weight of cell {cell}"), *weight))
-                    .collect()
-            }
-            Density::Lorentz {
-                amplitude,
-                coercivity,
-                width,
-                ..
-            } => vec![
-                LawParameter::weight("amplitude", *amplitude),
-                LawParameter::weight("coercivity", *coercivity),
-                LawParameter::weight("width", *width),
-            ],
-        }
-    }
-
-    fn validate(&self) -> Result<(), ModelError> {
-        match self {
-            Density::Cells { levels, weights } => {
-                let rows = levels.len().saturating_sub(1);
-                rows_in_range(rows)?;
-                for pair in levels.windows(2) {
-                    require_positive(pair[1] - pair[0], "distance of two levels", "(unit of the input)")?;
-                }
-                if weights.len() != cells_of(rows) {
-                    return Err(ModelError::LengthsDiffer {
-                        quantity: "weights of cells",
-                        needed: cells_of(rows),
-                        given: weights.len(),
-                    });
-                }
-                let each = weights.iter();
-                each.copied()
-                    .try_for_each(|weight| require_not_negative(weight, "weight of a cell", "(unit of the output)"))
-            }
-            Density::Lorentz {
-                amplitude,
-                coercivity,
-                width,
-                reach,
-                rows,
-            } => {
-                rows_in_range(*rows)?;
-                require_not_negative(*amplitude, "amplitude of a density", "(unit of the output)")?;
-                require_not_negative(*coercivity, "coercivity of a density", "(unit of the input)")?;
-                require_positive(*width, "width of a density", "(unit of the input)")?;
-                require_positive(*reach, "reach of a density", "(unit of the input)")
-            }
-        }
-    }
-
-    /// Levels and weights.
-    fn cells(&self) -> (Vec<f64>, Vec<f64>) {
-        match self {
-            Density::Cells { levels, weights } => (levels.clone(), weights.clone()),
-            Density::Lorentz {
-                amplitude,
-                coercivity,
-                width,
-                reach,
-                rows,
-            } => {
-                let levels = Self::crowded_levels(*reach, *rows);
-                let density = |about: f64| 1.0 / (1.0 + (about / width) * (about / width));
-                let middle = |level: usize| 0.5 * (levels[level] + levels[level + 1]);
-                let span = |level: usize| levels[level + 1] - levels[level];
-                let mut weights = Vec::with_capacity(cells_of(*rows));
-                for row in 0..*rows {
-                    let of_row = density(middle(row) - coercivity) * span(row);
-                    for column in 0..=row {
-                        let of_column = density(middle(column) + coercivity) * span(column);
-                        // Of a cell on the diagonal the half plane has one half.
-                        let share = if row == column { 0.5 } else { 1.0 };
-                        weights.push(share * of_row * of_column);
-                    }
-                }
-                let sum: f64 = weights.iter().sum();
-                weights.iter_mut().for_each(|weight| *weight *= amplitude / sum);
-                (levels, weights)
-            }
-        }
-    }
-}
-
-fn cells_of(rows: usize) -> usize {
-    rows * (rows + 1) / 2
-}
-
-fn rows_in_range(rows: usize) -> Result<(), ModelError> {
-    let accepted = (1..=MAX_ROWS).contains(&rows);
-    require(
-        accepted,
-        "number of rows of a Preisach plane",
-        rows as f64,
-        "",
-        "from 1 to 512",
-    )
-}
 
 /// The law with its cells worked out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -221,7 +68,7 @@ impl Preisach {
     pub(super) fn free_weights(&self) -> &[f64] {
         match &self.density {
             Density::Cells { weights, .. } => weights,
-            Density::Lorentz { amplitude, .. } => std::slice::from_ref(amplitude),
+            Density::Lorentz { amplitude, .. } | Density::Logistic { amplitude, .. } => std::slice::from_ref(amplitude),
         }
     }
 
@@ -231,7 +78,7 @@ impl Preisach {
                 weights.copy_from_slice(to);
                 self.weights.copy_from_slice(to);
             }
-            Density::Lorentz { amplitude, .. } => {
+            Density::Lorentz { amplitude, .. } | Density::Logistic { amplitude, .. } => {
                 *amplitude = to[0];
                 *self = self.density.clone().into();
             }
@@ -248,7 +95,9 @@ impl Preisach {
     pub(super) fn regressors(&self, state: &PreisachState, into: &mut Vec<f64>) {
         match &self.density {
             Density::Cells { .. } => into.extend(&state.cells),
-            Density::Lorentz { amplitude, .. } => into.push(self.output(state) / amplitude),
+            Density::Lorentz { amplitude, .. } | Density::Logistic { amplitude, .. } => {
+                into.push(self.output(state) / amplitude)
+            }
         }
     }
 
