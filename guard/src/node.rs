@@ -60,13 +60,11 @@ impl Guard {
 
 /// Every number of the token is finite: a sender that computes nonsense in one field is not trusted in another.
 fn quality<M: Message>(tick: u64, token: &M) -> Quality {
-    let mut words = [0; anhyst_ipc::MAX_FIELDS];
-    token.write_words(&mut words);
     Quality {
         finite: M::FIELDS
             .iter()
-            .zip(words)
-            .all(|(field, word)| field.kind != FieldKind::F64 || f64::from_bits(word).is_finite()),
+            .zip(token.field_words())
+            .all(|(field, word)| field.kind != FieldKind::F64 || f64::from_bits(*word).is_finite()),
         tick: token.tick(),
         age_ticks: tick.abs_diff(token.tick()),
     }

@@ -4,7 +4,7 @@
 use crate::change::Change;
 use crate::error::LinkError;
 use crate::link::{Connections, Receiver, Sender};
-use crate::message::{Channel, MAX_FIELDS, Message, NodeId};
+use crate::message::{Channel, Message, NodeId};
 use crate::statistics::LinkReport;
 use crate::wire::Wire;
 
@@ -61,6 +61,7 @@ pub trait Edge: Copy {
 impl<M: Message> Edge for Now<M> {
     type Message = M;
     const DELAY: u64 = 0;
+    #[inline(always)]
     fn from_token(token: M) -> Self {
         Self(token)
     }
@@ -69,6 +70,7 @@ impl<M: Message> Edge for Now<M> {
 impl<M: Message> Edge for Previous<M> {
     type Message = M;
     const DELAY: u64 = 1;
+    #[inline(always)]
     fn from_token(token: M) -> Self {
         Self(token)
     }
@@ -102,9 +104,9 @@ pub trait Outputs {
     /// Opens the links.
     fn open(connections: &mut Connections) -> Result<Self::Senders, LinkError>;
     /// Stamps and sends every token; each is shown to `seen` first.
-    fn send(self, senders: &mut Self::Senders, tick: u64, seen: &mut dyn Seen) -> Result<(), LinkError>;
+    fn send(self, senders: &mut Self::Senders, tick: u64, seen: &mut impl Seen) -> Result<(), LinkError>;
     /// Shows every token as [`Outputs::send`] does, and sends none.
-    fn show(self, tick: u64, seen: &mut dyn Seen);
+    fn show(self, tick: u64, seen: &mut impl Seen);
     /// Connects to the readers that have appeared.
     fn connect(senders: &mut Self::Senders) -> Result<(), LinkError>;
     /// The channels sent.
@@ -113,8 +115,8 @@ pub trait Outputs {
 
 /// Sees every token before it is sent: the digest, and injected faults.
 pub trait Seen {
-    /// May change the bits of the token's fields; returns the tick that the token is stamped with.
-    fn see(&mut self, channel: Channel, tick: u64, words: &mut [u64]) -> u64;
+    /// Stamps the token of `tick`; may change its fields, and its stamp.
+    fn see<M: Message>(&mut self, tick: u64, token: &mut M);
 }
 
 /// The arrows into a block.
@@ -129,6 +131,7 @@ macro_rules! tuples {
             fn open(reader: NodeId, connections: &mut Connections) -> Result<Self::Receivers, LinkError> {
                 Ok(($(connections.receiver::<$edge::Message>(reader, $edge::DELAY)?,)*))
             }
+            #[inline(always)]
             fn receive(($($receiver,)*): &mut Self::Receivers, tick: u64) -> Result<Self, LinkError> {
                 Ok(($($edge::from_token($receiver.receive(tick)?),)*))
             }
@@ -161,31 +164,25 @@ macro_rules! output_tuples {
             fn open(connections: &mut Connections) -> Result<Self::Senders, LinkError> {
                 Ok(($(connections.sender::<$message>()?,)*))
             }
-            #[inline]
+            #[inline(always)]
             #[allow(unused_variables, reason = "the empty tuple sends nothing")]
-            fn send(self, ($($sender,)*): &mut Self::Senders, tick: u64, seen: &mut dyn Seen) -> Result<(), LinkError> {
-                let ($($token,)*) = self;
+            fn send(self, ($($sender,)*): &mut Self::Senders, tick: u64, seen: &mut impl Seen) -> Result<(), LinkError> {
+                let ($(mut $token,)*) = self;
                 #[allow(unused_mut, reason = "the empty tuple sends nothing")]
                 let mut outcome = Ok(());
                 $(
-                    let mut words = [0; MAX_FIELDS];
-                    $token.write_words(&mut words);
-                    let stamp = seen.see($message::CHANNEL, tick, &mut words[..$message::FIELDS.len()]);
+                    seen.see(tick, &mut $token);
                     // All are sent even if one fails: at the end of a run some readers may be gone before others.
-                    if let Err(refused) = $sender.send($message::from_words(stamp, &words)) {
+                    if let Err(refused) = $sender.send($token) {
                         outcome = outcome.and(Err(refused));
                     }
                 )*
                 outcome
             }
             #[allow(unused_variables, reason = "the empty tuple shows nothing")]
-            fn show(self, tick: u64, seen: &mut dyn Seen) {
-                let ($($token,)*) = self;
-                $(
-                    let mut words = [0; MAX_FIELDS];
-                    $token.write_words(&mut words);
-                    seen.see($message::CHANNEL, tick, &mut words[..$message::FIELDS.len()]);
-                )*
+            fn show(self, tick: u64, seen: &mut impl Seen) {
+                let ($(mut $token,)*) = self;
+                $(seen.see(tick, &mut $token);)*
             }
             fn connect(($($sender,)*): &mut Self::Senders) -> Result<(), LinkError> {
                 $($sender.connect()?;)*

@@ -6,7 +6,7 @@
 
 use crate::digest::Digest;
 use crate::invalid::Invalid;
-use crate::message::{Channel, Field, FieldKind, MAX_FIELDS};
+use crate::message::{Channel, Field, FieldKind, MAX_FIELDS, Message};
 use serde::{Deserialize, Serialize};
 
 /// Longest injected delay.
@@ -268,18 +268,27 @@ impl Injector {
         Self { armed, seed }
     }
 
-    /// Lets every fault happen to a token; the tick that it is stamped with.
-    pub fn see(&mut self, channel: Channel, tick: u64, words: &mut [u64]) -> u64 {
-        let seed = self.seed;
-        let mine = self.armed.iter_mut().filter(|armed| armed.fault.channel == channel);
-        mine.fold(tick, |stamp, armed| armed.see(seed, tick, stamp, words))
+    /// False where nothing ever happens.
+    pub fn is_armed(&self) -> bool {
+        !self.armed.is_empty()
+    }
+
+    /// Lets every fault happen to a token of this tick.
+    #[cold]
+    pub fn see<M: Message>(&mut self, token: &mut M) {
+        let (seed, tick) = (self.seed, token.tick());
+        let mut words = [0; MAX_FIELDS];
+        token.write_words(&mut words);
+        let own = &mut words[..M::FIELDS.len()];
+        let mine = self.armed.iter_mut().filter(|armed| armed.fault.channel == M::CHANNEL);
+        let stamp = mine.fold(tick, |stamp, armed| armed.see(seed, tick, stamp, own));
+        *token = M::from_words(stamp, &words);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::message::Message;
     use crate::messages::Measurement;
 
     fn fault(kind: TokenKind, field: Option<&str>) -> TokenFault {
@@ -299,16 +308,15 @@ mod tests {
         let mut injector = Injector::new(std::iter::once(&fault), 7);
         (0..10)
             .map(|tick| {
-                let healthy = Measurement {
+                let mut token = Measurement {
+                    tick,
                     displacement_m: tick as f64,
                     coil_field_a_per_m: 10.0 * tick as f64,
                     temperature_k: 300.0,
                     ..Measurement::default()
                 };
-                let mut words = [0; MAX_FIELDS];
-                healthy.write_words(&mut words);
-                let stamp = injector.see(Channel::Measurement, tick, &mut words[..Measurement::FIELDS.len()]);
-                Measurement::from_words(stamp, &words)
+                injector.see(&mut token);
+                token
             })
             .collect()
     }

@@ -166,6 +166,9 @@ pub struct Field {
 /// The most fields that a message may have (the digest's buffer is sized by it).
 pub const MAX_FIELDS: usize = 26;
 
+/// Words before the fields: tick and time of sending.
+pub(crate) const HEAD: usize = 2;
+
 /// A token: `tick` and `sent_ns`, then the fields.
 pub trait Message: Copy + Default + PartialEq + std::fmt::Debug + ZeroCopySend + 'static {
     /// The channel it travels on.
@@ -182,6 +185,12 @@ pub trait Message: Copy + Default + PartialEq + std::fmt::Debug + ZeroCopySend +
     fn tick(&self) -> u64;
     /// Monotonic time of sending in ns; 0 on a link within one process. Never part of a digest.
     fn sent_ns(&self) -> u64;
+    /// Its bits as they lie in memory: tick, time of sending, fields.
+    fn words(&self) -> &[u64];
+    /// The bits of its fields.
+    fn field_words(&self) -> &[u64] {
+        &self.words()[HEAD..]
+    }
     /// Sets tick and time of sending.
     fn stamp(&mut self, tick: u64, sent_ns: u64);
     /// Copies the fields' bits into `words` (at least `FIELDS.len()` long).
@@ -324,7 +333,7 @@ macro_rules! message {
         } )? )*
 
         const _: () = {
-            use $crate::message::{Channel, Field, Message, Word, schema_hash, type_name_bytes, MAX_FIELDS};
+            use $crate::message::{Channel, Field, HEAD, Message, Word, schema_hash, type_name_bytes, MAX_FIELDS};
             const FIELDS: &[Field] = &[$( Field {
                 name: stringify!($field), unit: $unit, kind: <$kind as Word>::KIND,
                 doc: concat!($($text),+ $(, $crate::message::bits_in_words!($($value $meaning)+))?),
@@ -334,7 +343,7 @@ macro_rules! message {
                 Ok(text) => text,
                 Err(_) => panic!("a type name is ASCII"),
             };
-            const _: () = assert!(size_of::<$name>() == 8 * (2 + FIELDS.len()));
+            const _: () = assert!(size_of::<$name>() == 8 * (HEAD + FIELDS.len()));
             const _: () = assert!(FIELDS.len() <= MAX_FIELDS);
 
             // SAFETY: `#[repr(C)]`, only u64 and f64 fields, no pointers, no padding (asserted above).
@@ -351,6 +360,12 @@ macro_rules! message {
                 const TYPE_NAME: &'static str = TYPE_NAME;
                 fn tick(&self) -> u64 { self.tick }
                 fn sent_ns(&self) -> u64 { self.sent_ns }
+                #[inline]
+                fn words(&self) -> &[u64] {
+                    // SAFETY: `#[repr(C)]`, only u64 and f64 fields, no padding (asserted above); any bits are a u64.
+                    unsafe { std::slice::from_raw_parts(std::ptr::from_ref(self).cast(), HEAD + FIELDS.len()) }
+                }
+                #[inline]
                 fn stamp(&mut self, tick: u64, sent_ns: u64) { self.tick = tick; self.sent_ns = sent_ns; }
                 #[inline]
                 fn write_words(&self, words: &mut [u64]) {

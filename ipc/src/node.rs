@@ -6,7 +6,7 @@ use crate::digest::{Digest, DigestHistory};
 use crate::error::LinkError;
 use crate::fault::{Injector, TokenFault};
 use crate::link::Connections;
-use crate::message::{Channel, NodeId};
+use crate::message::{Channel, Message, NodeId};
 use crate::statistics::LinkReport;
 use crate::token_log::TokenLog;
 use serde::{Deserialize, Serialize};
@@ -96,21 +96,23 @@ impl Watcher {
 }
 
 impl Seen for Watcher {
-    fn see(&mut self, channel: Channel, tick: u64, words: &mut [u64]) -> u64 {
-        let mut stamp = tick;
+    #[inline]
+    fn see<M: Message>(&mut self, tick: u64, token: &mut M) {
+        token.stamp(tick, 0);
         if !self.alone {
-            stamp = self.injector.see(channel, tick, words);
-            self.digest.add(stamp, words);
+            if self.injector.is_armed() {
+                self.injector.see(token);
+            }
+            self.digest.add_token(token);
             if let Some(log) = &mut self.log {
-                log.add(words);
+                log.add(token.field_words());
             }
         }
         if let Some((of, index)) = self.field
-            && of == channel
+            && of == M::CHANNEL
         {
-            self.field_a_per_m = words.get(index).map(|word| f64::from_bits(*word));
+            self.field_a_per_m = token.field_words().get(index).map(|word| f64::from_bits(*word));
         }
-        stamp
     }
 }
 

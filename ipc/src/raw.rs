@@ -5,7 +5,7 @@
 //! behind, because it is of another machine's clock, and bytes are little-endian. Which fields they are, the two ends settle
 //! beforehand ([`crate::layouts`]).
 
-use crate::message::{Channel, MAX_FIELDS, Message};
+use crate::message::{Channel, HEAD, MAX_FIELDS, Message};
 
 /// A token without its type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,8 +18,6 @@ pub struct RawToken {
 
 /// The most bytes that a token takes on a wire.
 pub const MAX_BYTES: usize = 8 * (1 + MAX_FIELDS);
-/// Words before the fields in a program's memory: tick and time of sending.
-const HEAD: usize = 2;
 /// The most words that a token takes in a program's memory.
 pub const MAX_WORDS: usize = HEAD + MAX_FIELDS;
 
