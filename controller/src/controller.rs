@@ -9,7 +9,7 @@ use crate::effects::KnownEffects;
 use crate::learner::{self, Learner, Turns};
 use crate::pid::is_measured;
 use crate::tuning::{Tuned, Tuning, change_over_s};
-use crate::{ControllerSettings, Feedforward, LoopShape, Pid, StrainLaw, Trajectory};
+use crate::{ControllerSettings, Feedforward, LoopShape, Motion, Pid, StrainLaw, Trajectory};
 use anhyst_ipc::{Change, Invalid, Tunable};
 use anhyst_model::{Effect, Material, TwoPole};
 use serde::{Deserialize, Serialize};
@@ -80,6 +80,8 @@ pub struct Controller {
     clipped_m: f64,
     /// The last error that could be had.
     error_m: f64,
+    /// Of even and of odd ticks: what was looked at two ticks ahead, and its time; it is what is now two ticks later.
+    coming: [Option<(f64, Motion)>; 2],
 }
 
 impl Controller {
@@ -163,6 +165,7 @@ impl Controller {
             wanted_m: 0.0,
             clipped_m: 0.0,
             error_m: 0.0,
+            coming: [None; 2],
         })
     }
 
@@ -178,6 +181,7 @@ impl Controller {
             return false;
         }
         if change.set == Tunable::Amplitude {
+            self.coming = [None; 2];
             let from_s = (change.tick as f64 + 2.0) * self.tick_s + self.ahead_s();
             self.trajectory
                 .change_amplitude(from_s, change_over_s(self.tick_s), change.value);
@@ -301,7 +305,10 @@ impl Controller {
         let now_s = tick as f64 * self.tick_s;
         let then_s = (tick as f64 + 2.0) * self.tick_s + self.ahead_s();
         let tuned = self.tuned(tick);
-        let (now, then) = (self.trajectory.at(now_s), self.trajectory.at(then_s));
+        let then = self.trajectory.at(then_s);
+        let coming = self.coming[(tick % 2) as usize].replace((then_s, then));
+        let known = coming.filter(|(time_s, _)| *time_s == now_s);
+        let now = known.map_or_else(|| self.trajectory.at(now_s), |(_, motion)| motion);
         let applied = self.applied(observed);
         let (mut forward_m, rate_m_per_s) = self.feedforward.map_or((0.0, 0.0), |forward| {
             (forward.displacement_m(&then), forward.rate_m_per_s(&then))

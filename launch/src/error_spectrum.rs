@@ -48,6 +48,7 @@ pub struct ErrorSpectrum {
 #[derive(Clone, Default)]
 struct Transform {
     plan: Option<Arc<dyn Fft<f64>>>,
+    window: Vec<f64>,
     values: Vec<Complex<f64>>,
     scratch: Vec<Complex<f64>>,
 }
@@ -117,16 +118,16 @@ impl ErrorSpectrum {
         if self.transform.plan.is_none() {
             self.transform = Transform::of(n);
         }
-        let Transform { plan, values, scratch } = &mut self.transform;
+        let Transform {
+            plan,
+            window,
+            values,
+            scratch,
+        } = &mut self.transform;
         let Some(plan) = plan else { return };
         // The mean is the window's: a plain one would put what a strong line has left over into the lowest bins.
         let mut means = [0.0; 2];
-        for (place, (value, own)) in values.iter_mut().zip(&self.segment).enumerate() {
-            let angle = TAU * place as f64 / n as f64;
-            let terms = (0..)
-                .zip(TERMS)
-                .map(|(order, term)| term * (f64::from(order) * angle).cos());
-            let window: f64 = terms.sum();
+        for ((value, own), &window) in values.iter_mut().zip(&self.segment).zip(&*window) {
             means = [0, 1].map(|of| means[of] + window * own[of] / (TERMS[0] * n as f64));
             *value = Complex::from(window);
         }
@@ -220,7 +221,15 @@ impl ErrorSpectrum {
 impl Transform {
     fn of(length: usize) -> Self {
         let plan = FftPlanner::new().plan_fft_forward(length);
+        let window = (0..length).map(|place| {
+            let angle = TAU * place as f64 / length as f64;
+            let terms = (0..)
+                .zip(TERMS)
+                .map(|(order, term)| term * (f64::from(order) * angle).cos());
+            terms.sum()
+        });
         Self {
+            window: window.collect(),
             values: vec![Complex::default(); length],
             scratch: vec![Complex::default(); plan.get_inplace_scratch_len()],
             plan: Some(plan),

@@ -13,33 +13,27 @@ use serde::{Deserialize, Serialize};
 /// Events that are listed; a guard that raises more says nothing new.
 const MAX_EVENTS: usize = 64;
 
-type IsOn = fn(&Demand, &Estimate, &SafeField) -> bool;
-
-/// States by name, from the words of controller, estimator and guard.
-const STATES: [(&str, IsOn); 9] = [
-    ("learning", |demand, _, _| demand.status & Demand::LEARNING != 0),
-    ("what was learned is taken back", |demand, _, _| {
-        demand.status & Demand::TAKEN_BACK != 0
-    }),
-    ("integration stopped", |demand, _, _| {
-        demand.status & Demand::INTEGRATION_STOPPED != 0
-    }),
-    ("estimate held", |_, estimate, _| {
-        estimate.status & Estimate::HELD != 0 && estimate.status & Estimate::FIXED == 0
-    }),
-    ("estimate at an edge of its range", |_, estimate, _| {
-        estimate.status & Estimate::AT_EDGE != 0 && estimate.status & Estimate::FIXED == 0
-    }),
-    ("field limited", |_, _, field| {
-        field.status & (SafeField::AMPLITUDE_LIMITED | SafeField::SLEW_LIMITED) != 0
-    }),
-    ("field held", |_, _, field| field.status & SafeField::HOLDING != 0),
-    ("on the way to the safe field, or there", |_, _, field| {
-        field.status & (SafeField::RAMPING | SafeField::SAFE) != 0
-    }),
-    ("estimate left alone", |_, _, field| {
-        field.status & SafeField::FALL_BACK != 0
-    }),
+/// States by name: bits of the words of controller, estimator and guard that mean them.
+const STATES: [(&str, u64, u64, u64); 9] = [
+    ("learning", Demand::LEARNING, 0, 0),
+    ("what was learned is taken back", Demand::TAKEN_BACK, 0, 0),
+    ("integration stopped", Demand::INTEGRATION_STOPPED, 0, 0),
+    ("estimate held", 0, Estimate::HELD, 0),
+    ("estimate at an edge of its range", 0, Estimate::AT_EDGE, 0),
+    (
+        "field limited",
+        0,
+        0,
+        SafeField::AMPLITUDE_LIMITED | SafeField::SLEW_LIMITED,
+    ),
+    ("field held", 0, 0, SafeField::HOLDING),
+    (
+        "on the way to the safe field, or there",
+        0,
+        0,
+        SafeField::RAMPING | SafeField::SAFE,
+    ),
+    ("estimate left alone", 0, 0, SafeField::FALL_BACK),
 ];
 
 /// A state's ticks.
@@ -126,8 +120,12 @@ impl History {
         if field.event != 0 && self.events.len() < MAX_EVENTS {
             self.events.push((tick, field.event));
         }
-        for (own, (_, is_on)) in self.states.iter_mut().zip(STATES) {
-            if is_on(demand, estimate, field) {
+        // A fixed estimate is neither held nor at an edge.
+        let is_fixed = estimate.status & Estimate::FIXED != 0;
+        let of_estimate = if is_fixed { 0 } else { estimate.status };
+        for (own, (_, of_demand, of_estimates, of_field)) in self.states.iter_mut().zip(STATES) {
+            let said = (demand.status & of_demand) | (of_estimate & of_estimates) | (field.status & of_field);
+            if said != 0 {
                 if own.ticks == 0 {
                     own.first_tick = tick;
                 }
@@ -162,7 +160,7 @@ impl History {
             windows: windows.map(|(time_s, own)| (time_s, own.with_means())).collect(),
             events: self.events.clone(),
             states: lasted
-                .map(|(own, (name, _))| (name.to_owned(), own.ticks, own.first_tick, own.last_tick))
+                .map(|(own, (name, ..))| (name.to_owned(), own.ticks, own.first_tick, own.last_tick))
                 .collect(),
             ticks: self.ticks,
         }

@@ -208,9 +208,9 @@ impl Judge {
                 return;
             }
             // Once the stated trajectory is not what is wanted, as after a change of its size, nothing is known between.
-            self.departed |= (trajectory.at(time_s).position_m - demand.reference_m).abs() > ROUNDING_M;
+            self.departed |= (trajectory.position_m(time_s) - demand.reference_m).abs() > ROUNDING_M;
             if !self.departed && then_s >= self.expect.settling_s && counts(trajectory, &self.expect, then_s) {
-                between_m = Some((trajectory.at(then_s).position_m - truth.displacement_between_m).abs());
+                between_m = Some((trajectory.position_m(then_s) - truth.displacement_between_m).abs());
             }
         }
         self.samples += 1;

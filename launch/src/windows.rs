@@ -29,7 +29,7 @@ impl<W> Default for Windows<W> {
 impl<W: Gathered> Windows<W> {
     /// Takes in what a tick gives.
     pub fn add(&mut self, tick: u64, own: W) {
-        while tick / self.ticks >= MAX_WINDOWS as u64 {
+        while self.place(tick) >= MAX_WINDOWS {
             self.ticks *= 2;
             for place in 0..self.windows.len().div_ceil(2) {
                 let later = self.windows.get(2 * place + 1).copied().unwrap_or_default();
@@ -37,11 +37,16 @@ impl<W: Gathered> Windows<W> {
             }
             self.windows.truncate(self.windows.len().div_ceil(2));
         }
-        let place = (tick / self.ticks) as usize;
+        let place = self.place(tick);
         if self.windows.len() <= place {
             self.windows.resize(place + 1, W::default());
         }
         self.windows[place] = self.windows[place].with(own);
+    }
+
+    /// The window of a tick: their length is a power of two.
+    fn place(&self, tick: u64) -> usize {
+        (tick >> self.ticks.trailing_zeros()) as usize
     }
 
     /// Middles, s, and windows; those in which nothing came are empty.

@@ -46,6 +46,15 @@ impl Harmonics {
         })
     }
 
+    /// The same bits as the position of [`Harmonics::at`].
+    pub fn position_m(&self, time_s: f64) -> f64 {
+        self.terms
+            .iter()
+            .fold(self.mean_m, |sum, &(amplitude_m, omega, phase)| {
+                sum + libm::sin(omega * time_s + phase) * amplitude_m
+            })
+    }
+
     pub fn at(&self, time_s: f64) -> Jet {
         self.terms
             .iter()

@@ -324,6 +324,16 @@ impl Trajectory {
         }
     }
 
+    /// The position alone, where nobody asks for more: the same bits as that of [`Trajectory::at`].
+    pub fn position_m(&self, time_s: f64) -> f64 {
+        match &self.kind {
+            Kind::Harmonics(harmonics) if !self.starting(time_s) && self.amplitude.at(time_s).is_none() => {
+                harmonics.position_m(time_s)
+            }
+            _ => self.at(time_s).position_m,
+        }
+    }
+
     /// What it is judged by.
     pub fn course(&self) -> Course<'_> {
         match &self.kind {
