@@ -1,8 +1,8 @@
 //! The command line: the commands, and how the help groups them.
 
 use crate::commands::{
-    benchmark, check, diagnose, doctor, estimate, fit, graph, interface, node, predict, replay, run_arguments, study,
-    sweep, tune, verify_amplifier,
+    bench, benchmark, check, diagnose, doctor, estimate, fit, graph, interface, node, predict, replay, run_arguments,
+    study, sweep, tune, verify_amplifier,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
@@ -81,6 +81,8 @@ pub enum Command {
     ///
     /// Results: amplifier.json, report.html, the effective scenario, the process's log.
     VerifyAmplifier(Box<verify_amplifier::VerifyAmplifierArguments>),
+    /// Measure what each part of the loop costs on this machine, beside the least that it could.
+    Bench(bench::BenchArguments),
     /// Look at shared memory, leftovers of crashed runs, rights and cores.
     Doctor(doctor::DoctorArguments),
     /// Print shell completions.
@@ -113,7 +115,7 @@ pub const GROUPS: [(&str, &[&str]); 5] = [
         "Processes and drivers",
         &["node", "bridge", "interface", "verify-amplifier"],
     ),
-    ("This machine", &["doctor", "completions"]),
+    ("This machine", &["doctor", "bench", "completions"]),
 ];
 
 /// The command line as clap knows it, its commands grouped.

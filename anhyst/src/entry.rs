@@ -106,6 +106,7 @@ pub fn perform(command: &Command) -> miette::Result<Ending> {
         Command::Bridge(arguments) => commands::bridge::run(arguments),
         Command::Interface(arguments) => commands::interface::run(arguments),
         Command::VerifyAmplifier(arguments) => commands::verify_amplifier::run(arguments),
+        Command::Bench(arguments) => commands::bench::run(arguments),
         Command::Doctor(arguments) => commands::doctor::run(arguments),
         Command::Completions { shell } => {
             clap_complete::generate(*shell, &mut cli::command(), "anhyst", &mut std::io::stdout());

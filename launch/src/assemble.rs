@@ -17,7 +17,7 @@ use anhyst_scenario::{InverseBlock, Scenario};
 /// # Errors
 /// If a setting cannot be used or a link cannot be opened.
 pub fn stage(node: NodeId, scenario: &Scenario, connections: &mut Connections) -> Result<Box<dyn Stage>, RunError> {
-    if scenario.clock.realtime().is_some_and(|realtime| realtime.empty_blocks) {
+    if scenario.clock.has_empty_blocks() {
         return crate::realtime::empty_stage(node, scenario.ticks(), connections);
     }
     Ok(match node {

@@ -38,7 +38,9 @@ pub use effects::{Effect, EffectKind, Stage};
 pub use error::ModelError;
 pub use excitation::DriveSignal;
 pub use flicker::Flicker;
-pub use law::domain_wall::{Bank, Hysteresis, HysteresisParameter, Inversion, MagneticState, SensitiveState};
+pub use law::domain_wall::{
+    Bank, Hysteresis, HysteresisParameter, Instructions, Inversion, MagneticState, SensitiveState,
+};
 pub use law::{
     BoucWen, Density, HysteresisLaw, Law, LawModel, LawModelState, LawParameter, LawState, PlayGroup, PlaySum,
     PlaySumState, PrandtlIshlinskiiInverse, Preisach, PreisachState, ScaledDomainWall, SlowLag, Warp,

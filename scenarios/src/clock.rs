@@ -12,6 +12,9 @@ pub enum Clock {
         /// A token that takes longer ends the run.
         #[serde(default = "default_receive_limit_s")]
         receive_limit_s: f64,
+        /// As [`Realtime::empty_blocks`].
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        empty_blocks: bool,
     },
     /// With the clock on the wall: a token that is late is not waited for.
     Realtime(Realtime),
@@ -90,6 +93,14 @@ impl Clock {
         }
     }
 
+    /// All blocks answer with zeros.
+    pub fn has_empty_blocks(&self) -> bool {
+        match self {
+            Clock::Lockstep { empty_blocks, .. } => *empty_blocks,
+            Clock::Realtime(realtime) => realtime.empty_blocks,
+        }
+    }
+
     /// Its name, as foreign processes are told it.
     pub fn name(&self) -> &'static str {
         let [lockstep, free_running, paced_by_measurement] = CLOCKS;
@@ -103,7 +114,7 @@ impl Clock {
     /// How long a process waits for another one that does not answer; in real time only where it does not live in our hands.
     pub fn receive_limit_s(&self) -> f64 {
         match self {
-            Clock::Lockstep { receive_limit_s } => *receive_limit_s,
+            Clock::Lockstep { receive_limit_s, .. } => *receive_limit_s,
             Clock::Realtime(_) => default_receive_limit_s(),
         }
     }
@@ -114,7 +125,7 @@ impl Clock {
     /// The first setting that cannot be used.
     pub fn validate(&self, ticks: f64) -> Result<(), Invalid> {
         match self {
-            Clock::Lockstep { receive_limit_s } => {
+            Clock::Lockstep { receive_limit_s, .. } => {
                 Invalid::unless_between("clock.receive_limit_s", *receive_limit_s, 0.01, 3600.0, "s")
             }
             Clock::Realtime(realtime) => realtime.validate(ticks).map_err(|invalid| invalid.within("clock")),

@@ -1,5 +1,6 @@
 //! One file per subcommand.
 
+pub mod bench;
 pub mod benchmark;
 #[cfg(feature = "bridge")]
 pub mod bridge;

@@ -138,10 +138,14 @@ fn effective(arguments: &VerifyAmplifierArguments) -> miette::Result<(Scenario, 
     // The bench waits for every answer; --paced paces the commands.
     scenario.clock = Clock::Lockstep {
         receive_limit_s: scenario.clock.receive_limit_s(),
+        empty_blocks: false,
     };
     if let Some(receive_limit_s) = arguments.silence_s {
         Invalid::unless_between("--silence-s", receive_limit_s, 0.02, 600.0, "s").map_err(RunError::from)?;
-        scenario.clock = Clock::Lockstep { receive_limit_s };
+        scenario.clock = Clock::Lockstep {
+            receive_limit_s,
+            empty_blocks: false,
+        };
     }
     scenario.validate().map_err(RunError::from)?;
     let expected = expectation(&scenario, arguments);

@@ -41,7 +41,7 @@ pub fn pace(realtime: &Realtime, nodes: &[NodeId], tick_s: f64) -> Rc<Pace> {
 }
 
 /// Time that the CPUs have spent on this process, s.
-fn cpu_s() -> f64 {
+pub fn cpu_s() -> f64 {
     let spent = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
     spent.tv_sec as f64 + 1e-9 * spent.tv_nsec as f64
 }

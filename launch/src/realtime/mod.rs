@@ -8,7 +8,7 @@ mod report;
 mod summary;
 
 pub use empty::empty_stage;
-pub use looping::{Timed, pace};
+pub use looping::{Timed, cpu_s, pace};
 pub use machine::{Attempt, ask};
 pub use replay::{Logs, Replayed, replay};
 pub use report::{Distribution, RealtimeReport, Restart};

@@ -7,7 +7,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::bank_step::{self, BankLanes, FieldStep, Instructions, WIDTH};
+pub use super::bank_step::Instructions;
+use super::bank_step::{self, BankLanes, FieldStep, WIDTH};
 use crate::error::require_positive;
 use crate::{Hysteresis, ModelError};
 
@@ -89,7 +90,9 @@ impl Bank {
         self.advance_with(field_to_a_per_m, Instructions::best());
     }
 
-    fn advance_with(&mut self, to: f64, instructions: Instructions) {
+    /// The same on chosen instructions: the same bits.
+    pub fn advance_with(&mut self, field_to_a_per_m: f64, instructions: Instructions) {
+        let to = field_to_a_per_m;
         let from = self.field;
         let change = to - from;
         if change == 0.0 {

@@ -30,9 +30,12 @@ pub(crate) struct BankLanes {
     pub switch_field: Vec<f64>,
 }
 
-/// Which instructions run the step.
+/// Instructions that a bank can run on; this processor has them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Instructions {
+pub struct Instructions(Set);
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Set {
     Plain,
     #[cfg(target_arch = "x86_64")]
     Avx2,
@@ -41,20 +44,32 @@ pub(crate) enum Instructions {
 }
 
 impl Instructions {
-    /// All that this processor can run.
+    /// All that this processor can run, the widest first.
     pub fn available() -> impl Iterator<Item = Instructions> {
         #[cfg(target_arch = "x86_64")]
         let wide = [
-            is_x86_feature_detected!("avx512f").then_some(Instructions::Avx512),
-            is_x86_feature_detected!("avx2").then_some(Instructions::Avx2),
+            is_x86_feature_detected!("avx512f").then_some(Set::Avx512),
+            is_x86_feature_detected!("avx2").then_some(Set::Avx2),
         ];
         #[cfg(not(target_arch = "x86_64"))]
-        let wide = [];
-        wide.into_iter().flatten().chain([Instructions::Plain])
+        let wide: [Option<Set>; 0] = [];
+        wide.into_iter().flatten().chain([Set::Plain]).map(Instructions)
     }
 
+    /// Those that a bank takes.
     pub fn best() -> Instructions {
-        Self::available().next().unwrap_or(Instructions::Plain)
+        Self::available().next().unwrap_or(Instructions(Set::Plain))
+    }
+
+    /// Their name.
+    pub fn name(self) -> &'static str {
+        match self.0 {
+            Set::Plain => "plain",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => "AVX2",
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => "AVX-512",
+        }
     }
 }
 
@@ -87,14 +102,14 @@ fn dispatch<C: Curve<Vector>, const CUBIC: bool>(
     step: FieldStep,
     with: Instructions,
 ) {
-    match with {
-        Instructions::Plain => run::<C, CUBIC>(base, lanes, step),
+    match with.0 {
+        Set::Plain => run::<C, CUBIC>(base, lanes, step),
         // SAFETY: `Instructions::available` names a variant only where the processor has it.
         #[cfg(target_arch = "x86_64")]
-        Instructions::Avx2 => unsafe { run_avx2::<C, CUBIC>(base, lanes, step) },
+        Set::Avx2 => unsafe { run_avx2::<C, CUBIC>(base, lanes, step) },
         // SAFETY: as above.
         #[cfg(target_arch = "x86_64")]
-        Instructions::Avx512 => unsafe { run_avx512::<C, CUBIC>(base, lanes, step) },
+        Set::Avx512 => unsafe { run_avx512::<C, CUBIC>(base, lanes, step) },
     }
 }
 

@@ -23,7 +23,7 @@ mod validity;
 use serde::{Deserialize, Serialize};
 
 use crate::Anhysteretic;
-pub use bank::Bank;
+pub use bank::{Bank, Instructions};
 pub use inverse::Inversion;
 pub use parameter::HysteresisParameter;
 pub use sensitivity::SensitiveState;
