@@ -221,6 +221,12 @@ impl Controller {
         )
     }
 
+    /// Ends of the quasi-static displacement that the trajectory asks for in a run, m.
+    pub fn asks_m(&self, duration_s: f64) -> (f64, f64) {
+        let needed = self.ticks(duration_s).map(|time_s| self.needed_m(time_s));
+        needed.fold((0.0, 0.0), |(low, high): (f64, f64), own| (low.min(own), high.max(own)))
+    }
+
     /// How far the reference goes from 0 in a run, and a hundredth of what the rod can reach, m; none where it stays at 0.
     pub fn size_m(&self, duration_s: f64) -> Option<f64> {
         let places = self

@@ -98,6 +98,15 @@ impl LoopShape {
             .collect()
     }
 
+    /// What the tip does of a white noise of the sensor, rms per rms: the root of the mean of |T|² up to half the sampling rate.
+    pub fn noise_gain(&self) -> f64 {
+        let gains = self
+            .return_differences()
+            .map(|(_, value)| value.minus(ONE).magnitude() / value.magnitude());
+        let (sum, count) = gains.fold((0.0, 0.0), |(sum, count), gain| (sum + gain * gain, count + 1.0));
+        libm::sqrt(sum / count)
+    }
+
     /// The margins. They say something of a stable loop only.
     pub fn margins(&self) -> Margins {
         let nothing = Largest {

@@ -94,6 +94,15 @@ impl ScenarioText {
         resolve(path, settings, by.into_iter().collect(), 0)
     }
 
+    /// A text that shall stand in this file, and need not yet.
+    pub fn of(file: &Path, text: String) -> Self {
+        Self {
+            file: file.to_owned(),
+            changed_by: Vec::new(),
+            text,
+        }
+    }
+
     /// The same text with more changes; `by` says whose they are.
     ///
     /// # Errors
@@ -118,7 +127,7 @@ impl ScenarioText {
         let mut scenario: Scenario = parse(&shown, text)?;
         let folder = self.file.parent().unwrap_or(Path::new("."));
         if let MaterialSource::File(material) = &scenario.material {
-            let found = load_material(&folder.join(material), "material", &shown, text, scenario.amplifier)?;
+            let found = load_material(&beside(folder, material), "material", &shown, text, scenario.amplifier)?;
             // A model of an actuator: what the scenario says of itself goes before what the model says.
             if scenario.effects.is_empty() {
                 scenario.effects = found.effects;
@@ -129,7 +138,7 @@ impl ScenarioText {
         if let Some(material) = scenario.plant.material_file.take() {
             let at = "plant.material_file";
             scenario.plant.material =
-                Some(load_material(&folder.join(material), at, &shown, text, scenario.amplifier)?.material);
+                Some(load_material(&beside(folder, &material), at, &shown, text, scenario.amplifier)?.material);
         }
         if let Some(resonance) = scenario.rod.resonance.take() {
             scenario.rod.two_pole = Some(resonance.two_pole());
@@ -227,14 +236,47 @@ fn resolve(
 pub const BUILT_IN_AMPLIFIER: &str = "built-in/amplifier.ron";
 
 /// Scenarios that are in the program, so that it needs no repository around it: where no file is.
-pub(crate) const BUILT_IN: [(&str, &str); 3] = [
+pub(crate) const BUILT_IN: [(&str, &str); 8] = [
     (BUILT_IN_AMPLIFIER, include_str!("../amplifier.ron")),
     ("built-in/milling.ron", include_str!("../milling.ron")),
     (
         "built-in/materials/terfenol_nealis_smith.ron",
         include_str!("../materials/terfenol_nealis_smith.ron"),
     ),
+    (
+        "built-in/materials/terfenol_d_measured.ron",
+        include_str!("../materials/terfenol_d_measured.ron"),
+    ),
+    (
+        "built-in/materials/piezo_stage_plays.ron",
+        include_str!("../materials/piezo_stage_plays.ron"),
+    ),
+    (
+        "built-in/materials/piezo_stage_preisach.ron",
+        include_str!("../materials/piezo_stage_preisach.ron"),
+    ),
+    (
+        "built-in/materials/magnet_plays.ron",
+        include_str!("../materials/magnet_plays.ron"),
+    ),
+    (
+        "built-in/materials/magnet_preisach.ron",
+        include_str!("../materials/magnet_preisach.ron"),
+    ),
 ];
+
+/// A file that a scenario names: relative to it, or in the program.
+fn beside(folder: &Path, file: &Path) -> PathBuf {
+    if is_built_in(file) {
+        file.to_owned()
+    } else {
+        folder.join(file)
+    }
+}
+
+pub(crate) fn is_built_in(file: &Path) -> bool {
+    BUILT_IN.iter().any(|(name, _)| file == Path::new(name))
+}
 
 /// The text of a scenario, a model or a material, without the mark that some editors put before it.
 pub(crate) fn read(path: &Path) -> Result<String, ScenarioError> {

@@ -1,7 +1,7 @@
 //! From a file to a material or a model of an actuator.
 
 use super::ScenarioError;
-use super::load::{BUILT_IN, misread, options, parse, place_of, read};
+use super::load::{is_built_in, misread, options, parse, place_of, read};
 use super::source;
 use anhyst_identify::laws::LawFile;
 use anhyst_measured::Quantity;
@@ -35,7 +35,7 @@ pub(crate) fn load_material(
     text: &str,
     amplifier: AmplifierConstants,
 ) -> Result<ActuatorModel, ScenarioError> {
-    if !file.is_file() && !BUILT_IN.iter().any(|(name, _)| file == Path::new(name)) {
+    if !file.is_file() && !is_built_in(file) {
         let sentence = format!("the material file {} does not exist", file.display());
         return Err(ScenarioError::at(scenario, text, place_of(text, at), sentence));
     }

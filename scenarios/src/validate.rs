@@ -4,7 +4,7 @@ use super::{Placement, Scenario};
 use anhyst_controller::{Controller, LoopShape, PidSettings, TrajectorySettings};
 use anhyst_estimator::{Estimator, EstimatorError, LawSettings};
 use anhyst_ipc::{Invalid, NodeId};
-use anhyst_model::{Hysteresis, HysteresisLaw, MagneticState, Material, ModelError};
+use anhyst_model::{Hysteresis, Material, ModelError};
 use anhyst_plant_sim::{PlantError, PlantNode, ShapeCourse};
 use std::path::Path;
 
@@ -309,29 +309,18 @@ impl Scenario {
         let peak = controller.peak_magnetization(self.duration_s);
         let limit = self.guard.field_limit_a_per_m;
         let (asked, at_s) = (peak.magnetization_a_per_m, peak.time_s);
-        let sentence = if let Some(law) = &material.law {
-            let rest = law.model.rest();
-            let zero = law.model.output(&rest);
-            let (end, reaches) = law.model.input_for(&rest, asked + zero, limit);
-            let (reached, _) = law.model.ahead(&rest, end);
-            let [input, output] = material.units();
-            (!reaches).then(|| {
-                format!(
-                    "the profile asks for {asked:.4e} {output} at {at_s:.4} s, but the limit of {limit} {input} reaches only {:.4e} {output}",
-                    reached - zero
-                )
-            })
-        } else {
-            let reached = material
-                .hysteresis
-                .advance_to_magnetization(MagneticState::default(), asked, limit);
-            reached.limited.then(|| {
-                format!(
-                    "the profile asks for a magnetization of {asked:.0} A/m at {at_s:.4} s, but the field limit of {limit} A/m reaches only {:.0} A/m",
-                    reached.state.magnetization_a_per_m
-                )
-            })
-        };
+        let way = self.way_to(material, asked, limit);
+        let [input, output] = material.units();
+        let sentence = (!way.reaches).then(|| match material.law {
+            Some(_) => format!(
+                "the profile asks for {asked:.4e} {output} at {at_s:.4} s, but the limit of {limit} {input} reaches only {:.4e} {output}",
+                way.reached
+            ),
+            None => format!(
+                "the profile asks for a magnetization of {asked:.0} A/m at {at_s:.4} s, but the field limit of {limit} A/m reaches only {:.0} A/m",
+                way.reached
+            ),
+        });
         sentence.map_or(Ok(()), |sentence| Err(Invalid::new("controller.trajectory", sentence)))
     }
 
