@@ -13,3 +13,5 @@ pub mod estimate;
 mod fit_picture;
 mod law_picture;
 pub mod spelling;
+#[cfg(feature = "recorder")]
+mod written;

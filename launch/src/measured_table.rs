@@ -26,28 +26,52 @@ fn headers(units: &Units) -> (&'static str, Option<&'static str>, &'static str) 
     (command, measured, output)
 }
 
-/// The measured run as CSV, every number to its last bit.
-pub fn measured_table(measured: &[Measurement], asked: &[SafeField], tick_s: f64, units: &Units) -> String {
-    let warm = measured.iter().any(|row| row.temperature_k != 0.0);
-    let (command, field, output) = headers(units);
-    let names = ["time_s", command].into_iter().chain(field).chain([output]);
-    let names: Vec<&str> = names.chain(warm.then_some("temperature_K")).collect();
-    let mut text = names.join(",") + "\n";
-    for (k, row) in measured.iter().enumerate() {
-        let command = k.checked_sub(TICKS_AHEAD).and_then(|k| asked.get(k));
-        let command = command.map_or(0.0, |token| token.field_a_per_m);
-        // Writing to a String cannot fail.
-        let _ = write!(text, "{},{command}", k as f64 * tick_s);
-        if field.is_some() {
-            let _ = write!(text, ",{}", row.coil_field_a_per_m);
-        }
-        let _ = write!(text, ",{}", row.displacement_m);
-        if warm {
-            let _ = write!(text, ",{}", row.temperature_k);
-        }
-        text.push('\n');
+/// Named columns of one length.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeasuredTable {
+    pub columns: Vec<(String, Vec<f64>)>,
+}
+
+impl MeasuredTable {
+    pub fn rows(&self) -> usize {
+        self.columns.first().map_or(0, |(_, values)| values.len())
     }
-    text
+
+    /// As CSV, every number to its last bit.
+    pub fn csv(&self) -> String {
+        let names: Vec<&str> = self.columns.iter().map(|(name, _)| name.as_str()).collect();
+        let mut text = names.join(",") + "\n";
+        for row in 0..self.rows() {
+            for (place, (_, values)) in self.columns.iter().enumerate() {
+                let comma = if place > 0 { "," } else { "" };
+                // Writing to a String cannot fail.
+                let _ = write!(text, "{comma}{}", values[row]);
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
+
+/// The measured run.
+pub fn measured_table(measured: &[Measurement], asked: &[SafeField], tick_s: f64, units: &Units) -> MeasuredTable {
+    let (command, field, output) = headers(units);
+    let asked_for = |k: usize| {
+        let token = k.checked_sub(TICKS_AHEAD).and_then(|k| asked.get(k));
+        token.map_or(0.0, |token| token.field_a_per_m)
+    };
+    let rows = 0..measured.len();
+    let of = |value: fn(&Measurement) -> f64| measured.iter().map(value).collect();
+    let mut columns = vec![
+        ("time_s".to_owned(), rows.clone().map(|k| k as f64 * tick_s).collect()),
+        (command.to_owned(), rows.map(asked_for).collect()),
+    ];
+    columns.extend(field.map(|name| (name.to_owned(), of(|row| row.coil_field_a_per_m))));
+    columns.push((output.to_owned(), of(|row| row.displacement_m)));
+    if measured.iter().any(|row| row.temperature_k != 0.0) {
+        columns.push(("temperature_K".to_owned(), of(|row| row.temperature_k)));
+    }
+    MeasuredTable { columns }
 }
 
 #[cfg(test)]
@@ -69,7 +93,7 @@ mod tests {
                 ..SafeField::default()
             })
             .collect();
-        let text = measured_table(&measured, &asked, 0.5, &Units::default());
+        let text = measured_table(&measured, &asked, 0.5, &Units::default()).csv();
         let rows: Vec<&str> = text.lines().collect();
         assert_eq!(rows[0], "time_s,field_command_A_per_m,field_A_per_m,displacement_m");
         assert_eq!(
@@ -80,7 +104,7 @@ mod tests {
             input: "V".into(),
             ..Units::default()
         };
-        let text = measured_table(&measured[..1], &asked, 0.5, &volts);
+        let text = measured_table(&measured[..1], &asked, 0.5, &volts).csv();
         assert_eq!(text, "time_s,voltage_V,displacement_m\n0,0,0\n");
     }
 }

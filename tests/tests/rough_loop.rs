@@ -24,7 +24,7 @@ fn amended(scenario: &Scenario, cut: &Cut, rows: Option<&str>, folder: &Path) ->
     let (table, model) = (folder.join("run.csv"), folder.join("model.ron"));
     std::fs::write(
         &table,
-        measured_table(&cut.measured, &cut.safe, scenario.tick_s, &scenario.units()),
+        measured_table(&cut.measured, &cut.safe, scenario.tick_s, &scenario.units()).csv(),
     )
     .unwrap();
     std::fs::write(&model, to_ron(&scenario.believed_model().unwrap()).unwrap()).unwrap();

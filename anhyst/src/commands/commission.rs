@@ -348,7 +348,7 @@ impl Work<'_> {
         save(
             cut,
             "run.csv",
-            &measured_table(&measured, &asked, scenario.tick_s, &scenario.units()),
+            &measured_table(&measured, &asked, scenario.tick_s, &scenario.units()).csv(),
         )?;
         let run = MeasuredRun::read(&cut.join("run.csv"), &RunReadOptions::default()).map_err(told)?;
         let model = scenario.believed_model().map_err(told)?;

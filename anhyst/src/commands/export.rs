@@ -3,6 +3,7 @@
 
 use super::Ending;
 use crate::arguments::JsonArgument;
+use crate::written::Format;
 use anhyst_fmu::Kind;
 use anhyst_ipc::{Measurement, SafeField};
 use anhyst_launch::error::RunError;
@@ -18,7 +19,7 @@ use std::path::{Path, PathBuf};
 pub struct ExportArguments {
     /// Folder of the recorded run; with --fmu a scenario file.
     pub run: PathBuf,
-    /// Folder of the results: run.csv, model.ron (default: the run's own); with --fmu the file to write (default: KIND.fmu).
+    /// Folder of the results: run.csv (or as --format says), model.ron (default: the run's own); with --fmu the file to write (default: KIND.fmu).
     #[arg(long)]
     pub out: Option<PathBuf>,
     /// Write this part of a scenario as an FMI 3.0 co-simulation unit: plant, inverse, controller or loop.
@@ -27,6 +28,9 @@ pub struct ExportArguments {
     /// The library that goes into the FMU (default: the one built with this executable).
     #[arg(long, requires = "fmu", value_name = "FILE")]
     pub library: Option<PathBuf>,
+    /// Format of the table: run.csv, run.parquet, run.mat or run.mcap.
+    #[arg(long, value_enum, default_value_t = Format::Csv, conflicts_with = "fmu")]
+    pub format: Format,
     /// How what was written is printed.
     #[command(flatten)]
     pub json: JsonArgument,
@@ -57,19 +61,21 @@ pub fn run(arguments: &ExportArguments) -> miette::Result<Ending> {
         scenario.name,
         to_ron(&believed).map_err(|error| setup(&error))?
     );
-    save(out, "run.csv", &table)?;
-    save(out, "model.ron", &model)?;
+    let name = format!("run.{}", arguments.format.ending());
+    let bytes = arguments.format.bytes(&table).map_err(RunError::Setup)?;
+    save(out, &name, &bytes)?;
+    save(out, "model.ron", model.as_bytes())?;
     let rows = measured.len();
     if arguments.json.json {
         let written = serde_json::json!({
             "rows": rows,
-            "data": out.join("run.csv"),
+            "data": out.join(&name),
             "model": out.join("model.ron"),
         });
         crate::say!("{written:#}");
         return Ok(Ending::Held);
     }
-    crate::say!("{} rows: {}", rows, out.join("run.csv").display());
+    crate::say!("{} rows: {}", rows, out.join(&name).display());
     crate::say!(
         "what the controller's side believes: {}",
         out.join("model.ron").display()
@@ -77,9 +83,9 @@ pub fn run(arguments: &ExportArguments) -> miette::Result<Ending> {
     Ok(Ending::Held)
 }
 
-fn save(out: &Path, file: &str, text: &str) -> Result<(), RunError> {
+fn save(out: &Path, file: &str, bytes: &[u8]) -> Result<(), RunError> {
     let path = out.join(file);
     std::fs::create_dir_all(out)
-        .and_then(|()| std::fs::write(&path, text))
+        .and_then(|()| std::fs::write(&path, bytes))
         .map_err(|cause| RunError::Write { path, cause })
 }
