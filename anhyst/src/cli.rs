@@ -1,8 +1,8 @@
 //! The command line: the commands, and how the help groups them.
 
 use crate::commands::{
-    bench, benchmark, check, diagnose, doctor, estimate, fit, graph, interface, node, predict, replay, run_arguments,
-    study, sweep, tune, verify_amplifier,
+    bench, benchmark, check, diagnose, doctor, estimate, explain, fit, graph, interface, man, new, node, predict, replay,
+    run_arguments, study, sweep, tune, verify_amplifier,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
@@ -20,6 +20,8 @@ pub struct Cli {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Write a scenario for your own actuator: asks, or takes options; it passes `check` and holds when run.
+    New(Box<new::NewArguments>),
     /// Run a scenario: start its processes, cut, judge, record; of several scenarios print one table.
     Run(Box<run_arguments::RunArguments>),
     /// Run a scenario under values that vary and under many seeds, on all cores.
@@ -85,6 +87,10 @@ pub enum Command {
     Bench(bench::BenchArguments),
     /// Look at shared memory, leftovers of crashed runs, rights and cores.
     Doctor(doctor::DoctorArguments),
+    /// Say what the documentation says of a setting, an event, an effect, a law, a command.
+    Explain(explain::ExplainArguments),
+    /// Write the manual pages.
+    Man(man::ManArguments),
     /// Print shell completions.
     Completions {
         /// For which shell.
@@ -97,6 +103,7 @@ pub const GROUPS: [(&str, &[&str]); 5] = [
     (
         "Scenarios",
         &[
+            "new",
             "run",
             "sweep",
             "gather",
@@ -115,7 +122,7 @@ pub const GROUPS: [(&str, &[&str]); 5] = [
         "Processes and drivers",
         &["node", "bridge", "interface", "verify-amplifier"],
     ),
-    ("This machine", &["doctor", "bench", "completions"]),
+    ("This machine", &["doctor", "bench", "explain", "man", "completions"]),
 ];
 
 /// The command line as clap knows it, its commands grouped.

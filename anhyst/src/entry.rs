@@ -82,6 +82,7 @@ pub fn status(report: &miette::Report) -> u8 {
 /// Bad input, or no room.
 pub fn perform(command: &Command) -> miette::Result<Ending> {
     match command {
+        Command::New(arguments) => commands::new::run(arguments),
         Command::Run(arguments) => commands::run::run(arguments),
         Command::Sweep(arguments) => commands::sweep::run(arguments),
         Command::Gather(arguments) => commands::sweep::run_gather(arguments),
@@ -108,6 +109,8 @@ pub fn perform(command: &Command) -> miette::Result<Ending> {
         Command::VerifyAmplifier(arguments) => commands::verify_amplifier::run(arguments),
         Command::Bench(arguments) => commands::bench::run(arguments),
         Command::Doctor(arguments) => commands::doctor::run(arguments),
+        Command::Explain(arguments) => commands::explain::run(arguments),
+        Command::Man(arguments) => commands::man::run(arguments),
         Command::Completions { shell } => {
             clap_complete::generate(*shell, &mut cli::command(), "anhyst", &mut std::io::stdout());
             Ok(Ending::Held)

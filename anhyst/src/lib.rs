@@ -6,6 +6,7 @@ mod arguments;
 pub mod cli;
 pub mod commands;
 pub mod control;
+pub mod design;
 #[cfg(feature = "recorder")]
 mod diagnosis_album;
 pub mod entry;

@@ -13,6 +13,7 @@ pub mod diagnose;
 pub mod doctor;
 pub mod doctor_realtime;
 pub mod estimate;
+pub mod explain;
 #[cfg(feature = "recorder")]
 pub mod export;
 #[cfg(feature = "recorder")]
@@ -21,6 +22,8 @@ pub mod fit;
 pub mod fit_law;
 pub mod graph;
 pub mod interface;
+pub mod man;
+pub mod new;
 pub mod node;
 pub mod part;
 pub mod predict;

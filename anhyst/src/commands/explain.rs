@@ -1,0 +1,184 @@
+//! `anhyst explain TOPIC`: the sections and table rows of the documentation that are about it. The documentation is the only copy.
+
+use super::Ending;
+use clap::Args;
+
+/// `explain`
+#[derive(Debug, Args)]
+pub struct ExplainArguments {
+    /// A heading, a setting, a guard event, an effect, a law, a command: settling_s, eddy_current, exit codes (default: the headings).
+    pub topic: Vec<String>,
+}
+
+/// Name and text of each page.
+pub const PAGES: [(&str, &str); 16] = [
+    ("running", include_str!("../../../docs/running.md")),
+    ("scenarios", include_str!("../../../docs/scenarios.md")),
+    ("safety", include_str!("../../../docs/safety.md")),
+    ("control", include_str!("../../../docs/control.md")),
+    ("effects", include_str!("../../../docs/effects.md")),
+    ("laws", include_str!("../../../docs/laws.md")),
+    ("hysteresis", include_str!("../../../docs/hysteresis.md")),
+    ("fit", include_str!("../../../docs/fit.md")),
+    ("estimate", include_str!("../../../docs/estimate.md")),
+    ("diagnose", include_str!("../../../docs/diagnose.md")),
+    ("sweep", include_str!("../../../docs/sweep.md")),
+    ("realtime", include_str!("../../../docs/realtime.md")),
+    ("drivers", include_str!("../../../docs/drivers.md")),
+    ("verify-amplifier", include_str!("../../../docs/verify-amplifier.md")),
+    ("fmu", include_str!("../../../docs/fmu.md")),
+    ("bridge", include_str!("../../../docs/bridge.md")),
+];
+
+/// A heading and what stands below it, up to the next.
+struct Section<'a> {
+    page: &'static str,
+    heading: &'a str,
+    text: &'a str,
+}
+
+fn sections() -> impl Iterator<Item = Section<'static>> {
+    PAGES.iter().flat_map(|(page, text)| {
+        let text = text.strip_prefix("# ").unwrap_or(text);
+        text.split("\n#").map(move |own| {
+            let own = own.trim_start_matches('#').trim_start();
+            let (heading, text) = own.split_once('\n').unwrap_or((own, ""));
+            Section {
+                page,
+                heading: heading.trim(),
+                text: text.trim(),
+            }
+        })
+    })
+}
+
+/// Letters and digits in lower case, the rest as one blank.
+fn plain(text: &str) -> String {
+    let letters = text.chars().map(|letter| {
+        if letter.is_alphanumeric() {
+            letter.to_ascii_lowercase()
+        } else {
+            ' '
+        }
+    });
+    letters
+        .collect::<String>()
+        .split_whitespace()
+        .collect::<Vec<_>>()
+        .join(" ")
+}
+
+/// The rows of a section's tables whose first cell is about the topic, each with the header above it.
+fn rows<'a>(section: &Section<'a>, topic: &str) -> Vec<&'a str> {
+    let lines: Vec<&str> = section.text.lines().collect();
+    let mut header = None;
+    let mut found = Vec::new();
+    for (place, line) in lines.iter().enumerate() {
+        if !line.starts_with('|') {
+            header = None;
+            continue;
+        }
+        if header.is_none() {
+            header = Some((lines.get(place), lines.get(place + 1)));
+            continue;
+        }
+        // The second cell: events have their number in front of their name.
+        let mut cells = line.trim_start_matches('|').split('|').map(plain);
+        let first = cells.next().unwrap_or_default();
+        let is_it =
+            format!(" {first} ").contains(&format!(" {topic} ")) || cells.next().is_some_and(|own| own == topic);
+        if !is_it {
+            continue;
+        }
+        if let Some((Some(names), Some(rule))) = header.replace((None, None)) {
+            found.extend([*names, *rule]);
+        }
+        found.push(line);
+    }
+    found
+}
+
+/// What the documentation says of a topic; empty if nothing.
+pub fn explained(topic: &str) -> String {
+    let topic = plain(topic);
+    let mut text = String::new();
+    for own in sections() {
+        let heading = plain(own.heading);
+        if heading == topic || own.page == topic && own.heading == first_heading(own.page) {
+            text += &format!("# {} (docs/{}.md)\n\n{}\n\n", own.heading, own.page, own.text);
+            continue;
+        }
+        let rows = rows(&own, &topic);
+        if !rows.is_empty() {
+            text += &format!("# {} (docs/{}.md)\n\n{}\n\n", own.heading, own.page, rows.join("\n"));
+        }
+    }
+    text
+}
+
+fn first_heading(page: &str) -> &'static str {
+    sections().find(|own| own.page == page).map_or("", |own| own.heading)
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A topic of which the documentation says nothing.
+pub fn run(arguments: &ExplainArguments) -> miette::Result<Ending> {
+    let topic = arguments.topic.join(" ");
+    if topic.trim().is_empty() {
+        for (page, _) in PAGES {
+            let headings: Vec<&str> = sections()
+                .filter(|own| own.page == page)
+                .map(|own| own.heading)
+                .collect();
+            crate::say!("{page}: {}", headings.join(", "));
+        }
+        return Ok(Ending::Held);
+    }
+    let text = explained(&topic);
+    if !text.is_empty() {
+        crate::say!("{}", text.trim_end());
+        return Ok(Ending::Held);
+    }
+    let words = plain(&topic);
+    let near = |own: &Section| {
+        words
+            .split(' ')
+            .any(|word| word.len() > 2 && plain(own.heading).contains(word))
+    };
+    let near: Vec<String> = sections()
+        .filter(near)
+        .map(|own| format!("\"{}\"", own.heading))
+        .collect();
+    let remedy = if near.is_empty() {
+        "`anhyst explain` lists the headings".to_owned()
+    } else {
+        format!("there is {}", near.join(", "))
+    };
+    Err(miette::miette!("nothing is said of \"{topic}\": {remedy}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Guards the documentation's form: what a user asks for is found in it.
+    #[test]
+    fn settings_events_effects_laws_and_exit_codes_are_explained() {
+        for (topic, answer) in [
+            ("settling_s", "judged from here on"),
+            ("exit codes", "a process failed"),
+            ("eddy_current", "leads the lag"),
+            ("MultiParameter", "drift"),
+            ("coil_late", "220 ticks"),
+            ("bent-plays", "piezo"),
+            ("learning", "harmonics"),
+            ("sweep", "--vary"),
+        ] {
+            let text = explained(topic);
+            assert!(text.contains(answer), "{topic}: {text}");
+        }
+        assert_eq!(explained("no such thing"), "");
+    }
+}

@@ -1,0 +1,128 @@
+//! From a wish to a scenario that holds: `anhyst new`.
+//!
+//! Numbers follow from the actuator ([`plan`]), gains from the loop's margins, and what must hold from a run of the very scenario:
+//! 1.5 times its largest error.
+
+mod actuator;
+pub mod amount;
+mod motion;
+mod plan;
+mod presets;
+mod text;
+mod wish;
+
+pub use actuator::Actuator;
+pub use motion::Profile;
+pub use presets::PRESETS;
+pub use wish::Wish;
+
+use amount::{round, round_up};
+use anhyst_controller::PidSettings;
+use anhyst_launch::embedded::judged;
+use anhyst_launch::error::RunError;
+use anhyst_launch::summary::Summary;
+use anhyst_report::number::Si;
+use anhyst_scenario::{Placement, Scenario, ScenarioText};
+use miette::miette;
+use plan::Plan;
+use std::path::Path;
+
+/// The house's distance of a tolerance from what is reached.
+const TOLERANCE: f64 = 1.5;
+/// Of the stroke: a tolerance beyond says that the motion is not followed.
+const LARGEST_TOLERANCE: f64 = 0.25;
+/// A limit that nobody asked for is doubled so often, until the guard does not act.
+const DOUBLINGS: u32 = 3;
+
+/// A scenario and what it came to.
+pub struct Design {
+    /// As it is written.
+    pub text: String,
+    pub scenario: Scenario,
+    pub error_rms: f64,
+    pub error_max: f64,
+    pub ticks_per_s: f64,
+}
+
+/// Gains in front of the margins: an integrator alone where the resonance rings.
+fn gains(actuator: &Actuator) -> PidSettings {
+    let rate_per_s = std::f64::consts::TAU * actuator.rod.natural_frequency_hz();
+    let damping = actuator.rod.damping_ratio();
+    let (kp, ki_per_s) = if damping < 0.3 {
+        (0.0, 0.64 * damping * rate_per_s)
+    } else {
+        (0.3, 0.25 * rate_per_s)
+    };
+    PidSettings {
+        kp,
+        ki_per_s,
+        ..PidSettings::default()
+    }
+}
+
+/// Designs the scenario that will stand in `file`.
+///
+/// # Errors
+/// A wish that cannot be had, with the limit.
+pub fn design(wish: &Wish, file: &Path) -> miette::Result<Design> {
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let actuator = Actuator::of(wish, folder)?;
+    let mut plan = Plan::of(wish, &actuator)?;
+    let read = |text: String| {
+        let embed = |scenario: &mut Scenario| {
+            scenario.placement = Placement::Embedded;
+            scenario.recording.on = false;
+        };
+        ScenarioText::of(file, text).checked(embed)
+    };
+    let mut open = read(text::scenario(wish, &actuator, &plan, None, None))?;
+    open.controller.feedback = Some(gains(&actuator));
+    open.soften_feedback().map_err(RunError::from)?;
+    let feedback = open.controller.feedback.map(|pid| PidSettings {
+        kp: round(pid.kp, 2),
+        // Down, not up: the margin was just met.
+        ki_per_s: round(0.98 * pid.ki_per_s, 2),
+        ..pid
+    });
+    for doubling in 0..=DOUBLINGS {
+        let trial = read(text::scenario(wish, &actuator, &plan, feedback.as_ref(), None))?;
+        let summary = Summary::new(&trial, &judged(&trial)?);
+        let verdict = &summary.verdict;
+        let [input, output] = actuator.units();
+        if verdict.guarded_ticks > 0 && !plan.limit_given && doubling < DOUBLINGS {
+            plan.limit *= 2.0;
+            continue;
+        }
+        let between = verdict.between.map_or(0.0, |between| between.max_m);
+        let error_max = verdict.error_max_m.max(between);
+        let tolerance = round_up(TOLERANCE * error_max, 2);
+        if verdict.guarded_ticks > 0 {
+            let event = summary
+                .first_event_name
+                .clone()
+                .unwrap_or_else(|| "the limit was met".into());
+            return Err(miette!(
+                "the guard had to act in {} ticks ({event}) with a limit of {}: ask for a smaller --stroke, a lower --frequency or a higher --limit",
+                verdict.guarded_ticks,
+                Si(plan.limit, input)
+            ));
+        }
+        // No number is no tolerance, either.
+        if tolerance.is_nan() || tolerance > LARGEST_TOLERANCE * plan.stroke {
+            return Err(miette!(
+                "the best loop found is off by up to {} of a stroke of {}: ask for a lower --frequency, less --noise or another --profile",
+                Si(error_max, output),
+                Si(plan.stroke, output)
+            ));
+        }
+        let text = text::scenario(wish, &actuator, &plan, feedback.as_ref(), Some(tolerance));
+        return Ok(Design {
+            scenario: read(text.clone())?,
+            text,
+            error_rms: verdict.error_rms_m,
+            error_max,
+            ticks_per_s: summary.ticks_per_s,
+        });
+    }
+    unreachable!("the last doubling returns")
+}

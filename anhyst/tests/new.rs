@@ -1,0 +1,158 @@
+//! Guards `anhyst new`: wishes drawn at random within what can be had give scenarios that pass the check and hold when run; wishes
+//! beyond are refused with the limit. ANHYST_WISHES=50 draws fifty instead of six.
+
+use anhyst::cli::{Command, parse};
+use anhyst::design::{Actuator, Profile, Wish, design};
+use anhyst_launch::embedded::judged;
+use anhyst_launch::summary::Summary;
+use anhyst_scenario::{Placement, load_changed};
+use clap::ValueEnum;
+use std::path::Path;
+
+fn wish(words: &[String]) -> Wish {
+    let all = ["anhyst", "new"].into_iter().chain(words.iter().map(String::as_str));
+    match parse(all.map(Into::into)).unwrap().command {
+        Command::New(own) => own.wish,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn said(words: &str) -> Wish {
+    wish(&words.split(' ').map(str::to_owned).collect::<Vec<_>>())
+}
+
+/// SplitMix64.
+struct Draw(u64);
+
+impl Draw {
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut word = self.0;
+        word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        low + (high - low) * ((word ^ (word >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn one_of<'a, T>(&mut self, all: &'a [T]) -> &'a T {
+        &all[self.between(0.0, all.len() as f64) as usize]
+    }
+}
+
+/// Words of a wish within what its actuator can do.
+fn drawn(draw: &mut Draw, folder: &Path) -> Vec<String> {
+    let materials = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/materials");
+    let preisach = format!("{materials}/piezo_stage_preisach.ron");
+    let measured = format!("{materials}/terfenol_d_measured.ron");
+    let all = ["terfenol", "terfenol-measured", "piezo", "magnet", &preisach, &measured];
+    let material = *draw.one_of(&all);
+    let mut words = vec!["drawn".to_owned(), "--material".into(), material.to_owned()];
+    let rod = material.contains("terfenol");
+    if rod && draw.between(0.0, 1.0) < 0.5 {
+        let (length_mm, mass_kg) = (draw.between(60.0, 200.0), draw.between(0.1, 1.0));
+        words.extend([format!("--length={length_mm:.0}mm"), format!("--mass={mass_kg:.2}kg")]);
+    }
+    if !rod && draw.between(0.0, 1.0) < 0.5 {
+        words.push(format!("--resonance={:.0}Hz", draw.between(300.0, 2000.0)));
+    }
+    let profile = *draw.one_of(Profile::value_variants());
+    words.push(format!("--profile={}", profile.to_possible_value().unwrap().get_name()));
+    let actuator = Actuator::of(&wish(&words), folder).unwrap();
+    let [low, high] = actuator.gives(None);
+    let stroke = 0.9 * (high - low) * draw.between(0.1, 1.0);
+    words.push(format!("--stroke={stroke:e}"));
+    let natural_hz = actuator.rod.natural_frequency_hz();
+    let usual_hz = actuator
+        .preset
+        .and_then(|preset| preset.bandwidth_hz)
+        .unwrap_or(f64::MAX);
+    let mut most_hz = (0.5 * natural_hz).min(usual_hz);
+    if draw.between(0.0, 1.0) < 0.5 {
+        let bandwidth_hz = natural_hz * draw.between(1.0, 5.0);
+        most_hz = (0.5 * natural_hz).min(bandwidth_hz);
+        words.push(format!("--bandwidth={bandwidth_hz:.0}Hz"));
+    }
+    let frequency_hz = most_hz / profile.busiest() * draw.between(0.05, 0.99);
+    words.push(format!("--frequency={frequency_hz:.2}Hz"));
+    let noise = stroke * 10_f64.powf(-draw.between(2.5, 5.0));
+    words.push(format!("--noise={noise:e}"));
+    words
+}
+
+#[test]
+fn wishes_within_the_limits_hold() {
+    let wishes = std::env::var("ANHYST_WISHES").map_or(6, |wishes| wishes.parse().unwrap());
+    let folder = tempfile::tempdir().unwrap();
+    let mut draw = Draw(16);
+    let mut failed = Vec::new();
+    for number in 0..wishes {
+        let words = drawn(&mut draw, folder.path());
+        let file = folder.path().join(format!("{number}.ron"));
+        let told = words.join(" ");
+        let found = match design(&wish(&words), &file) {
+            Ok(found) => found,
+            Err(error) => {
+                failed.push(format!("{number}: {told}: {error}"));
+                continue;
+            }
+        };
+        std::fs::write(&file, &found.text).unwrap();
+        // As `check` and `run` read it.
+        let scenario = load_changed(&file, &[], |scenario| {
+            scenario.placement = Placement::Embedded;
+            scenario.recording.on = false;
+        });
+        let scenario = scenario.unwrap_or_else(|error| panic!("{told}: {error}\n{}", found.text));
+        let summary = Summary::new(&scenario, &judged(&scenario).unwrap());
+        if !summary.held || summary.verdict.guarded_ticks > 0 {
+            failed.push(format!("{number}: {told}: {:?}", summary.failures));
+        }
+        println!("{number}: {told}: off by {:e}, {:.4} of the stroke", found.error_max, {
+            let limit: f64 = words
+                .iter()
+                .find_map(|word| word.strip_prefix("--stroke="))
+                .unwrap()
+                .parse()
+                .unwrap();
+            found.error_max / limit
+        });
+    }
+    assert!(
+        failed.is_empty(),
+        "{} of {wishes}:\n{}",
+        failed.len(),
+        failed.join("\n")
+    );
+}
+
+#[test]
+fn wishes_beyond_the_limits_are_refused_with_the_limit() {
+    let file = Path::new("x.ron");
+    for (words, limit) in [
+        ("x --stroke=1mm", "ask for at most"),
+        ("x --stroke=1mm", "--length "),
+        ("x --stroke=80um --limit=1kA/m", "with 1.000 kA/m"),
+        (
+            "x --material=piezo --stroke=80um",
+            "within the inputs that its law was fitted to",
+        ),
+        ("x --frequency=1kHz", "half of the resonance is at 637"),
+        (
+            "x --material=piezo --frequency=100Hz --profile=raster",
+            "ask for at most 20.80 Hz",
+        ),
+        ("x --bandwidth=20Hz", "the amplifier ends at 20.00 Hz"),
+        ("x --rate=2kHz", "outside [10.2"),
+        ("x --noise=10um", "at most 4.000"),
+        ("x --frequency=0.001Hz", "ask for at least"),
+        ("x --stroke=80V", "give a positive number in m"),
+        ("x --resonance=100Hz", "are for stages and magnets"),
+        ("x --material=piezo --length=10mm", "is for a rod"),
+        ("x --material=ghost", "terfenol, terfenol-measured, piezo, magnet"),
+    ] {
+        let error = design(&said(words), file)
+            .err()
+            .unwrap_or_else(|| panic!("{words}"))
+            .to_string();
+        assert!(error.contains(limit), "{words}: {error}");
+    }
+}
