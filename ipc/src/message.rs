@@ -198,7 +198,7 @@ pub trait Message: Copy + Default + PartialEq + std::fmt::Debug + ZeroCopySend +
     /// The token of `tick` whose fields have these bits; the inverse of [`Message::write_words`].
     fn from_words(tick: u64, words: &[u64]) -> Self;
 
-    /// The fields as numbers, for recordings: counts and flags converted, numbers as they are.
+    /// The fields as numbers, for programs that know no others: counts and flags converted, numbers as they are.
     fn write_values(&self, values: &mut [f64]) {
         let mut words = [0; MAX_FIELDS];
         self.write_words(&mut words);
@@ -208,18 +208,6 @@ pub trait Message: Copy + Default + PartialEq + std::fmt::Debug + ZeroCopySend +
                 FieldKind::U64 => word as f64,
             };
         }
-    }
-
-    /// The inverse of [`Message::write_values`].
-    fn from_values(tick: u64, values: &[f64]) -> Self {
-        let mut words = [0; MAX_FIELDS];
-        for ((value, word), field) in values.iter().zip(&mut words).zip(Self::FIELDS) {
-            *word = match field.kind {
-                FieldKind::F64 => value.to_bits(),
-                FieldKind::U64 => *value as u64,
-            };
-        }
-        Self::from_words(tick, &words)
     }
 }
 

@@ -115,7 +115,10 @@ pub fn finish_recording(scribe: &mut Scribe, report: &mut ProcessReport) -> Resu
     #[cfg(feature = "recorder")]
     if let Some(recorder) = scribe.take_recorder(report.failure.as_ref().map(|failure| failure.sentence.as_str())) {
         let recorded = recorder.finish()?;
-        report.recorded_rows = recorded.rows;
+        report.recorded_rows = recorded.rows - recorded.removed_rows;
+        report.recording_parts = recorded.parts;
+        report.recording_bytes = recorded.bytes;
+        report.plotted_ticks = recorded.plotted_ticks;
         report.dropped_rows = recorded.dropped;
     }
     #[cfg(not(feature = "recorder"))]

@@ -115,21 +115,37 @@ impl RunFolder {
         self.0.join("recording.rrd")
     }
 
-    /// Where a recorder goes on that takes the place of a dead one: `recording-2.rrd`, and so on.
+    /// Where a recorder goes on that takes the place of a dead one: after the last part that there is.
     pub fn next_recording(&self) -> PathBuf {
-        let free = self.later_recordings().find(|path| !path.exists());
-        free.unwrap_or_else(|| self.recording())
+        let last = self.parts().last().map_or(1, |(number, _)| *number);
+        self.0.join(format!("recording-{}.rrd", last + 1))
     }
 
-    /// The recordings of restarted recorders, those that could be and those that are.
-    fn later_recordings(&self) -> impl Iterator<Item = PathBuf> + '_ {
-        (2..1000).map(|start| self.0.join(format!("recording-{start}.rrd")))
+    /// The parts that there are by their numbers: `recording.rrd`, `recording-2.rrd`, and so on. A ring leaves some out.
+    fn parts(&self) -> Vec<(u64, PathBuf)> {
+        let entries = std::fs::read_dir(&self.0).into_iter().flatten().flatten();
+        let mut parts: Vec<_> = entries
+            .filter_map(|entry| {
+                let name = entry.file_name().into_string().ok()?;
+                let number = name.strip_prefix("recording")?.strip_suffix(".rrd")?;
+                let number = match number {
+                    "" => 1,
+                    later => later.strip_prefix('-')?.parse().ok()?,
+                };
+                Some((number, entry.path()))
+            })
+            .collect();
+        parts.sort();
+        parts
     }
 
-    /// All recordings of the run, in the order of time.
+    /// All parts of the recording in the order of time; of a run without one the name that it would have.
     pub fn recordings(&self) -> Vec<PathBuf> {
-        let later = self.later_recordings().take_while(|path| path.is_file());
-        std::iter::once(self.recording()).chain(later).collect()
+        let mut parts: Vec<PathBuf> = self.parts().into_iter().map(|(_, path)| path).collect();
+        if parts.is_empty() {
+            parts.push(self.recording());
+        }
+        parts
     }
 
     /// The token digest, one line a node and one for the run.

@@ -8,7 +8,7 @@ use anhyst_scenario::Units;
 use std::fmt::Write as _;
 
 /// From the tick in which the guard speaks to the instant it speaks of.
-const TICKS_AHEAD: usize = 2;
+const TICKS_AHEAD: u64 = 2;
 
 /// Headers of command, measured input and output. Of a voltage or a current there is no second one that a reader would take.
 fn headers(units: &Units) -> (&'static str, Option<&'static str>, &'static str) {
@@ -53,22 +53,26 @@ impl MeasuredTable {
     }
 }
 
-/// The measured run.
+/// The measured run. Where ticks are missing, so are their rows and the two after them.
 pub fn measured_table(measured: &[Measurement], asked: &[SafeField], tick_s: f64, units: &Units) -> MeasuredTable {
     let (command, field, output) = headers(units);
-    let asked_for = |k: usize| {
-        let token = k.checked_sub(TICKS_AHEAD).and_then(|k| asked.get(k));
-        token.map_or(0.0, |token| token.field_a_per_m)
+    let mut asked = asked.iter().peekable();
+    let mut asked_for = |tick: u64| {
+        let Some(spoken) = tick.checked_sub(TICKS_AHEAD) else {
+            return Some(0.0);
+        };
+        while asked.next_if(|token| token.tick < spoken).is_some() {}
+        let token = asked.peek().filter(|token| token.tick == spoken);
+        token.map(|token| token.field_a_per_m)
     };
-    let rows = 0..measured.len();
-    let of = |value: fn(&Measurement) -> f64| measured.iter().map(value).collect();
-    let mut columns = vec![
-        ("time_s".to_owned(), rows.clone().map(|k| k as f64 * tick_s).collect()),
-        (command.to_owned(), rows.map(asked_for).collect()),
-    ];
+    let rows = measured.iter().filter_map(|row| Some((row, asked_for(row.tick)?)));
+    let (rows, commands): (Vec<&Measurement>, Vec<f64>) = rows.unzip();
+    let of = |value: fn(&Measurement) -> f64| rows.iter().map(|row| value(row)).collect();
+    let times = rows.iter().map(|row| row.tick as f64 * tick_s).collect();
+    let mut columns = vec![("time_s".to_owned(), times), (command.to_owned(), commands)];
     columns.extend(field.map(|name| (name.to_owned(), of(|row| row.coil_field_a_per_m))));
     columns.push((output.to_owned(), of(|row| row.displacement_m)));
-    if measured.iter().any(|row| row.temperature_k != 0.0) {
+    if rows.iter().any(|row| row.temperature_k != 0.0) {
         columns.push(("temperature_K".to_owned(), of(|row| row.temperature_k)));
     }
     MeasuredTable { columns }
@@ -82,13 +86,15 @@ mod tests {
     #[test]
     fn the_command_stands_at_the_instant_it_is_for() {
         let measured: Vec<Measurement> = (0..4)
-            .map(|tick| Measurement {
+            .map(|tick: u32| Measurement {
+                tick: u64::from(tick),
                 displacement_m: 0.1 * f64::from(tick),
                 ..Measurement::default()
             })
             .collect();
         let asked: Vec<SafeField> = (0..4)
-            .map(|tick| SafeField {
+            .map(|tick: u32| SafeField {
+                tick: u64::from(tick),
                 field_a_per_m: f64::from(tick) + 1.0,
                 ..SafeField::default()
             })
@@ -100,6 +106,9 @@ mod tests {
             &rows[1..],
             ["0,0,0,0", "0.5,0,0,0.1", "1,1,0,0.2", "1.5,2,0,0.30000000000000004"]
         );
+        let gap: Vec<Measurement> = [0, 1, 3].map(|k| measured[k]).into();
+        let text = measured_table(&gap, &[asked[0], asked[3]], 0.5, &Units::default()).csv();
+        assert_eq!(text.lines().skip(1).collect::<Vec<_>>(), ["0,0,0,0", "0.5,0,0,0.1"]);
         let volts = Units {
             input: "V".into(),
             ..Units::default()

@@ -18,6 +18,9 @@ pub fn add(scribe: Scribe, scenario: &Scenario, folder: &RunFolder, rejoins: boo
     let settings = RecorderSettings {
         block_ticks: recording.block_ticks,
         plot_rate_hz: recording.plot_rate_hz,
+        part_mb: recording.part_mb,
+        part_s: recording.part_s,
+        ring_s: recording.ring_s,
         error_axis_nm: recording.error_axis_nm,
         live: recording.live_port,
         ..RecorderSettings::default()

@@ -17,6 +17,15 @@ pub struct ProcessReport {
     pub verdict: Option<Verdict>,
     /// Rows that the recording holds.
     pub recorded_rows: u64,
+    /// Its files, and their bytes.
+    #[serde(default)]
+    pub recording_parts: u64,
+    /// See there.
+    #[serde(default)]
+    pub recording_bytes: u64,
+    /// Ticks of which its plots show the ends.
+    #[serde(default)]
+    pub plotted_ticks: u64,
     /// Rows that the recording lost.
     pub dropped_rows: u64,
     /// Tokens that it slept on beside, because nobody woke it.

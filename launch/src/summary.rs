@@ -50,6 +50,15 @@ pub struct Summary {
     pub lost_notifications: u64,
     /// Rows of the recording.
     pub recorded_rows: u64,
+    /// Its files, and their bytes.
+    #[serde(default)]
+    pub recording_parts: u64,
+    /// See there.
+    #[serde(default)]
+    pub recording_bytes: u64,
+    /// Ticks of which its plots show the smallest and the largest value of each line; its tokens are whole.
+    #[serde(default)]
+    pub plotted_ticks: u64,
     /// Of a real-time run: what was asked of the system, missed deadlines, distributions, restarts.
     #[serde(default)]
     pub realtime: Option<RealtimeSummary>,
@@ -102,6 +111,9 @@ impl Summary {
                 + reports.iter().map(|report| report.dropped_rows).sum::<u64>(),
             lost_notifications: reports.iter().map(|report| report.lost_notifications).sum(),
             recorded_rows: reports.iter().map(|report| report.recorded_rows).sum(),
+            recording_parts: reports.iter().map(|report| report.recording_parts).sum(),
+            recording_bytes: reports.iter().map(|report| report.recording_bytes).sum(),
+            plotted_ticks: reports.iter().map(|report| report.plotted_ticks).sum(),
             realtime: RealtimeSummary::new(reports).map(|realtime| RealtimeSummary {
                 external: ForeignCount::of(&scenario.external_nodes(), &links),
                 ..realtime
@@ -245,6 +257,22 @@ impl Summary {
             );
         }
         row("ticks", format!("{} ({} lost)", self.ticks, self.lost_tokens));
+        if self.recording_parts > 0 {
+            let megabytes = self.recording_bytes as f64 * 1e-6;
+            let parts = match self.recording_parts {
+                1 => String::new(),
+                parts => format!(" in {parts} parts"),
+            };
+            let rows = match self.recorded_rows {
+                all if all == self.ticks => String::new(),
+                some => format!("{some} ticks, "),
+            };
+            let plots = match self.plotted_ticks {
+                0 | 1 => String::new(),
+                ticks => format!(", plots: ends of {ticks} ticks"),
+            };
+            row("recorded", format!("{rows}{megabytes:.1} MB{parts}{plots}"));
+        }
         row(
             "ticks per second",
             format!("{:.0} ({:.2} times real time)", self.ticks_per_s, self.realtime_factor),

@@ -133,9 +133,10 @@ class Run:
     def tokens(self) -> Tokens:
         """Every token of the recording, bit for bit; read once."""
         if self._tokens is None:
-            recordings = [self.folder / "recording.rrd", *sorted(self.folder.glob("recording-*.rrd"), key=_number)]
-            if not recordings[0].exists():
-                raise _native.BadInput(f"{recordings[0]} is not there: the run was made without a recording")
+            # A ring leaves out parts, the first one as well.
+            recordings = sorted(self.folder.glob("recording*.rrd"), key=_number)
+            if not recordings:
+                raise _native.BadInput(f"{self.folder / 'recording.rrd'} is not there: the run was made without a recording")
             tick_s, channels = _native.read_tokens(recordings)
             self._tokens = Tokens(tick_s, channels)
         return self._tokens
@@ -173,4 +174,4 @@ class Run:
 
 
 def _number(recording: _Path) -> int:
-    return int(recording.stem.rpartition("-")[2])
+    return int(recording.stem.rpartition("-")[2]) if "-" in recording.stem else 1

@@ -2,7 +2,7 @@
 //! the number of changes in between, so that the table stays readable.
 
 use crate::flags::{FLAGS, LANES, detail, status};
-use crate::row::Row;
+use crate::row::{Presence, Row};
 use crate::run::{Level, RunInfo};
 
 /// Simulated time between two reports of the same bit, doubled up to 64 times while it chatters.
@@ -62,6 +62,8 @@ pub(crate) struct Watch {
     lamps: [Lamp; FLAGS.len()],
     /// The field in the coil is no finite number.
     broken_coil: Lamp,
+    /// The error is beyond the tolerance.
+    beyond: Lamp,
     states: [Option<&'static str>; LANES.len()],
     guard_event: u64,
     guard_quiet_until: u64,
@@ -73,7 +75,7 @@ pub(crate) struct Watch {
 
 impl Watch {
     /// Looks at one tick.
-    pub fn row(&mut self, row: &Row, run: &RunInfo) {
+    pub fn row(&mut self, row: &Row, has: Presence, run: &RunInfo) {
         let tick = row.tick;
         let quiet_ticks = ((QUIET_S / run.tick_s) as u64).max(1);
         for (flag, lamp) in FLAGS.iter().zip(&mut self.lamps) {
@@ -100,6 +102,7 @@ impl Watch {
             });
         }
         self.coil(row, quiet_ticks);
+        self.error(row, has, run, quiet_ticks);
         self.lanes(tick);
         self.guard(row, run, quiet_ticks);
     }
@@ -120,6 +123,46 @@ impl Watch {
                 text: text.into(),
             });
         }
+    }
+
+    /// After settling.
+    fn error(&mut self, row: &Row, has: Presence, run: &RunInfo, quiet_ticks: u64) {
+        if (row.tick as f64) * run.tick_s < run.settling_time_s {
+            return;
+        }
+        let error_m = row.judged_error_m(has);
+        let beyond = error_m.abs() > run.tolerance_m;
+        if self.beyond.update(beyond, row.tick, quiet_ticks).is_some() {
+            let scale = &run.scales.error;
+            let (level, text) = if beyond {
+                (
+                    Level::Error,
+                    format!(
+                        "error {:.1} {}: beyond the tolerance",
+                        error_m * scale.factor,
+                        scale.unit
+                    ),
+                )
+            } else {
+                (Level::Info, "error within the tolerance again".into())
+            };
+            self.events.push(Event {
+                tick: row.tick,
+                source: "run",
+                level,
+                text,
+            });
+        }
+    }
+
+    /// Tells the states again in the next tick: in a part of a recording they stand from its beginning.
+    pub fn tell_states_again(&mut self) {
+        self.states = Default::default();
+    }
+
+    /// True if an event since the last sending is worth keeping what surrounds it.
+    pub fn matters(&self) -> bool {
+        self.events.iter().any(|event| event.level != Level::Info)
     }
 
     /// What was, tick by tick: the lanes are no list to be read.
@@ -197,7 +240,7 @@ mod tests {
         for tick in 0..1000 {
             let mut row = Row { tick, ..Row::default() };
             row.demand.status = status_word([(tick % 3 == 1, Demand::INTEGRATION_STOPPED)]);
-            watch.row(&row, &run);
+            watch.row(&row, Presence::default(), &run);
         }
         let controller = |change: &&StateChange| change.state == "anti-windup";
         let seen: Vec<u64> = watch
@@ -218,7 +261,7 @@ mod tests {
         for (tick, field_a_per_m) in (0..).zip([0.0, f64::NAN, f64::NAN, 1.0]) {
             let mut row = Row { tick, ..Row::default() };
             row.coil_field.field_a_per_m = field_a_per_m;
-            watch.row(&row, &run);
+            watch.row(&row, Presence::default(), &run);
         }
         let told = watch.events.iter().find(|event| event.source == "amplifier").unwrap();
         assert_eq!((told.tick, told.text.as_str()), (1, "coil field not finite"));

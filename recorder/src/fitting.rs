@@ -25,12 +25,7 @@ impl Sizes {
     /// Looks at one tick.
     pub fn note(&mut self, row: &Row, has: Presence, run: &RunInfo) {
         if row.tick as f64 * run.tick_s >= run.settling_time_s {
-            let error_m = if has.truth {
-                row.true_error_m()
-            } else {
-                row.demand.error_m
-            };
-            self.errors.add(error_m);
+            self.errors.add(row.judged_error_m(has));
         }
         // Not-a-number is no peak.
         for field in [row.safe_field.field_a_per_m, row.coil_field.field_a_per_m] {

@@ -14,18 +14,30 @@ use rerun::log::LogMsg;
 use rerun::{RecordingStream, RecordingStreamBuilder};
 use std::path::Path;
 
+/// A layout ready to be sent, any number of times: each one that is made leaves the names of its views in memory.
+pub(crate) struct Arranged {
+    messages: Vec<LogMsg>,
+    activation: BlueprintActivationCommand,
+}
+
 impl Layout {
+    /// Makes the messages.
+    pub fn arranged(&self) -> Result<Arranged, RecorderError> {
+        let (messages, activation) = messages(APPLICATION, arrange(self))?;
+        Ok(Arranged { messages, activation })
+    }
+}
+
+impl Arranged {
     /// Sends the layout into a recording and makes it the one shown.
-    pub fn send(&self, stream: &RecordingStream) -> Result<(), RecorderError> {
-        let (messages, activation) = self.messages()?;
-        stream.send_blueprint(messages, activation);
-        Ok(())
+    pub fn send(&self, stream: &RecordingStream) {
+        stream.send_blueprint(self.messages.clone(), self.activation.clone());
     }
 
     /// Writes the layout as a file of its own, for any recording of this application.
-    pub fn save(&self, path: &Path) -> Result<(), RecorderError> {
-        let (mut messages, activation) = self.messages()?;
-        messages.push(activation.into());
+    pub fn save(self, path: &Path) -> Result<(), RecorderError> {
+        let mut messages = self.messages;
+        messages.push(self.activation.into());
         let mut file = std::fs::File::create(path).map_err(|error| RecorderError::Create {
             path: path.into(),
             cause: error.to_string(),
@@ -38,10 +50,6 @@ impl Layout {
         )
         .writing("the layout")
         .map(drop)
-    }
-
-    fn messages(&self) -> Result<(Vec<LogMsg>, BlueprintActivationCommand), RecorderError> {
-        messages(APPLICATION, arrange(self))
     }
 }
 
@@ -69,9 +77,12 @@ pub(crate) fn messages(
         .writing(WHAT)?;
     blueprint.send(&carrier, BlueprintActivation::default()).writing(WHAT)?;
     carrier.flush_blocking().writing(WHAT)?;
+    let taken = carried.take();
+    // The stream's sink holds the stream.
+    carrier.disconnect();
     let mut messages: Vec<LogMsg> = Vec::new();
     let mut activation = None;
-    for message in carried.take() {
+    for message in taken {
         match message {
             LogMsg::BlueprintActivationCommand(command) => activation = Some(command),
             message if message.store_id().is_blueprint() => messages.push(message),
@@ -106,9 +117,10 @@ fn property_messages(
             .writing(WHAT)?;
     }
     stream.flush_blocking().writing(WHAT)?;
+    let taken = stored.take();
+    stream.disconnect();
     // The store was announced by the first part already.
-    Ok(stored
-        .take()
+    Ok(taken
         .into_iter()
         .filter(|message| matches!(message, LogMsg::ArrowMsg(..)))
         .collect())

@@ -122,6 +122,8 @@ struct Drawing {
     entity: String,
     curve: &'static Curve,
     strip: Vec<[f64; 2]>,
+    /// Strips that are over and wait to be sent together, with their times.
+    done: Vec<(i64, Vec<[f32; 2]>)>,
 }
 
 impl Drawing {
@@ -136,23 +138,40 @@ impl Drawing {
         }
     }
 
-    fn send(&mut self, stream: &RecordingStream, time_ns: i64) -> Result<(), RecorderError> {
-        let Some(last) = self.strip.last().copied() else {
-            return Ok(());
-        };
+    fn end_strip(&mut self, time_ns: i64) {
         if self.strip.len() > 1 {
-            let strip: Vec<[f32; 2]> = self.strip.iter().map(|point| point.map(|value| value as f32)).collect();
-            let columns = LineStrips2D::update_fields()
-                .with_strips([strip])
-                .columns_of_unit_batches();
-            let time = TimeColumn::new_duration_nanos(TIMELINE, [time_ns]);
-            stream
-                .send_columns(self.entity.as_str(), [time], columns.writing(&self.entity)?)
-                .writing(&self.entity)?;
+            let last = self.strip[self.strip.len() - 1];
+            let strip = self.strip.iter().map(|point| point.map(|value| value as f32)).collect();
+            self.done.push((time_ns, strip));
+            self.strip.clear();
+            self.strip.push(last);
         }
-        self.strip.clear();
-        self.strip.push(last);
-        Ok(())
+    }
+
+    fn declare(&self, stream: &RecordingStream) -> Result<(), RecorderError> {
+        let style = LineStrips2D::update_fields()
+            .with_colors([Color::from_u32(self.curve.color)])
+            .with_radii([Radius::new_ui_points(self.curve.radius)])
+            .with_draw_order(self.curve.order);
+        stream.log_static(self.entity.as_str(), &style).writing(&self.entity)
+    }
+
+    fn send(&mut self, stream: &RecordingStream) -> Result<(), RecorderError> {
+        if self.done.is_empty() {
+            return Ok(());
+        }
+        let (times, strips): (Vec<_>, Vec<_>) = self.done.drain(..).unzip();
+        let columns = LineStrips2D::update_fields()
+            .with_strips(strips)
+            .columns_of_unit_batches()
+            .writing(&self.entity)?;
+        stream
+            .send_columns(
+                self.entity.as_str(),
+                [TimeColumn::new_duration_nanos(TIMELINE, times)],
+                columns,
+            )
+            .writing(&self.entity)
     }
 }
 
@@ -172,37 +191,37 @@ pub(crate) struct Loops {
 }
 
 impl Loops {
-    /// Declares the curves that the run has.
-    pub fn create(stream: &RecordingStream, run: &RunInfo, has: Presence) -> Result<Self, RecorderError> {
-        let mut sheets = Vec::new();
-        for plane in &PLANES {
-            let mut drawings = Vec::new();
-            for curve in plane.curves.iter().filter(|curve| (curve.exists)(has)) {
-                let entity = format!("{}/raw/{}", plane.entity, curve.name);
-                let style = LineStrips2D::update_fields()
-                    .with_colors([Color::from_u32(curve.color)])
-                    .with_radii([Radius::new_ui_points(curve.radius)])
-                    .with_draw_order(curve.order);
-                stream.log_static(entity.as_str(), &style).writing(&entity)?;
-                drawings.push(Drawing {
-                    entity,
-                    curve,
-                    strip: Vec::new(),
-                });
-            }
-            sheets.push(Sheet {
+    /// The curves that the run has.
+    pub fn new(run: &RunInfo, has: Presence) -> Self {
+        let sheet = |plane: &'static Plane| {
+            let curves = plane.curves.iter().filter(|curve| (curve.exists)(has));
+            let drawings = curves.map(|curve| Drawing {
+                entity: format!("{}/raw/{}", plane.entity, curve.name),
+                curve,
+                strip: Vec::new(),
+                done: Vec::new(),
+            });
+            Sheet {
                 plane,
                 extents: [Extent::default(); 2],
                 axes: None,
-                drawings,
-            });
-        }
-        let strip_ticks = ((0.25 * run.zoom_s() / run.tick_s) as u64).max(1);
-        Ok(Self {
-            sheets,
-            strip_ticks,
+                drawings: drawings.collect(),
+            }
+        };
+        Self {
+            sheets: PLANES.iter().map(sheet).collect(),
+            strip_ticks: ((0.25 * run.zoom_s() / run.tick_s) as u64).max(1),
             strip_end: 0,
-        })
+        }
+    }
+
+    /// Writes the looks of the curves, and the axes as far as they are known.
+    pub fn declare(&self, stream: &RecordingStream, scales: &Scales) -> Result<(), RecorderError> {
+        for sheet in &self.sheets {
+            sheet.drawings.iter().try_for_each(|drawing| drawing.declare(stream))?;
+            sheet.write_axes(stream, scales)?;
+        }
+        Ok(())
     }
 
     /// Draws the rows of a block.
@@ -220,18 +239,19 @@ impl Loops {
             }
             if row.tick >= self.strip_end {
                 self.strip_end = row.tick + self.strip_ticks;
-                self.send(stream, run.time_ns(row.tick))?;
+                let time_ns = run.time_ns(row.tick);
+                self.drawings().for_each(|drawing| drawing.end_strip(time_ns));
             }
         }
-        match rows.last() {
-            Some(last) => self.send(stream, run.time_ns(last.tick)),
-            None => Ok(()),
+        if let Some(last) = rows.last() {
+            let time_ns = run.time_ns(last.tick);
+            self.drawings().for_each(|drawing| drawing.end_strip(time_ns));
         }
+        self.drawings().try_for_each(|drawing| drawing.send(stream))
     }
 
-    fn send(&mut self, stream: &RecordingStream, time_ns: i64) -> Result<(), RecorderError> {
-        let mut drawings = self.sheets.iter_mut().flat_map(|sheet| &mut sheet.drawings);
-        drawings.try_for_each(|drawing| drawing.send(stream, time_ns))
+    fn drawings(&mut self) -> impl Iterator<Item = &mut Drawing> {
+        self.sheets.iter_mut().flat_map(|sheet| &mut sheet.drawings)
     }
 }
 
@@ -249,16 +269,21 @@ impl Sheet {
             return Ok(());
         };
         let axes = Axes { x, y };
-        if self.axes != Some(axes) {
-            self.axes = Some(axes);
-            let curves = self
-                .drawings
-                .iter()
-                .map(|drawing| (drawing.curve.name, drawing.curve.color));
-            let all = scales.axes();
-            let names = self.plane.axes.map(|axis| all[axis].as_str());
-            axes.write(stream, self.plane.entity, names, &curves.collect::<Vec<_>>())?;
+        if self.axes == Some(axes) {
+            return Ok(());
         }
-        Ok(())
+        self.axes = Some(axes);
+        self.write_axes(stream, scales)
+    }
+
+    fn write_axes(&self, stream: &RecordingStream, scales: &Scales) -> Result<(), RecorderError> {
+        let Some(axes) = self.axes else { return Ok(()) };
+        let curves = self
+            .drawings
+            .iter()
+            .map(|drawing| (drawing.curve.name, drawing.curve.color));
+        let all = scales.axes();
+        let names = self.plane.axes.map(|axis| all[axis].as_str());
+        axes.write(stream, self.plane.entity, names, &curves.collect::<Vec<_>>())
     }
 }

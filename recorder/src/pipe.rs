@@ -2,6 +2,7 @@
 //! never allocates, and waits at most once, for a limited time, when it may wait at all.
 
 use crate::RecorderError;
+use crate::parts::Kept;
 use crate::row::{Block, Row};
 use crate::run::Level;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -15,7 +16,7 @@ pub(crate) trait Consumer: Send + 'static {
     /// Hears what the run came to, before it is closed.
     fn verdict(&mut self, _level: Level, _text: String) {}
     /// Closes. `finished` tells an orderly end from a dropped recorder.
-    fn close(self, totals: Totals) -> Result<(), RecorderError>;
+    fn close(self, totals: Totals) -> Result<Kept, RecorderError>;
 }
 
 /// How a run ended.
@@ -53,7 +54,7 @@ pub(crate) struct Pipe {
     patience: Duration,
     totals: Totals,
     dropped_since_block: u64,
-    logger: Option<JoinHandle<Result<(), RecorderError>>>,
+    logger: Option<JoinHandle<Result<Kept, RecorderError>>>,
 }
 
 impl Pipe {
@@ -150,21 +151,21 @@ impl Pipe {
     }
 
     /// Hands over what is left and waits for the logger's end.
-    pub fn close(&mut self, finished: bool) -> Result<Totals, RecorderError> {
+    pub fn close(&mut self, finished: bool) -> Result<(Totals, Kept), RecorderError> {
         let Some(logger) = self.logger.take() else {
-            return Ok(self.totals);
+            return Ok((self.totals, Kept::default()));
         };
         self.hand_over();
         self.totals.finished = finished;
         // Refused only if the logger is gone, which joining it reports.
         let _ = self.full.try_send(Parcel::End(self.totals));
-        logger.join().map_err(|_| RecorderError::LoggerDied)??;
-        Ok(self.totals)
+        let kept = logger.join().map_err(|_| RecorderError::LoggerDied)??;
+        Ok((self.totals, kept))
     }
 }
 
 /// The logger thread. After the first error it goes on taking blocks, so that the loop sees no difference.
-fn log(mut consumer: impl Consumer, full: &Receiver<Parcel>, empty: &SyncSender<Block>) -> Result<(), RecorderError> {
+fn log(mut consumer: impl Consumer, full: &Receiver<Parcel>, empty: &SyncSender<Block>) -> Result<Kept, RecorderError> {
     let mut outcome = Ok(());
     let mut totals = Totals::default();
     for parcel in full {
@@ -205,8 +206,8 @@ mod tests {
             seen.extend(block.rows.iter().map(|row| (row.tick, block.dropped_before)));
             Ok(())
         }
-        fn close(self, _: Totals) -> Result<(), RecorderError> {
-            Ok(())
+        fn close(self, _: Totals) -> Result<Kept, RecorderError> {
+            Ok(Kept::default())
         }
     }
 
@@ -229,7 +230,7 @@ mod tests {
         let start = Instant::now();
         (0..ticks).for_each(|tick| pipe.push(Row { tick, ..Row::default() }));
         let pushing = start.elapsed();
-        let totals = pipe.close(true).unwrap();
+        let (totals, _) = pipe.close(true).unwrap();
         let seen = std::mem::take(&mut *seen.lock().unwrap());
         (totals, seen, pushing)
     }
@@ -283,7 +284,7 @@ mod tests {
         (0..50).for_each(|tick| pipe.push(Row { tick, ..Row::default() }));
         std::thread::sleep(Duration::from_millis(200));
         (50..55).for_each(|tick| pipe.push(Row { tick, ..Row::default() }));
-        let totals = pipe.close(true).unwrap();
+        let (totals, _) = pipe.close(true).unwrap();
         assert_eq!((totals.rows, totals.dropped), (25, 30));
         assert_eq!(seen.lock().unwrap().last(), Some(&(54, 30)));
     }

@@ -3,21 +3,51 @@
 
 use crate::RecorderError;
 use crate::run::tick_at;
-use crate::tokens::{TICK_ENTITY, TIMELINE, entity, field_names};
+use crate::tokens::{self, ENTITY, FIELDS, PLANES, TICK_ENTITY, TIMELINE};
 use anhyst_ipc::{Channel, Message};
 use rerun::external::re_log_encoding::rrd::DecoderApp;
 use rerun::log::{Chunk, LogMsg};
-use rerun_types::archetypes::{Scalars, SeriesLines, TextLog};
-use std::collections::BTreeMap;
+use rerun_types::archetypes::{Scalars, TextLog};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-/// A recording in memory.
+/// Ticks of a recording without a gap, with all their tokens.
+#[derive(Debug, Clone)]
+pub struct Stretch {
+    first: u64,
+    planes: Vec<u8>,
+}
+
+impl Stretch {
+    /// The tick that it begins with.
+    pub fn first(&self) -> u64 {
+        self.first
+    }
+
+    /// The tokens of a channel, one a tick. The time of sending is not recorded and is 0.
+    pub fn tokens<M: Message>(&self) -> Vec<M> {
+        tokens::read(self.first, &self.planes)
+    }
+}
+
+/// What is in a file, in its order.
+enum Piece {
+    Tick(f64),
+    Fields(Vec<String>),
+    Stretch(Stretch),
+    /// Seconds, source, text.
+    Event(f64, String, String),
+}
+
+/// A recording, of one file or of several parts, in memory.
+#[derive(Debug)]
 pub struct Recording {
     path: PathBuf,
     tick_s: f64,
-    chunks: BTreeMap<String, Vec<Chunk>>,
+    fields: Vec<String>,
+    stretches: Vec<Stretch>,
+    events: Vec<(f64, String, String)>,
     closed: bool,
 }
 
@@ -29,51 +59,160 @@ pub fn read_tokens<M: Message>(path: &Path) -> Result<Vec<M>, RecorderError> {
     Recording::open(path)?.tokens()
 }
 
+/// Takes the stretches of a recording in parts one after the other, in the order of time: memory holds one of them.
+///
+/// # Errors
+/// If a file cannot be read, is no recording of a run, or was written with other fields; whatever `take` says.
+pub fn each_stretch<E: From<RecorderError>>(
+    parts: &[PathBuf],
+    mut take: impl FnMut(Stretch) -> Result<(), E>,
+) -> Result<(), E> {
+    for path in parts {
+        pieces(path, |piece| match piece {
+            Piece::Fields(fields) => Ok(check_fields(path, Channel::ALL, &fields)?),
+            Piece::Stretch(stretch) => take(stretch),
+            Piece::Tick(_) | Piece::Event(..) => Ok(()),
+        })?;
+    }
+    Ok(())
+}
+
+/// Reads a file piece by piece; true if its writer closed it.
+fn pieces<E: From<RecorderError>>(path: &Path, mut take: impl FnMut(Piece) -> Result<(), E>) -> Result<bool, E> {
+    let refuse = |cause: String| RecorderError::Read {
+        path: path.into(),
+        cause,
+    };
+    let file = File::open(path).map_err(|error| refuse(error.to_string()))?;
+    let mut messages =
+        DecoderApp::decode_eager(BufReader::with_capacity(1 << 20, file)).map_err(|error| refuse(error.to_string()))?;
+    let mut tick_s = None;
+    for message in messages.by_ref() {
+        let LogMsg::ArrowMsg(store, arrow) = message.map_err(|error| refuse(error.to_string()))? else {
+            continue;
+        };
+        if !store.is_recording() {
+            continue;
+        }
+        let chunk = Chunk::from_arrow_msg(&arrow).map_err(|error| refuse(error.to_string()))?;
+        for piece in pieces_of(&chunk, &mut tick_s) {
+            take(piece)?;
+        }
+    }
+    if tick_s.is_none() {
+        return Err(E::from(refuse(
+            "it is no recording of a run: the length of a tick is missing".into(),
+        )));
+    }
+    // The writer that closes a file properly ends it with a manifest of its chunks.
+    Ok(messages.rrd_manifests().is_ok_and(|manifests| !manifests.is_empty()))
+}
+
+fn pieces_of(chunk: &Chunk, tick_s: &mut Option<f64>) -> Vec<Piece> {
+    let entity = chunk.entity_path().to_string();
+    let entity = entity.trim_start_matches('/');
+    if entity == TICK_ENTITY {
+        let values = chunk.iter_slices::<f64>(Scalars::descriptor_scalars().component).next();
+        *tick_s = values.and_then(|values| values.first().copied()).or(*tick_s);
+        return tick_s.iter().map(|tick_s| Piece::Tick(*tick_s)).collect();
+    }
+    if entity == ENTITY {
+        let names = chunk.iter_slices::<String>(FIELDS.into()).next();
+        let names = names.map(|names| names.iter().map(|name| name.to_string()).collect());
+        let indices = chunk.iter_component_indices(TIMELINE.into(), PLANES.into());
+        let stretches = indices.zip(chunk.iter_slices::<u8>(PLANES.into()));
+        let stretches = stretches.filter_map(|((time, _), planes)| {
+            let first = tick_at((*tick_s)?, time.as_i64());
+            Some(Stretch {
+                first,
+                planes: planes.into(),
+            })
+        });
+        return names
+            .map(Piece::Fields)
+            .into_iter()
+            .chain(stretches.map(Piece::Stretch))
+            .collect();
+    }
+    let Some(source) = entity.strip_prefix("events/") else {
+        return Vec::new();
+    };
+    let text = TextLog::descriptor_text().component;
+    let indices = chunk.iter_component_indices(TIMELINE.into(), text);
+    let told = indices
+        .zip(chunk.iter_slices::<String>(text))
+        .flat_map(|((time, _), texts)| {
+            let seconds = time.as_i64() as f64 * 1e-9;
+            texts
+                .into_iter()
+                .map(move |text| Piece::Event(seconds, source.to_owned(), text.to_string()))
+        });
+    told.collect()
+}
+
+/// A message with permuted fields would be read without a complaint, so the names are compared.
+fn check_fields(
+    path: &Path,
+    channels: impl IntoIterator<Item = Channel>,
+    recorded: &[String],
+) -> Result<(), RecorderError> {
+    let expected = tokens::field_names();
+    for channel in channels {
+        let of = |names: &[String]| -> Vec<String> {
+            let start = format!("{}.", channel.name());
+            let own = names.iter().filter_map(|name| name.strip_prefix(&start));
+            own.map(str::to_owned).collect()
+        };
+        // Another channel with other fields moves the planes of this one.
+        if of(recorded) != of(&expected) || recorded.len() != expected.len() {
+            return Err(RecorderError::OtherFields {
+                path: path.into(),
+                channel,
+                recorded: of(recorded),
+                expected: of(&expected),
+            });
+        }
+    }
+    Ok(())
+}
+
 impl Recording {
-    /// Reads a recording.
+    /// Reads a recording of one file.
     ///
     /// # Errors
     /// If the file cannot be read or holds no run.
     pub fn open(path: &Path) -> Result<Self, RecorderError> {
-        let refuse = |cause: String| RecorderError::Read {
-            path: path.into(),
-            cause,
+        Self::of_parts(&[path.into()])
+    }
+
+    /// Reads a recording in parts.
+    ///
+    /// # Errors
+    /// If a file cannot be read or holds no run, or there is none.
+    pub fn of_parts(parts: &[PathBuf]) -> Result<Self, RecorderError> {
+        let mut recording = Self {
+            path: parts.first().cloned().unwrap_or_default(),
+            tick_s: 0.0,
+            fields: Vec::new(),
+            stretches: Vec::new(),
+            events: Vec::new(),
+            closed: true,
         };
-        let file = File::open(path).map_err(|error| refuse(error.to_string()))?;
-        let mut messages = DecoderApp::decode_eager(BufReader::with_capacity(1 << 20, file))
-            .map_err(|error| refuse(error.to_string()))?;
-        let mut chunks = BTreeMap::<String, Vec<Chunk>>::new();
-        for message in messages.by_ref() {
-            let LogMsg::ArrowMsg(store, arrow) = message.map_err(|error| refuse(error.to_string()))? else {
-                continue;
-            };
-            if !store.is_recording() {
-                continue;
-            }
-            let chunk = Chunk::from_arrow_msg(&arrow).map_err(|error| refuse(error.to_string()))?;
-            let path = chunk.entity_path().to_string();
-            let path = path.trim_start_matches('/');
-            if path.starts_with("tokens/") || path.starts_with("events/") {
-                chunks.entry(path.into()).or_default().push(chunk);
-            }
+        for path in parts {
+            let closed = pieces::<RecorderError>(path, |piece| {
+                match piece {
+                    Piece::Tick(tick_s) => recording.tick_s = tick_s,
+                    Piece::Fields(fields) => recording.fields = fields,
+                    Piece::Stretch(stretch) => recording.stretches.push(stretch),
+                    Piece::Event(seconds, source, text) => recording.events.push((seconds, source, text)),
+                }
+                Ok(())
+            })?;
+            recording.closed &= closed;
         }
-        // The writer that closes a file properly ends it with a manifest of its chunks.
-        let closed = messages.rrd_manifests().is_ok_and(|manifests| !manifests.is_empty());
-        let scalars = Scalars::descriptor_scalars().component;
-        let tick = chunks.get(TICK_ENTITY).into_iter().flatten().find_map(|chunk| {
-            chunk
-                .iter_slices::<f64>(scalars)
-                .next()
-                .and_then(|values| values.first().copied())
-        });
-        let tick_s =
-            tick.ok_or_else(|| refuse("it is no recording of a run: the length of a tick is missing".into()))?;
-        Ok(Self {
-            path: path.into(),
-            tick_s,
-            chunks,
-            closed,
-        })
+        recording.stretches.sort_by_key(|stretch| stretch.first);
+        recording.events.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Ok(recording)
     }
 
     /// Length of a tick.
@@ -81,7 +220,7 @@ impl Recording {
         self.tick_s
     }
 
-    /// True if the recorder closed the file; false if its process died.
+    /// True if the recorder closed its files; false if its process died.
     pub fn closed(&self) -> bool {
         self.closed
     }
@@ -91,64 +230,18 @@ impl Recording {
     /// # Errors
     /// If there is none, or the fields were others.
     pub fn tokens<M: Message>(&self) -> Result<Vec<M>, RecorderError> {
-        let channel = M::CHANNEL;
-        let missing = || RecorderError::NoTokens {
-            path: self.path.clone(),
-            channel,
-        };
-        let chunks = self.chunks.get(&entity(channel)).ok_or_else(missing)?;
-        self.check_fields::<M>(channel, chunks)?;
-        let scalars = Scalars::descriptor_scalars().component;
-        let mut tokens = Vec::new();
-        for chunk in chunks {
-            let indices = chunk.iter_component_indices(TIMELINE.into(), scalars);
-            for ((time, _), values) in indices.zip(chunk.iter_slices::<f64>(scalars)) {
-                tokens.push(M::from_values(tick_at(self.tick_s, time.as_i64()), values));
-            }
+        if self.stretches.is_empty() {
+            return Err(RecorderError::NoTokens {
+                path: self.path.clone(),
+                channel: M::CHANNEL,
+            });
         }
-        if tokens.is_empty() {
-            return Err(missing());
-        }
-        tokens.sort_by_key(Message::tick);
-        Ok(tokens)
-    }
-
-    /// A message with permuted fields would be read without a complaint, so the names are compared.
-    fn check_fields<M: Message>(&self, channel: Channel, chunks: &[Chunk]) -> Result<(), RecorderError> {
-        let names = SeriesLines::descriptor_names().component;
-        let recorded = chunks.iter().find_map(|chunk| {
-            let texts = chunk.iter_slices::<String>(names).next()?;
-            Some(texts.iter().map(|text| text.to_string()).collect::<Vec<_>>())
-        });
-        let (recorded, expected) = (recorded.unwrap_or_default(), field_names::<M>());
-        if recorded == expected {
-            return Ok(());
-        }
-        Err(RecorderError::OtherFields {
-            path: self.path.clone(),
-            channel,
-            recorded,
-            expected,
-        })
+        check_fields(&self.path, [M::CHANNEL], &self.fields)?;
+        Ok(self.stretches.iter().flat_map(Stretch::tokens).collect())
     }
 
     /// The event table: seconds, source, text.
-    pub fn events(&self) -> Vec<(f64, String, String)> {
-        let text = TextLog::descriptor_text().component;
-        let mut events = Vec::new();
-        for (entity, chunks) in &self.chunks {
-            let Some(source) = entity.strip_prefix("events/") else {
-                continue;
-            };
-            for chunk in chunks {
-                let indices = chunk.iter_component_indices(TIMELINE.into(), text);
-                for ((time, _), texts) in indices.zip(chunk.iter_slices::<String>(text)) {
-                    let seconds = time.as_i64() as f64 * 1e-9;
-                    events.extend(texts.iter().map(|text| (seconds, source.to_owned(), text.to_string())));
-                }
-            }
-        }
-        events.sort_by(|a, b| a.0.total_cmp(&b.0));
-        events
+    pub fn events(&self) -> &[(f64, String, String)] {
+        &self.events
     }
 }

@@ -3,10 +3,10 @@
 use crate::pipe::{Pipe, PipeSettings};
 use crate::row::Row;
 use crate::run::Level;
+use crate::streams::stretch;
 use crate::writer::Logger;
 use crate::{RecorderError, RecorderSettings, RunInfo};
 use anhyst_ipc::{Block, Everything, NodeId, Now};
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -17,8 +17,14 @@ pub struct RecorderReport {
     pub rows: u64,
     /// Ticks that the logger could not take.
     pub dropped: u64,
-    /// Size of the file.
+    /// Size of all parts.
     pub bytes: u64,
+    /// Files that it is in.
+    pub parts: u64,
+    /// Ticks of which the plots show the smallest and the largest value of each line.
+    pub plotted_ticks: u64,
+    /// Of the ticks recorded, those that a ring has left out again.
+    pub removed_rows: u64,
 }
 
 type Slot = Arc<Mutex<Option<Result<RecorderReport, RecorderError>>>>;
@@ -41,7 +47,7 @@ impl Outcome {
 /// Records every token of a run.
 pub struct Recorder {
     pipe: Pipe,
-    path: PathBuf,
+    plotted_ticks: u64,
     outcome: Outcome,
 }
 
@@ -53,17 +59,17 @@ impl Recorder {
     pub fn create(settings: &RecorderSettings, run: RunInfo) -> Result<Self, RecorderError> {
         settings.validate()?;
         run.validate()?;
-        let path = run.path.clone();
         let patience = if settings.lossless { settings.patience_s } else { 0.0 };
         let pipe_settings = PipeSettings {
             block_ticks: block_ticks(settings, &run),
             blocks: settings.blocks,
             patience: Duration::from_secs_f64(patience),
         };
+        let plotted_ticks = stretch(settings.plot_rate_hz, &run) as u64;
         let pipe = Pipe::start(pipe_settings, Logger::create(settings, run)?)?;
         Ok(Self {
             pipe,
-            path,
+            plotted_ticks,
             outcome: Outcome(Slot::default()),
         })
     }
@@ -90,10 +96,13 @@ impl Recorder {
     fn close(&mut self, finished: bool) {
         let mut slot = self.outcome.0.lock().unwrap_or_else(PoisonError::into_inner);
         if slot.is_none() {
-            *slot = Some(self.pipe.close(finished).map(|totals| RecorderReport {
+            *slot = Some(self.pipe.close(finished).map(|(totals, kept)| RecorderReport {
                 rows: totals.rows,
                 dropped: totals.dropped,
-                bytes: std::fs::metadata(&self.path).map_or(0, |file| file.len()),
+                bytes: kept.bytes,
+                parts: kept.parts,
+                plotted_ticks: self.plotted_ticks,
+                removed_rows: kept.removed_rows,
             }));
         }
     }

@@ -20,6 +20,15 @@ impl Row {
     pub fn true_error_m(&self) -> f64 {
         self.demand.reference_m - self.truth.displacement_m
     }
+
+    /// The error that the run is judged by: the true one where it is known.
+    pub fn judged_error_m(&self, has: Presence) -> f64 {
+        if has.truth {
+            self.true_error_m()
+        } else {
+            self.demand.error_m
+        }
+    }
 }
 
 /// What a recording has besides the loop's own tokens. A real rig has no truth, not every rig a thermometer, not every law

@@ -18,6 +18,12 @@ pub struct RecorderSettings {
     pub patience_s: f64,
     /// Rows per second of the plots. Each pair of rows holds the smallest and the largest value of its stretch of ticks.
     pub plot_rate_hz: f64,
+    /// Size from which on a recording goes on in another part, MB.
+    pub part_mb: f64,
+    /// The same for its length; none: only the size counts.
+    pub part_s: Option<f64>,
+    /// Only what surrounds events is kept: at least so long before each and after it. Takes the place of `part_s`.
+    pub ring_s: Option<f64>,
     /// Half the height of the error plot; without it the height is chosen from the run when it ends.
     pub error_axis_nm: Option<f64>,
     /// TCP port on 127.0.0.1 where viewers may join the running recording.
@@ -34,6 +40,9 @@ impl Default for RecorderSettings {
             lossless: true,
             patience_s: 10.0,
             plot_rate_hz: 4000.0,
+            part_mb: 250.0,
+            part_s: None,
+            ring_s: None,
             error_axis_nm: None,
             live: None,
             live_rate_hz: 2000.0,
@@ -52,8 +61,14 @@ impl RecorderSettings {
         Invalid::unless_between("patience_s", self.patience_s, 0.0, 3600.0, "s")?;
         Invalid::unless_positive("plot_rate_hz", self.plot_rate_hz, "Hz")?;
         Invalid::unless_positive("live_rate_hz", self.live_rate_hz, "Hz")?;
-        if let Some(height) = self.error_axis_nm {
-            Invalid::unless_positive("error_axis_nm", height, "nm")?;
+        Invalid::unless_between("part_mb", self.part_mb, 1.0, 1e6, "MB")?;
+        let optional = [
+            ("error_axis_nm", self.error_axis_nm, "nm"),
+            ("part_s", self.part_s, "s"),
+            ("ring_s", self.ring_s, "s"),
+        ];
+        for (name, value, unit) in optional {
+            value.map_or(Ok(()), |value| Invalid::unless_positive(name, value, unit))?;
         }
         if self.live == Some(0) {
             return Err(Invalid::new(

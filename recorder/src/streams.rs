@@ -4,29 +4,34 @@
 use crate::error::Writing as _;
 use crate::events::{Event, StateChange, VERDICT};
 use crate::extremes::{kept_rows, thin};
+use crate::file::File;
 use crate::flags::{FLAGS, LANES};
 use crate::loops::Loops;
 use crate::plots::{PLOTS, Plot, Series, present};
 use crate::row::{Presence, Row};
 use crate::run::Level;
-use crate::tokens::{self, TICK_ENTITY, TIMELINE, send_wide};
+use crate::tokens::{self, TICK_ENTITY, TIMELINE};
 use crate::{RecorderError, RecorderSettings, RunInfo};
-use anhyst_ipc::{CoilField, Demand, Estimate, FieldCommand, Measurement, SafeField, Truth};
 use rerun::log::TimeColumn;
 use rerun::{RecordingStream, RecordingStreamBuilder};
 use rerun_types::archetypes::{Scalars, SeriesLines, TextLog};
 use rerun_types::components::Color;
+use std::path::Path;
+use std::time::Duration;
 
 /// The application's name: recordings and layouts of the same name belong together.
 pub(crate) const APPLICATION: &str = "anhyst";
 /// What live viewers may find of the past when they join.
 const LIVE_MEMORY: &str = "200MB";
+/// How long the end of a run waits for live viewers.
+const FLUSH_LIMIT: Duration = Duration::from_secs(60);
 
 /// One stream and what is drawn on it.
 pub(crate) struct Stream {
     pub rerun: RecordingStream,
     rows_per_second: f64,
-    full_rate: bool,
+    /// Where all tokens go; live viewers get none.
+    file: Option<File>,
     drawn: Option<Drawn>,
 }
 
@@ -45,17 +50,35 @@ fn builder(run: &RunInfo) -> RecordingStreamBuilder {
         .enabled(true)
 }
 
+impl Drawn {
+    /// Writes how all of it looks.
+    fn declare(&self, stream: &RecordingStream, run: &RunInfo) -> Result<(), RecorderError> {
+        for (plot, series) in &self.plots {
+            let style = SeriesLines::new()
+                .with_names(series.iter().map(|series| series.name))
+                .with_colors(series.iter().map(|series| Color::from_u32(series.color)))
+                .with_widths(series.iter().map(|series| series.width));
+            stream.log_static(plot.entity, &style).writing(plot.entity)?;
+        }
+        self.loops.declare(stream, &run.scales)
+    }
+}
+
 impl Stream {
     /// Creates the file.
     pub fn file(run: &RunInfo, settings: &RecorderSettings) -> Result<Self, RecorderError> {
-        let create = |cause: String| RecorderError::Create {
-            path: run.path.clone(),
-            cause,
-        };
-        let rerun = builder(run)
-            .save(&run.path)
-            .map_err(|error| create(error.to_string()))?;
-        Self::create(rerun, settings.plot_rate_hz, true, run)
+        let file = File::create(builder(run), &run.path)?;
+        let stream = file.stream();
+        Self::create(stream, settings.plot_rate_hz, Some(file), run)
+    }
+
+    /// Closes the file and goes on in another one.
+    pub fn go_on(&mut self, run: &RunInfo, path: &Path) -> Result<(), RecorderError> {
+        self.file.as_mut().map_or(Ok(()), |file| file.go_on(path))?;
+        self.declare(run)?;
+        self.drawn
+            .as_ref()
+            .map_or(Ok(()), |drawn| drawn.declare(&self.rerun, run))
     }
 
     /// Opens the port for live viewers.
@@ -71,20 +94,20 @@ impl Stream {
         let rerun = builder(run)
             .serve_grpc_opts("127.0.0.1", port, options)
             .map_err(|error| refuse(error.to_string()))?;
-        Self::create(rerun, settings.live_rate_hz, false, run)
+        Self::create(rerun, settings.live_rate_hz, None, run)
     }
 
     fn create(
         rerun: RecordingStream,
         rows_per_second: f64,
-        full_rate: bool,
+        file: Option<File>,
         run: &RunInfo,
     ) -> Result<Self, RecorderError> {
         rerun.set_log_time_enabled(false);
         let stream = Self {
             rerun,
             rows_per_second,
-            full_rate,
+            file,
             drawn: None,
         };
         stream.declare(run)?;
@@ -94,17 +117,11 @@ impl Stream {
     /// Writes what is known before the first tick: names, styles, notes.
     fn declare(&self, run: &RunInfo) -> Result<(), RecorderError> {
         let stream = &self.rerun;
-        if self.full_rate {
+        if self.file.is_some() {
             stream
                 .log_static(TICK_ENTITY, &Scalars::single(run.tick_s))
                 .writing("the tick")?;
-            tokens::declare::<Measurement>(stream)?;
-            tokens::declare::<Truth>(stream)?;
-            tokens::declare::<Estimate>(stream)?;
-            tokens::declare::<Demand>(stream)?;
-            tokens::declare::<FieldCommand>(stream)?;
-            tokens::declare::<SafeField>(stream)?;
-            tokens::declare::<CoilField>(stream)?;
+            tokens::declare(stream)?;
         }
         let notes = format!("# {}\n\n{}", run.name, run.notes);
         stream
@@ -124,27 +141,30 @@ impl Stream {
         stream.flush_blocking().writing("the head")
     }
 
+    /// Sends on what was logged.
+    pub fn write(&mut self) -> Result<(), RecorderError> {
+        self.file.as_mut().map_or(Ok(()), File::write)
+    }
+
+    /// Sends on what was logged, and no more.
+    pub fn close(&mut self) -> Result<(), RecorderError> {
+        match &mut self.file {
+            Some(file) => file.close(),
+            None => self.rerun.flush_with_timeout(FLUSH_LIMIT).writing("the end of the run"),
+        }
+    }
+
     fn draw(&mut self, run: &RunInfo, has: Presence) -> Result<&mut Drawn, RecorderError> {
         let drawn = match self.drawn.take() {
             Some(drawn) => drawn,
             None => {
-                let mut plots = Vec::new();
-                for plot in PLOTS {
-                    let series: Vec<_> = present(plot, has).collect();
-                    if series.is_empty() {
-                        continue;
-                    }
-                    let style = SeriesLines::new()
-                        .with_names(series.iter().map(|series| series.name))
-                        .with_colors(series.iter().map(|series| Color::from_u32(series.color)))
-                        .with_widths(series.iter().map(|series| series.width));
-                    self.rerun.log_static(plot.entity, &style).writing(plot.entity)?;
-                    plots.push((plot, series));
-                }
-                Drawn {
-                    plots,
-                    loops: Loops::create(&self.rerun, run, has)?,
-                }
+                let plots = PLOTS.iter().map(|plot| (plot, present(plot, has).collect::<Vec<_>>()));
+                let drawn = Drawn {
+                    plots: plots.filter(|(_, series)| !series.is_empty()).collect(),
+                    loops: Loops::new(run, has),
+                };
+                drawn.declare(&self.rerun, run)?;
+                drawn
             }
         };
         Ok(self.drawn.insert(drawn))
@@ -153,18 +173,10 @@ impl Stream {
     /// Writes the rows of a block.
     pub fn rows(&mut self, run: &RunInfo, has: Presence, rows: &[Row]) -> Result<(), RecorderError> {
         let stream = self.rerun.clone();
-        if self.full_rate {
-            let times = times(run, rows.iter().map(|row| row.tick));
-            tokens::send(&stream, &times, rows.iter().map(|row| row.measurement))?;
-            tokens::send(&stream, &times, rows.iter().map(|row| row.truth))?;
-            tokens::send(&stream, &times, rows.iter().map(|row| row.estimate))?;
-            tokens::send(&stream, &times, rows.iter().map(|row| row.demand))?;
-            tokens::send(&stream, &times, rows.iter().map(|row| row.field_command))?;
-            tokens::send(&stream, &times, rows.iter().map(|row| row.safe_field))?;
-            tokens::send(&stream, &times, rows.iter().map(|row| row.coil_field))?;
+        if self.file.is_some() {
+            tokens::send(&stream, run, rows)?;
         }
-        // Two rows come of every stretch.
-        let stretch = (2.0 / (self.rows_per_second * run.tick_s)).round().max(1.0) as usize;
+        let stretch = stretch(self.rows_per_second, run);
         let stretch_times = times(run, kept_rows(rows.len(), stretch).map(|row| rows[row].tick));
         let end_times = times(run, [0, rows.len() - 1].map(|row| rows[row].tick).into_iter());
         let drawn = self.draw(run, has)?;
@@ -221,6 +233,26 @@ impl Stream {
         }
         Ok(())
     }
+}
+
+/// Ticks of which a plot shows the smallest and the largest value: two rows come of every stretch.
+pub(crate) fn stretch(rows_per_second: f64, run: &RunInfo) -> usize {
+    (2.0 / (rows_per_second * run.tick_s)).round().max(1.0) as usize
+}
+
+/// Writes rows of `width` values.
+fn send_wide(
+    stream: &RecordingStream,
+    entity: &str,
+    times: &TimeColumn,
+    values: Vec<f64>,
+    width: usize,
+) -> Result<(), RecorderError> {
+    let rows = values.len() / width.max(1);
+    let columns = Scalars::new(values)
+        .columns(std::iter::repeat_n(width, rows))
+        .writing(entity)?;
+    stream.send_columns(entity, [times.clone()], columns).writing(entity)
 }
 
 fn lane_entity(channel: anhyst_ipc::Channel) -> String {

@@ -1,25 +1,26 @@
 //! What the logger thread does with a block: rows to every stream, status words to the watch, and the layout at both ends.
 
-use crate::error::Writing as _;
 use crate::events::Watch;
 use crate::fitting::Sizes;
+use crate::layout::Arranged;
+use crate::parts::{Kept, Parts};
 use crate::pipe::{Consumer, Totals};
 use crate::row::{Block, Presence};
 use crate::run::Level;
-use crate::streams::Stream;
+use crate::streams::{Stream, stretch};
 use crate::timing::Timing;
 use crate::views::Layout;
 use crate::{RecorderError, RecorderSettings, RunInfo};
-use std::time::Duration;
-
-/// How long the end of a run waits for the disk.
-const FLUSH_LIMIT: Duration = Duration::from_secs(60);
 
 /// The far end of the pipe.
 pub(crate) struct Logger {
     run: RunInfo,
     layout: Layout,
+    /// As it is before anything is known: with what every part begins.
+    arranged: Arranged,
+    /// The file, then the server for live viewers.
     streams: Vec<Stream>,
+    parts: Parts,
     watch: Watch,
     has: Option<Presence>,
     last_tick: u64,
@@ -31,12 +32,12 @@ pub(crate) struct Logger {
 impl Logger {
     /// Creates the streams and sends the first layout, so that live viewers and files of killed runs have one.
     pub fn create(settings: &RecorderSettings, run: RunInfo) -> Result<Self, RecorderError> {
-        let mut streams = Vec::with_capacity(2);
         // The port first: if it is taken, no file is overwritten.
-        if let Some(port) = settings.live {
-            streams.push(Stream::live(&run, settings, port)?);
-        }
-        streams.push(Stream::file(&run, settings)?);
+        let live = settings
+            .live
+            .map(|port| Stream::live(&run, settings, port))
+            .transpose()?;
+        let mut streams: Vec<_> = std::iter::once(Stream::file(&run, settings)?).chain(live).collect();
         let layout = Layout {
             zoom_s: run.zoom_s(),
             scales: run.scales.clone(),
@@ -48,20 +49,29 @@ impl Logger {
             shows_shape_range: true,
             shows_parameters: false,
         };
-        for stream in &streams {
-            layout.send(&stream.rerun)?;
+        let arranged = layout.arranged()?;
+        for stream in &mut streams {
+            arranged.send(&stream.rerun);
+            stream.write()?;
         }
         let mut watch = Watch::default();
         let tick_us = run.tick_s * 1e6;
         watch.about_run(
             0,
             Level::Info,
-            format!("{} starts: {} (tick {tick_us} µs)", run.run_id, run.name),
+            format!(
+                "{} starts: {} (tick {tick_us} µs; plots show the smallest and the largest of every {} ticks, tokens are whole)",
+                run.run_id,
+                run.name,
+                stretch(settings.plot_rate_hz, &run)
+            ),
         );
         Ok(Self {
             timing: run.realtime.then(Timing::new),
+            parts: Parts::new(&run, settings),
             run,
             layout,
+            arranged,
             streams,
             watch,
             has: None,
@@ -88,6 +98,14 @@ impl Logger {
         Ok(())
     }
 
+    fn next_part(&mut self) -> Result<(), RecorderError> {
+        let path = self.parts.next_path();
+        self.streams[0].go_on(&self.run, &path)?;
+        self.arranged.send(&self.streams[0].rerun);
+        self.watch.tell_states_again();
+        self.parts.turn()
+    }
+
     /// Says how the run ended, and chooses the height of the error plot now that the errors are known.
     fn sum_up(&mut self, totals: Totals) -> Result<(), RecorderError> {
         let (rows, dropped, seconds) = (totals.rows, totals.dropped, totals.rows as f64 * self.run.tick_s);
@@ -112,10 +130,9 @@ impl Logger {
         self.send_events()?;
         self.send_timing(true)?;
         self.sizes.fit(&mut self.layout, &self.run, failed);
-        for stream in &self.streams {
-            self.layout.send(&stream.rerun)?;
-        }
-        self.layout.save(&self.run.path.with_extension("rbl"))
+        let arranged = self.layout.arranged()?;
+        self.streams.iter().for_each(|stream| arranged.send(&stream.rerun));
+        arranged.save(&self.run.path.with_extension("rbl"))
     }
 }
 
@@ -124,13 +141,16 @@ impl Consumer for Logger {
         let (Some(first), Some(last)) = (block.rows.first(), block.rows.last()) else {
             return Ok(());
         };
+        if self.parts.is_over(self.last_tick) {
+            self.next_part()?;
+        }
         let has = *self.has.get_or_insert_with(|| Presence::of(&block.rows));
         if block.dropped_before > 0 {
             let lost = format!("recorder dropped {} ticks before this one", block.dropped_before);
             self.watch.about_run(first.tick, Level::Warning, lost);
         }
         for row in &block.rows {
-            self.watch.row(row, &self.run);
+            self.watch.row(row, has, &self.run);
             self.sizes.note(row, has, &self.run);
             if let Some(timing) = &mut self.timing {
                 timing.row(row, &self.run);
@@ -141,22 +161,19 @@ impl Consumer for Logger {
         }
         self.last_tick = last.tick;
         self.send_timing(false)?;
-        self.send_events()
+        self.parts.note(first.tick, block.rows.len(), self.watch.matters());
+        self.send_events()?;
+        self.streams.iter_mut().try_for_each(Stream::write)
     }
 
     fn verdict(&mut self, level: Level, text: String) {
         self.verdict = Some((level, text));
     }
 
-    fn close(mut self, totals: Totals) -> Result<(), RecorderError> {
+    fn close(mut self, totals: Totals) -> Result<Kept, RecorderError> {
         let summed_up = self.sum_up(totals);
-        for stream in &self.streams {
-            // The file's own thread tells its errors (a full disk) only to a flush.
-            stream
-                .rerun
-                .flush_with_timeout(FLUSH_LIMIT)
-                .writing("the end of the run")?;
-        }
-        summed_up
+        self.streams.iter_mut().try_for_each(Stream::close)?;
+        self.streams.clear();
+        summed_up.map(|()| self.parts.kept())
     }
 }

@@ -1,9 +1,12 @@
 //! What is recorded can be read back: every tick, every bit, whatever the end of the run was like.
 
 use anhyst_ipc::{
-    Block, CoilField, Demand, Estimate, FieldCommand, Measurement, Message, Now, SafeField, Truth, status_word,
+    Block, CoilField, Demand, Estimate, FieldCommand, MAX_FIELDS, Measurement, Message, Now, SafeField, Truth,
+    status_word,
 };
-use anhyst_recorder::{EventName, Level, Recorder, RecorderError, RecorderSettings, Recording, RunInfo, read_tokens};
+use anhyst_recorder::{
+    EventName, Level, Recorder, RecorderError, RecorderSettings, Recording, RunInfo, each_stretch, read_tokens,
+};
 use std::path::{Path, PathBuf};
 
 /// Not a whole number of µs, and ns that have to be rounded: time stamps must still give the ticks back.
@@ -33,7 +36,7 @@ fn info(path: PathBuf) -> RunInfo {
     }
 }
 
-/// A token with every bit pattern that a careless copy would damage: NaN payloads, −0, subnormals, infinities, flags of 2^53.
+/// A token with every bit pattern that a careless copy would damage: NaN payloads, −0, subnormals, infinities, all 64 flags.
 fn token<M: Message>(tick: u64) -> M {
     const HARD: [u64; 6] = [
         0x7FF8_0000_DEAD_BEEF,
@@ -43,14 +46,14 @@ fn token<M: Message>(tick: u64) -> M {
         0x7FF0_0000_0000_0000,
         0xFFF0_0000_0000_0000,
     ];
-    let mut words = [0; anhyst_ipc::MAX_FIELDS];
+    let mut words = [0; MAX_FIELDS];
     for ((at, word), field) in (0u64..).zip(&mut words).zip(M::FIELDS) {
         let mixed = (tick + 1)
             .wrapping_mul(0x9E37_79B9_7F4A_7C15)
             .wrapping_add(at.wrapping_mul(0xBF58_476D_1CE4_E5B9));
         *word = match field.kind {
-            anhyst_ipc::FieldKind::U64 if tick % 100 == 3 => 1 << 53,
-            anhyst_ipc::FieldKind::U64 => mixed >> 11,
+            anhyst_ipc::FieldKind::U64 if tick % 100 == 3 => u64::MAX,
+            anhyst_ipc::FieldKind::U64 => mixed,
             anhyst_ipc::FieldKind::F64 if mixed % 17 == 0 => HARD[(mixed >> 32) as usize % HARD.len()],
             anhyst_ipc::FieldKind::F64 => f64::to_bits((mixed as f64 - 9e18) * 1e-20),
         };
@@ -87,8 +90,8 @@ fn calm(tick: u64) -> <Recorder as Block>::Inputs {
     inputs
 }
 
-fn bits<M: Message>(token: &M) -> (u64, [u64; anhyst_ipc::MAX_FIELDS]) {
-    let mut words = [0; anhyst_ipc::MAX_FIELDS];
+fn bits<M: Message>(token: &M) -> (u64, [u64; MAX_FIELDS]) {
+    let mut words = [0; MAX_FIELDS];
     token.write_words(&mut words);
     (token.tick(), words)
 }
@@ -126,6 +129,99 @@ fn every_bit_comes_back() {
     assert_same::<SafeField>(&recording, TICKS);
     assert_same::<CoilField>(&recording, TICKS);
     assert!(path.with_extension("rbl").exists(), "the layout is missing");
+}
+
+fn parts_in(folder: &Path) -> Vec<PathBuf> {
+    let name = |part: u64| match part {
+        1 => "run.rrd".to_owned(),
+        _ => format!("run-{part}.rrd"),
+    };
+    (1..=9)
+        .map(|part| folder.join(name(part)))
+        .filter(|path| path.exists())
+        .collect()
+}
+
+/// Guards long runs: parts follow each other without a lost or repeated tick, each is whole in itself, and states stand from its beginning.
+#[test]
+fn parts_hold_every_bit_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let settings = RecorderSettings {
+        block_ticks: 1000,
+        part_s: Some(8000.0 * TICK_S),
+        ..RecorderSettings::default()
+    };
+    let mut recorder = Recorder::create(&settings, info(folder.path().join("run.rrd"))).unwrap();
+    (0..20_500).for_each(|tick| recorder.step(tick, inputs(tick)));
+    let report = recorder.finish().unwrap();
+    let parts = parts_in(folder.path());
+    assert_eq!((report.rows, report.parts, parts.len()), (20_500, 3, 3));
+    let sizes = parts.iter().map(|part| std::fs::metadata(part).unwrap().len());
+    assert_eq!(report.bytes, sizes.sum::<u64>());
+    let whole = Recording::of_parts(&parts).unwrap();
+    assert!(whole.closed());
+    assert_same::<Measurement>(&whole, 20_500);
+    assert_same::<Estimate>(&whole, 20_500);
+    let second: Vec<Truth> = read_tokens(&parts[1]).unwrap();
+    assert_eq!((second[0].tick, second.len()), (8000, 8000));
+    let mut next = 0;
+    each_stretch::<RecorderError>(&parts, |stretch| {
+        assert_eq!(stretch.first(), next);
+        next += stretch.tokens::<CoilField>().len() as u64;
+        Ok(())
+    })
+    .unwrap();
+    assert_eq!(next, 20_500);
+}
+
+/// Guards the ring: what came before an event, and after it, is kept with its bits; of what is quiet only the end.
+#[test]
+fn a_ring_keeps_what_came_before_an_event() {
+    let folder = tempfile::tempdir().unwrap();
+    let settings = RecorderSettings {
+        block_ticks: 500,
+        ring_s: Some(1000.0 * TICK_S),
+        ..RecorderSettings::default()
+    };
+    let mut recorder = Recorder::create(&settings, info(folder.path().join("run.rrd"))).unwrap();
+    for tick in 0..9000 {
+        let mut inputs = calm(tick);
+        inputs.5.0.event = if tick == 4700 { 7 } else { 0 };
+        recorder.step(tick, inputs);
+    }
+    let report = recorder.finish().unwrap();
+    let recording = Recording::of_parts(&parts_in(folder.path())).unwrap();
+    let tokens: Vec<SafeField> = recording.tokens().unwrap();
+    let ticks: Vec<u64> = tokens.iter().map(|token| token.tick).collect();
+    assert!(
+        ticks.iter().copied().eq((3000..6000).chain(7000..9000)),
+        "{} ticks",
+        ticks.len()
+    );
+    assert_eq!((report.rows, report.removed_rows, report.parts), (9000, 4000, 5));
+    assert!(
+        recording
+            .events()
+            .iter()
+            .any(|(_, _, text)| text.contains("seven happened"))
+    );
+}
+
+/// Guards ticks that were left out: those after a gap keep their numbers.
+#[test]
+fn ticks_after_a_gap_keep_their_numbers() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.rrd");
+    let mut recorder = Recorder::create(&RecorderSettings::default(), info(path.clone())).unwrap();
+    let there = || (0..700).chain(900..1000).chain([1500]);
+    there().for_each(|tick| recorder.step(tick, inputs(tick)));
+    recorder.finish().unwrap();
+    let read: Vec<Demand> = read_tokens(&path).unwrap();
+    assert!(
+        read.iter()
+            .map(bits)
+            .eq(there().map(|tick| bits(&token::<Demand>(tick))))
+    );
 }
 
 /// Guards: a run that failed and dropped its recorder keeps the partial block, and its outcome can still be asked for.
@@ -183,7 +279,8 @@ fn events_are_told() {
     }
     recorder.conclude(Level::Error, "NOT held: seven happened".into());
     recorder.finish().unwrap();
-    let events = Recording::open(&path).unwrap().events();
+    let recording = Recording::open(&path).unwrap();
+    let events = recording.events();
     // What the run came to is the first that is read.
     assert_eq!(
         (events[0].1.as_str(), events[0].2.as_str()),

@@ -173,6 +173,12 @@ pub struct Recording {
     pub block_ticks: usize,
     /// Rows per second of the plots made for people; the tokens themselves are always recorded at full rate.
     pub plot_rate_hz: f64,
+    /// Size from which on the recording goes on in another file, MB.
+    pub part_mb: f64,
+    /// The same for the time that is in a file, s; none: only the size counts.
+    pub part_s: Option<f64>,
+    /// Only what surrounds events is kept, s: at least so long before each and after it. Takes the place of `part_s`.
+    pub ring_s: Option<f64>,
     /// Half the height of the error plot; none: chosen from the run.
     pub error_axis_nm: Option<f64>,
     /// TCP port on 127.0.0.1 where viewers may join the running recording.
@@ -185,6 +191,9 @@ impl Default for Recording {
             on: true,
             block_ticks: 4000,
             plot_rate_hz: 4000.0,
+            part_mb: 250.0,
+            part_s: None,
+            ring_s: None,
             error_axis_nm: None,
             live_port: None,
         }

@@ -231,7 +231,20 @@ impl Scenario {
             65536.0,
             "ticks",
         )?;
-        Invalid::unless_positive("recording.plot_rate_hz", self.recording.plot_rate_hz, "Hz")
+        let recording = &self.recording;
+        Invalid::unless_positive("recording.plot_rate_hz", recording.plot_rate_hz, "Hz")?;
+        Invalid::unless_between("recording.part_mb", recording.part_mb, 1.0, 1e6, "MB")?;
+        // A part holds whole blocks.
+        let block_s = recording.block_ticks as f64 * self.tick_s;
+        for (name, value) in [
+            ("recording.part_s", recording.part_s),
+            ("recording.ring_s", recording.ring_s),
+        ] {
+            value.map_or(Ok(()), |seconds| {
+                Invalid::unless_between(name, seconds, block_s, 1e9, "s")
+            })?;
+        }
+        Ok(())
     }
 
     /// The plant can be built at this tick, and its `a` can be followed.

@@ -342,7 +342,7 @@ impl Work<'_> {
 
     /// The scenario with what a diagnosis of a cut found, and its name; none where it found nothing to amend.
     fn amended(&mut self, scenario: &Scenario, cut: &Path) -> miette::Result<Option<(Scenario, String)>> {
-        let recording = Recording::open(&RunFolder::open(cut).recording()).map_err(told)?;
+        let recording = Recording::of_parts(&RunFolder::open(cut).recordings()).map_err(told)?;
         let (measured, asked): (Vec<Measurement>, Vec<SafeField>) =
             (recording.tokens().map_err(told)?, recording.tokens().map_err(told)?);
         save(

@@ -49,7 +49,7 @@ pub fn run(arguments: &ExportArguments) -> miette::Result<Ending> {
     }
     let folder = RunFolder::open(&arguments.run);
     let scenario = load(&folder.scenario(), &[])?;
-    let recording = Recording::open(&folder.recording()).map_err(RunError::from)?;
+    let recording = Recording::of_parts(&folder.recordings()).map_err(RunError::from)?;
     let measured: Vec<Measurement> = recording.tokens().map_err(RunError::from)?;
     let asked: Vec<SafeField> = recording.tokens().map_err(RunError::from)?;
     let out = arguments.out.as_deref().unwrap_or(&arguments.run);

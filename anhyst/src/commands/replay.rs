@@ -80,11 +80,7 @@ fn missing_ticks(folder: &RunFolder, recorded: u64) -> Option<u64> {
 /// Replays from the recording; also how many ticks it holds.
 #[cfg(feature = "recorder")]
 fn from_recording(nodes: &[NodeId], scenario: &Scenario, folder: &RunFolder) -> Result<(Vec<Replayed>, u64), RunError> {
-    let recorded = super::replay_recording::Recorded::read(folder, scenario)?;
-    let replayed = nodes
-        .iter()
-        .map(|node| super::replay_recording::replay(*node, scenario, &recorded));
-    Ok((replayed.collect::<Result<_, _>>()?, recorded.ticks() as u64))
+    super::replay_recording::replay(nodes, scenario, folder)
 }
 
 #[cfg(not(feature = "recorder"))]

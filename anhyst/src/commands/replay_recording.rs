@@ -1,17 +1,17 @@
 //! Replays a lockstep run from its recording: every tick's tokens are those of the same tick.
 
 use anhyst_ipc::{
-    CoilField, Connections, Demand, Estimate, FieldCommand, Measurement, Message, NodeId, SafeField, Sender,
+    CoilField, Connections, Demand, Estimate, FieldCommand, Measurement, Message, NodeId, SafeField, Sender, Stage,
     TokenFault, Truth,
 };
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
 use anhyst_launch::realtime::Replayed;
-use anhyst_recorder::Recording;
+use anhyst_recorder::{Stretch, each_stretch};
 use anhyst_scenario::Scenario;
 
-/// Every token of a run, by tick.
-pub struct Recorded {
+/// Every token of a stretch of a run.
+struct Recorded {
     measurement: Vec<Measurement>,
     truth: Vec<Truth>,
     estimate: Vec<Estimate>,
@@ -22,36 +22,16 @@ pub struct Recorded {
 }
 
 impl Recorded {
-    /// Reads the recording of a run.
-    ///
-    /// # Errors
-    /// If it is missing or cannot be read, or a fault of the scenario makes no sense.
-    pub fn read(folder: &RunFolder, scenario: &Scenario) -> Result<Self, RunError> {
-        let recording = Recording::open(&folder.recording())?;
-        let faults = scenario.token_faults()?;
-        Ok(Self {
-            measurement: as_stamped(recording.tokens()?, &faults),
-            truth: as_stamped(recording.tokens()?, &faults),
-            estimate: as_stamped(recording.tokens()?, &faults),
-            demand: as_stamped(recording.tokens()?, &faults),
-            field_command: as_stamped(recording.tokens()?, &faults),
-            safe_field: as_stamped(recording.tokens()?, &faults),
-            coil_field: as_stamped(recording.tokens()?, &faults),
-        })
-    }
-
-    /// Ticks that all channels have: a run that was cut short may have recorded more of one than of another.
-    pub fn ticks(&self) -> usize {
-        let lengths = [
-            self.measurement.len(),
-            self.truth.len(),
-            self.estimate.len(),
-            self.demand.len(),
-            self.field_command.len(),
-            self.safe_field.len(),
-            self.coil_field.len(),
-        ];
-        lengths.into_iter().min().unwrap_or_default()
+    fn of(stretch: &Stretch, faults: &[TokenFault]) -> Self {
+        Self {
+            measurement: as_stamped(stretch.tokens(), faults),
+            truth: as_stamped(stretch.tokens(), faults),
+            estimate: as_stamped(stretch.tokens(), faults),
+            demand: as_stamped(stretch.tokens(), faults),
+            field_command: as_stamped(stretch.tokens(), faults),
+            safe_field: as_stamped(stretch.tokens(), faults),
+            coil_field: as_stamped(stretch.tokens(), faults),
+        }
     }
 }
 
@@ -64,97 +44,132 @@ fn as_stamped<M: Message>(mut tokens: Vec<M>, faults: &[TokenFault]) -> Vec<M> {
     tokens
 }
 
-/// One channel of the replay: the recorded token is fed before the node steps, and what the node sends compared after.
-struct Feed<'a, M: Message> {
-    sender: Sender<M>,
-    recorded: &'a [M],
+/// The token that a node sent is not the recorded one.
+fn difference<M: Message>(tick: u64, recorded: &M, connections: &mut Connections) -> Option<String> {
+    let sent = connections.last::<M>()?;
+    let (mut now, mut then) = ([0; anhyst_ipc::MAX_FIELDS], [0; anhyst_ipc::MAX_FIELDS]);
+    sent.write_words(&mut now);
+    recorded.write_words(&mut then);
+    let field = M::FIELDS
+        .iter()
+        .zip(now.iter().zip(&then))
+        .find(|(_, (now, then))| now != then)?
+        .0;
+    Some(format!(
+        "tick {tick}, {} of {}: {recorded:?} recorded, {sent:?} replayed",
+        field.name,
+        M::CHANNEL,
+    ))
 }
 
-impl<'a, M: Message> Feed<'a, M> {
-    fn open(connections: &mut Connections, recorded: &'a [M]) -> Result<Self, RunError> {
+/// A node that runs again: the recorded tokens of the others are fed before it steps, and what it sends is compared after.
+struct Again {
+    node: NodeId,
+    connections: Connections,
+    stage: Box<dyn Stage>,
+    measurement: Sender<Measurement>,
+    truth: Sender<Truth>,
+    estimate: Sender<Estimate>,
+    demand: Sender<Demand>,
+    field_command: Sender<FieldCommand>,
+    safe_field: Sender<SafeField>,
+    coil_field: Sender<CoilField>,
+    ticks: u64,
+    difference: Option<String>,
+}
+
+impl Again {
+    fn new(node: NodeId, scenario: &Scenario) -> Result<Self, RunError> {
+        // All producers count as local, so that the node's inputs are cells that we fill.
+        let mut connections = Connections::new(NodeId::LOOP_ORDER, anhyst_scenario::wires(), None);
+        connections.accept_any_tick(anhyst_launch::assemble::late_channels(scenario)?);
         Ok(Self {
-            sender: connections.sender::<M>()?,
-            recorded,
+            node,
+            stage: anhyst_launch::assemble::stage(node, scenario, &mut connections)?,
+            measurement: connections.sender()?,
+            truth: connections.sender()?,
+            estimate: connections.sender()?,
+            demand: connections.sender()?,
+            field_command: connections.sender()?,
+            safe_field: connections.sender()?,
+            coil_field: connections.sender()?,
+            connections,
+            ticks: 0,
+            difference: None,
         })
     }
 
-    fn send(&mut self, tick: usize) -> Result<(), RunError> {
-        Ok(self.sender.send(self.recorded[tick])?)
-    }
-
-    fn difference(&self, tick: usize, connections: &mut Connections) -> Option<String> {
-        let sent = connections.last::<M>()?;
-        let (mut now, mut then) = ([0; anhyst_ipc::MAX_FIELDS], [0; anhyst_ipc::MAX_FIELDS]);
-        sent.write_words(&mut now);
-        self.recorded[tick].write_words(&mut then);
-        let field = M::FIELDS
-            .iter()
-            .zip(now.iter().zip(&then))
-            .find(|(_, (now, then))| now != then)?
-            .0;
-        Some(format!(
-            "tick {tick}, {} of {}: {:?} recorded, {:?} replayed",
-            field.name,
-            M::CHANNEL,
-            self.recorded[tick],
-            sent
-        ))
+    /// Goes through a stretch, up to the first difference.
+    fn go_on(&mut self, recorded: &Recorded) -> Result<(), RunError> {
+        for at in 0..recorded.measurement.len() {
+            if self.difference.is_some() {
+                return Ok(());
+            }
+            let (node, tick) = (self.node, self.ticks);
+            // What comes before the node in a tick is fed before its step, what comes after it afterwards: a delayed input must
+            // still find the token of the tick before.
+            macro_rules! feed {
+                ($wanted:expr; $($channel:ident: $message:ident),*) => {
+                    $( if ($message::CHANNEL.producer() < node) == $wanted && $message::CHANNEL.producer() != node {
+                        self.$channel.send(recorded.$channel[at])?;
+                    } )*
+                };
+            }
+            feed!(true; measurement: Measurement, truth: Truth, estimate: Estimate, demand: Demand, field_command: FieldCommand, safe_field: SafeField, coil_field: CoilField);
+            self.stage.tick(tick)?;
+            let sent = &mut self.connections;
+            self.difference = match node {
+                NodeId::Plant => difference(tick, &recorded.measurement[at], sent)
+                    .or_else(|| difference(tick, &recorded.truth[at], sent)),
+                NodeId::Estimator => difference(tick, &recorded.estimate[at], sent),
+                NodeId::Controller => difference(tick, &recorded.demand[at], sent),
+                NodeId::Inverse => difference(tick, &recorded.field_command[at], sent),
+                NodeId::Guard => difference(tick, &recorded.safe_field[at], sent),
+                NodeId::Amplifier => difference(tick, &recorded.coil_field[at], sent),
+                NodeId::Recorder => None,
+            };
+            if self.difference.is_none() {
+                feed!(false; measurement: Measurement, truth: Truth, estimate: Estimate, demand: Demand, field_command: FieldCommand, safe_field: SafeField, coil_field: CoilField);
+                self.ticks += 1;
+            }
+        }
+        Ok(())
     }
 }
 
-/// Runs one node again.
+/// Runs nodes again, part by part of the recording; also how many ticks it holds.
 ///
 /// # Errors
-/// If the node cannot be built.
-pub fn replay(node: NodeId, scenario: &Scenario, recorded: &Recorded) -> Result<Replayed, RunError> {
-    // All producers count as local, so that the node's inputs are cells that we fill.
-    let mut connections = Connections::new(NodeId::LOOP_ORDER, anhyst_scenario::wires(), None);
-    connections.accept_any_tick(anhyst_launch::assemble::late_channels(scenario)?);
-    let mut stage = anhyst_launch::assemble::stage(node, scenario, &mut connections)?;
-    let mut measurement = Feed::open(&mut connections, &recorded.measurement)?;
-    let mut truth = Feed::open(&mut connections, &recorded.truth)?;
-    let mut estimate = Feed::open(&mut connections, &recorded.estimate)?;
-    let mut demand = Feed::open(&mut connections, &recorded.demand)?;
-    let mut field_command = Feed::open(&mut connections, &recorded.field_command)?;
-    let mut safe_field = Feed::open(&mut connections, &recorded.safe_field)?;
-    let mut coil_field = Feed::open(&mut connections, &recorded.coil_field)?;
-    let ticks = recorded.ticks();
-    for tick in 0..ticks {
-        // What comes before the node in a tick is fed before its step, what comes after it afterwards: a delayed input must
-        // still find the token of the tick before.
-        let before = |channel: anhyst_ipc::Channel| channel.producer() < node;
-        macro_rules! feed {
-            ($wanted:expr; $($feed:ident: $message:ident),*) => {
-                $( if before($message::CHANNEL) == $wanted && $message::CHANNEL.producer() != node { $feed.send(tick)?; } )*
-            };
+/// If a node cannot be built, the recording cannot be read, or ticks are missing in it.
+pub fn replay(nodes: &[NodeId], scenario: &Scenario, folder: &RunFolder) -> Result<(Vec<Replayed>, u64), RunError> {
+    let faults = scenario.token_faults()?;
+    let again = nodes.iter().map(|node| Again::new(*node, scenario));
+    let mut again = again.collect::<Result<Vec<_>, _>>()?;
+    let mut ticks = 0;
+    each_stretch(&folder.recordings(), |stretch| {
+        if stretch.first() != ticks {
+            return Err(RunError::Setup(format!(
+                "{}: after {ticks} ticks the recording goes on with tick {}, and a node can be run again only from tick 0 on \
+                 (`recording.ring_s` keeps no more than what surrounds events)",
+                folder.path().display(),
+                stretch.first()
+            )));
         }
-        feed!(true; measurement: Measurement, truth: Truth, estimate: Estimate, demand: Demand, field_command: FieldCommand, safe_field: SafeField, coil_field: CoilField);
-        stage.tick(tick as u64)?;
-        let difference = match node {
-            NodeId::Plant => measurement
-                .difference(tick, &mut connections)
-                .or_else(|| truth.difference(tick, &mut connections)),
-            NodeId::Estimator => estimate.difference(tick, &mut connections),
-            NodeId::Controller => demand.difference(tick, &mut connections),
-            NodeId::Inverse => field_command.difference(tick, &mut connections),
-            NodeId::Guard => safe_field.difference(tick, &mut connections),
-            NodeId::Amplifier => coil_field.difference(tick, &mut connections),
-            NodeId::Recorder => None,
-        };
-        if difference.is_some() {
-            return Ok(Replayed {
-                node,
-                ticks: tick as u64,
-                same: false,
-                difference,
-            });
-        }
-        feed!(false; measurement: Measurement, truth: Truth, estimate: Estimate, demand: Demand, field_command: FieldCommand, safe_field: SafeField, coil_field: CoilField);
+        let recorded = Recorded::of(&stretch, &faults);
+        ticks += recorded.measurement.len() as u64;
+        again.iter_mut().try_for_each(|node| node.go_on(&recorded))
+    })?;
+    if ticks == 0 {
+        return Err(RunError::Setup(format!(
+            "{}: the recording holds no ticks",
+            folder.path().display()
+        )));
     }
-    Ok(Replayed {
-        node,
-        ticks: ticks as u64,
-        same: true,
-        difference: None,
-    })
+    let replayed = again.into_iter().map(|node| Replayed {
+        node: node.node,
+        ticks: node.ticks,
+        same: node.difference.is_none(),
+        difference: node.difference,
+    });
+    Ok((replayed.collect(), ticks))
 }
