@@ -1,8 +1,8 @@
 //! The command line: the commands, and how the help groups them.
 
 use crate::commands::{
-    bench, benchmark, check, diagnose, doctor, estimate, explain, fit, graph, interface, man, new, node, predict, replay,
-    run_arguments, study, sweep, tune, verify_amplifier,
+    bench, benchmark, check, diagnose, doctor, estimate, explain, fit, graph, interface, man, new, node, predict,
+    replay, run_arguments, study, sweep, tune, verify_amplifier,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
