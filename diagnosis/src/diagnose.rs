@@ -50,6 +50,7 @@ pub fn diagnose(
         return Ok(misread(model, runs, first_things));
     }
     let setup = setup(model, runs, options)?;
+    let output = setup.plant.output;
     let threads = if options.threads == 0 {
         parallel::available()
     } else {
@@ -66,10 +67,9 @@ pub fn diagnose(
     let model_on_runs = bench.plant.model.clone();
     meter.begin("weighing the evidence", 0.93);
     let told = tell(&bench, &model_on_runs, &found).ok_or_else(no_simulation)?;
-    let unit = match setup.output {
+    let unit = match output {
         Quantity::Strain => "",
-        Quantity::Magnetization => "A/m",
-        _ => "m",
+        other => other.unit(),
     };
     let named = !told.effects.is_empty();
     let improved = told.remainder_rms < rms_of_gap(&bench, &found);

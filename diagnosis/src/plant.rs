@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use anhyst_identify::prepared::PreparedRun;
+use anhyst_measured::Quantity;
 use anhyst_model::{ActuatorModel, ActuatorOutputs, MagneticHalf, MagneticState};
 
 use realfft::num_complex::Complex;
@@ -36,8 +37,8 @@ pub(crate) struct Plant {
     pub channels: Vec<Channel>,
     /// By channel, rows as compared, in its unit.
     pub measured: Vec<Vec<f64>>,
-    /// The output is the magnetization itself.
-    pub magnetic: bool,
+    /// What is compared first.
+    pub output: Quantity,
     /// The model's numbers were fitted to measurements, so they carry its errors.
     pub fitted: bool,
     pub memory: Arc<Memory>,
@@ -89,7 +90,7 @@ impl Plant {
                 .get(|own| *own == asked, || asked.clone(), magnetize)?;
             self.memory.simulated.count();
             run.simulate_on(&half, &model, &mut outputs).ok()?;
-            let output = if self.magnetic {
+            let output = if self.magnetic() {
                 &mut outputs.magnetization_a_per_m
             } else {
                 &mut outputs.displacement_m
@@ -133,11 +134,16 @@ impl Plant {
         low_pass.apply(series, tick_s, &self.whole[run], &responses.unwrap_or_default());
     }
 
+    /// The output is the magnetization itself, or what a law gives in its place.
+    pub fn magnetic(&self) -> bool {
+        matches!(self.output, Quantity::Magnetization | Quantity::FluxDensity)
+    }
+
     /// A channel's series of a simulated run, all rows.
     pub fn series<'a>(&self, channel: &Channel, outputs: &'a ActuatorOutputs) -> &'a [f64] {
         match channel.kind {
             ChannelKind::Field => &outputs.field_a_per_m,
-            ChannelKind::Output if !self.magnetic => &outputs.displacement_m,
+            ChannelKind::Output if !self.magnetic() => &outputs.displacement_m,
             ChannelKind::Output | ChannelKind::Magnetization => &outputs.magnetization_a_per_m,
         }
     }

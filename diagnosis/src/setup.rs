@@ -1,9 +1,9 @@
 //! From measured runs and a model to channels, drives and noise.
 //!
-//! Compared are the output (displacement with a rod, else strain or displacement), the coil field where command and field were both
+//! Compared are the output (displacement with a rod, else strain or displacement; of another law what it gives), the coil field where command and field were both
 //! measured, and the magnetization where it was; what drives the model and where it finds the material: `anhyst_identify::prepared`.
 
-use anhyst_identify::prepared::{PrepareOptions, PreparedRun};
+use anhyst_identify::prepared::{PrepareOptions, PreparedRun, law_output};
 use anhyst_model::{ActuatorModel, Drive, Effect, EffectKind};
 
 use crate::channel::{Channel, ChannelKind};
@@ -42,7 +42,6 @@ pub struct DiagnoseOptions {
 /// A plant with what was measured on it.
 pub(crate) struct Setup {
     pub plant: Plant,
-    pub output: Quantity,
     /// Step on which the output's values stand, where its rounding is the larger part of the noise.
     pub lattice: Option<f64>,
 }
@@ -80,7 +79,9 @@ pub(crate) fn setup(
             )));
         };
         compared.push((ChannelKind::Output, output, own));
-        if output != Quantity::Magnetization
+        let magnetic = matches!(output, Quantity::Magnetization | Quantity::FluxDensity);
+        if !magnetic
+            && model.material.law.is_none()
             && let Some(magnetization) = run.series(Quantity::Magnetization)
         {
             compared.push((ChannelKind::Magnetization, Quantity::Magnetization, magnetization));
@@ -132,10 +133,10 @@ pub(crate) fn setup(
         runs: inputs,
         channels,
         measured,
-        magnetic: output == Quantity::Magnetization,
+        output,
         fitted: options.fitted_model || model.source.starts_with(FITTED),
     };
-    Ok(Setup { plant, output, lattice })
+    Ok(Setup { plant, lattice })
 }
 
 fn refusal(sentence: &str) -> DiagnosisError {
@@ -145,10 +146,11 @@ fn refusal(sentence: &str) -> DiagnosisError {
 }
 
 fn output_of(model: &ActuatorModel, run: &MeasuredRun) -> Result<Quantity, DiagnosisError> {
-    let wanted: &[Quantity] = if model.rod.is_some() {
-        &[Quantity::Displacement, Quantity::Magnetization]
-    } else {
-        &[Quantity::Strain, Quantity::Displacement, Quantity::Magnetization]
+    let only = law_output(model);
+    let wanted: &[Quantity] = match &only {
+        Some(only) => std::slice::from_ref(only),
+        None if model.rod.is_some() => &[Quantity::Displacement, Quantity::Magnetization],
+        None => &[Quantity::Strain, Quantity::Displacement, Quantity::Magnetization],
     };
     wanted
         .iter()

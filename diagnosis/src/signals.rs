@@ -38,7 +38,7 @@ pub(crate) fn signals(plant: &Plant, outputs: &[ActuatorOutputs]) -> Vec<Signals
         drive: run.drive_a_per_m.clone(),
         field: outputs.field_a_per_m.clone(),
         magnetization: outputs.magnetization_a_per_m.clone(),
-        output: if plant.magnetic {
+        output: if plant.magnetic() {
             &outputs.magnetization_a_per_m
         } else {
             &outputs.displacement_m

@@ -212,7 +212,7 @@ fn hat(knots: &[f64], knot: usize, value: f64) -> f64 {
 
 /// What a strain that moves the resting tip by `series` makes of it.
 fn through_rod(bench: &Bench, run: usize, series: Vec<f64>) -> Vec<f64> {
-    let rod = bench.plant.model.rod.filter(|_| !bench.plant.magnetic);
+    let rod = bench.plant.model.rod.filter(|_| !bench.plant.magnetic());
     let Some((rod, tick_s)) = rod.zip(bench.plant.runs[run].tick_s) else {
         return series;
     };

@@ -180,7 +180,7 @@ fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
         standard_deviation,
         nominal: None,
     };
-    let unit = if bench.plant.magnetic { "A/m" } else { "m" };
+    let unit = bench.plant.output.unit();
     let found = |name: String, values: Vec<FittedValue>| {
         let share = known.share(&name).unwrap_or_default();
         FoundEffect {

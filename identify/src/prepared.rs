@@ -9,7 +9,7 @@
 
 use std::ops::Range;
 
-use anhyst_measured::{MeasuredRun, NoiseFloor, Quantity, noise_floor, rests, sweep};
+use anhyst_measured::{MeasuredRun, NoiseFloor, OUTPUTS, Quantity, noise_floor, rests, sweep};
 use anhyst_model::{ActuatorModel, ActuatorOutputs, Drive, MagneticState, Magnetostriction, Play};
 
 use crate::error::IdentifyError;
@@ -123,7 +123,10 @@ impl PreparedRun {
         let mut notes: Vec<String> = run.repair.iter().map(ToString::to_string).collect();
         let (drive_a_per_m, drive) = driven(run, options, &mut notes)?;
         let channel = |quantity: Quantity| {
-            let of_instrument = matches!(quantity, Quantity::Strain | Quantity::Magnetization);
+            let of_instrument = matches!(
+                quantity,
+                Quantity::Strain | Quantity::Magnetization | Quantity::FluxDensity
+            );
             let free = of_instrument || options.free_zero || run.tick_s.is_none();
             Some(PreparedChannel {
                 quantity,
@@ -132,7 +135,12 @@ impl PreparedRun {
             })
         };
         let beside = (drive == Drive::Command).then_some(Quantity::Field);
-        let outputs = [Quantity::Displacement, Quantity::Strain, Quantity::Magnetization];
+        let outputs = [
+            Quantity::Displacement,
+            Quantity::Strain,
+            Quantity::Magnetization,
+            Quantity::FluxDensity,
+        ];
         let series = |quantity: Quantity| run.series(quantity).map(<[f64]>::to_vec);
         Ok(PreparedRun {
             source: run.source.clone(),
@@ -174,9 +182,12 @@ impl PreparedRun {
     /// # Errors
     /// A run that has none of them.
     pub fn output(&self, model: &ActuatorModel) -> Result<&PreparedChannel, IdentifyError> {
-        let wanted = [Quantity::Displacement, Quantity::Magnetization, Quantity::Strain];
+        let wanted = match law_output(model) {
+            Some(only) => vec![only],
+            None => vec![Quantity::Displacement, Quantity::Magnetization, Quantity::Strain],
+        };
         let usable = |quantity: &Quantity| match quantity {
-            Quantity::Displacement => model.rod.is_some(),
+            Quantity::Displacement => model.rod.is_some() || model.material.law.is_some(),
             Quantity::Strain => model.material.magnetostriction != Magnetostriction::Unmeasured,
             _ => true,
         };
@@ -196,10 +207,19 @@ impl PreparedRun {
     }
 }
 
+/// What a law in place of the domain wall's gives, by its unit; none where there is none.
+pub fn law_output(model: &ActuatorModel) -> Option<Quantity> {
+    let law = model.material.law.as_ref()?;
+    OUTPUTS.into_iter().find(|quantity| quantity.unit() == law.output_unit)
+}
+
 /// The series of a simulated run that stands for a measured quantity; none for one that the model has not.
 pub fn simulated<'a>(model: &ActuatorModel, outputs: &'a ActuatorOutputs, quantity: Quantity) -> Option<&'a [f64]> {
+    let other = law_output(model).is_some_and(|own| own != quantity && quantity != Quantity::Field);
     Some(match quantity {
+        _ if other => return None,
         Quantity::Field => &outputs.field_a_per_m,
+        Quantity::FluxDensity if model.material.law.is_some() => &outputs.magnetization_a_per_m,
         Quantity::Magnetization => &outputs.magnetization_a_per_m,
         // Without a rod the sensor's end is that of a bar one metre long.
         Quantity::Strain if model.rod.is_some() => &outputs.strain,
