@@ -68,32 +68,32 @@ fn plain(text: &str) -> String {
         .join(" ")
 }
 
-/// The rows of a section's tables whose first cell is about the topic, each with the header above it.
+/// The rows of a section's tables whose first cell is about the topic, each with the header above it; of a table whose header is, all rows.
 fn rows<'a>(section: &Section<'a>, topic: &str) -> Vec<&'a str> {
-    let lines: Vec<&str> = section.text.lines().collect();
-    let mut header = None;
     let mut found = Vec::new();
-    for (place, line) in lines.iter().enumerate() {
-        if !line.starts_with('|') {
-            header = None;
-            continue;
+    let lines: Vec<&str> = section.text.lines().collect();
+    for table in lines.chunk_by(|one, other| one.starts_with('|') == other.starts_with('|')) {
+        let [header, rule, rows @ ..] = table else { continue };
+        let cells = |line: &str| {
+            let mut cells = line.trim_start_matches('|').split('|').map(plain);
+            // The second cell: events have their number in front of their name.
+            [cells.next().unwrap_or_default(), cells.next().unwrap_or_default()]
+        };
+        let whole = header.starts_with('|') && cells(header)[0] == topic;
+        let is_it = |line: &&&str| {
+            let [first, second] = cells(line);
+            whole || format!(" {first} ").contains(&format!(" {topic} ")) || second == topic
+        };
+        let own: Vec<&str> = rows
+            .iter()
+            .filter(|line| line.starts_with('|'))
+            .filter(is_it)
+            .copied()
+            .collect();
+        if !own.is_empty() {
+            found.extend([*header, *rule]);
+            found.extend(own);
         }
-        if header.is_none() {
-            header = Some((lines.get(place), lines.get(place + 1)));
-            continue;
-        }
-        // The second cell: events have their number in front of their name.
-        let mut cells = line.trim_start_matches('|').split('|').map(plain);
-        let first = cells.next().unwrap_or_default();
-        let is_it =
-            format!(" {first} ").contains(&format!(" {topic} ")) || cells.next().is_some_and(|own| own == topic);
-        if !is_it {
-            continue;
-        }
-        if let Some((Some(names), Some(rule))) = header.replace((None, None)) {
-            found.extend([*names, *rule]);
-        }
-        found.push(line);
     }
     found
 }
