@@ -95,6 +95,12 @@ fn pieces<E: From<RecorderError>>(path: &Path, mut take: impl FnMut(Piece) -> Re
             continue;
         }
         let chunk = Chunk::from_arrow_msg(&arrow).map_err(|error| refuse(error.to_string()))?;
+        if is_of_an_earlier_version(&chunk) {
+            return Err(E::from(refuse(
+                "an earlier version wrote it, which kept each channel's tokens apart; make it again with `anhyst run` of the scenario.ron beside it"
+                    .into(),
+            )));
+        }
         for piece in pieces_of(&chunk, &mut tick_s) {
             take(piece)?;
         }
@@ -106,6 +112,12 @@ fn pieces<E: From<RecorderError>>(path: &Path, mut take: impl FnMut(Piece) -> Re
     }
     // The writer that closes a file properly ends it with a manifest of its chunks.
     Ok(messages.rrd_manifests().is_ok_and(|manifests| !manifests.is_empty()))
+}
+
+fn is_of_an_earlier_version(chunk: &Chunk) -> bool {
+    let entity = chunk.entity_path().to_string();
+    let entity = entity.trim_start_matches('/');
+    entity != TICK_ENTITY && entity.strip_prefix(ENTITY).is_some_and(|rest| rest.starts_with('/'))
 }
 
 fn pieces_of(chunk: &Chunk, tick_s: &mut Option<f64>) -> Vec<Piece> {
