@@ -120,9 +120,9 @@ def test_nothing_is_printed(scenarios, capfd):
 
 def test_the_command_line_of_the_package(scenarios, executable):
     here = subprocess.run(
-        [sys.executable, "-m", "anhyst", "check", str(scenarios / "milling.ron")], capture_output=True, text=True
+        [sys.executable, "-m", "anhyst", "graph", str(scenarios / "milling.ron")], capture_output=True, text=True
     )
-    there = command_line(executable, "check", scenarios / "milling.ron")
+    there = command_line(executable, "graph", scenarios / "milling.ron")
     assert (here.returncode, here.stdout, here.stderr) == (there.returncode, there.stdout, there.stderr)
     wrong = subprocess.run([sys.executable, "-m", "anhyst", "chekc"], capture_output=True, text=True)
     assert wrong.returncode == 2 and "chekc" in wrong.stderr
