@@ -72,6 +72,44 @@ fn a_rough_rig_comes_into_the_loop_by_itself() {
     assert_eq!(std::fs::metadata(&cut).unwrap().modified().unwrap(), made);
 }
 
+/// A rough rig in a process of somebody else's, which shares no code with the model: the best cut is as good as the same sensor allows.
+#[test]
+fn a_foreign_rough_rig_comes_into_the_loop() {
+    // 1.5 times the largest error on the plant that is believed in (`learning.rs`).
+    const MAX_M: f64 = 58e-9;
+    let root = tempfile::tempdir().unwrap();
+    let plant = format!("plant-sim=exec '{}' 3", env!("CARGO_BIN_EXE_rough_plant"));
+    let out = root.path().join("rig").display().to_string();
+    let mut arguments = vec![
+        "commission",
+        "scenarios/milling_rough.ron",
+        "--json",
+        "--cuts",
+        "2",
+        "--out",
+        &out,
+    ];
+    for setting in [
+        "rod.two_pole=(gain: 1.3724e-2, damping_per_s: 7889.9, stiffness_per_s2: 6.4251e7)",
+        "placement=Separate",
+        "duration_s=1.5",
+        "expect.settling_s=1.0",
+    ] {
+        arguments.extend(["--set", setting]);
+    }
+    arguments.extend(["--external-command", &plant]);
+    let told: Value = serde_json::from_str(&Finished::run(&arguments, LIMIT).expect(0).out).unwrap();
+    assert_eq!(told["fit"], true, "{told}");
+    let worst = |cut: &Value| cut["error_max_m"].as_f64().unwrap();
+    let best = told["cuts"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(worst)
+        .fold(f64::INFINITY, f64::min);
+    assert!(best <= MAX_M, "{told}");
+}
+
 /// An amplifier with a lag that nobody knows is found on the small profile, and believed from there on.
 #[test]
 fn an_unknown_lag_of_the_amplifier_is_found() {
