@@ -17,6 +17,8 @@ pub const TIE: f64 = 1.15;
 const WITHOUT_MEMORY: [Family; 2] = [Family::Linear, Family::Curve];
 /// Of the output's range: what leaves more does not describe it.
 const UNDESCRIBED: f64 = 0.05;
+/// Times what the best history leaves: one that leaves no more describes alike, and the plainest of these is taken.
+const SAME_START: f64 = 1.02;
 /// A prediction so much worse than its fit tells of too many numbers for these data.
 const OVERFITTED: f64 = 3.0;
 
@@ -80,7 +82,7 @@ pub struct LawFit {
     pub modelled: Vec<Vec<f64>>,
 }
 
-/// The histories that records of this kind can have.
+/// The histories that records of this kind can have, the plainest first.
 fn starts(data: &LawData) -> &'static [Start] {
     if data.has_time() {
         &[
@@ -276,7 +278,7 @@ impl Judge {
             (tried[best], nrmse[best])
         };
         let begun: Vec<_> = starts(data).iter().map(|start| (*start, Reaction::default())).collect();
-        let ((start, still), left) = best_of(&begun, 1.0);
+        let ((start, still), left) = best_of(&begun, SAME_START);
         let Some(tick_s) = data.tick_s() else {
             return ((start, still), left);
         };
