@@ -108,7 +108,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if drops && tick % 1_000_000 == 0 {
             bytes += remove_finished(out)?;
         }
-        let mut inputs = tokens[tick as usize % tokens.len()].clone();
+        let mut inputs = tokens[tick as usize % tokens.len()];
         inputs.0.0.stamp(tick, 0);
         recorder.step(tick, inputs);
     }

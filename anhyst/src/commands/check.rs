@@ -92,7 +92,7 @@ const TIMED: Duration = Duration::from_millis(50);
 const HANDED_OVER_S: f64 = 6e-5;
 /// Bytes of a tick: digests of seven nodes, and the tokens as a recording holds them.
 const DIGESTS_BYTES: u64 = 7 * 8;
-const RECORDED_BYTES: u64 = 470;
+const RECORDED_BYTES: u64 = 265;
 
 /// What a run costs.
 #[derive(Debug, Serialize)]
