@@ -251,6 +251,10 @@ fn bouc_wen_stiffens_in_closed_form() {
     let back = (there + 1.0 / u) * f64::exp(-u * back) - 1.0 / u;
     assert!((law.output(&after(&law, &[0.5, 0.44])) - 3.0 * back).abs() < 1e-6);
     assert!(BoucWen { exponent: 2.0, ..law }.validate().is_err());
+    // At its end it stands still, and says so: an inverse that believed otherwise would crawl beside another part.
+    let end = after(&law, &[9.0]);
+    assert_eq!((law.output(&end), law.slope(&end, true)), (3e3, 0.0));
+    assert!(law.slope(&end, false) > 0.0);
 }
 
 /// Counted relay by relay on a grid that the law does not use: switch up at α, down at β, one after the other.

@@ -158,6 +158,9 @@ impl HysteresisLaw for BoucWen {
 
     fn slope(&self, state: &BoucWenState, rising: bool) -> f64 {
         let direction = if rising { 1.0 } else { -1.0 };
+        if self.stiffens && direction * state.yielded >= MAX_STIFFENED {
+            return 0.0;
+        }
         self.amplitude / self.yield_input * self.rate(state.yielded, direction)
     }
 }
