@@ -1,7 +1,7 @@
 //! The command line: the commands, and how the help groups them.
 
 use crate::commands::{
-    bench, benchmark, check, diagnose, doctor, estimate, explain, fit, graph, interface, man, new, node, predict,
+    bench, benchmark, check, data, diagnose, doctor, estimate, explain, fit, graph, interface, man, new, node, predict,
     replay, run_arguments, study, sweep, tune, verify_amplifier,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -49,6 +49,8 @@ pub enum Command {
     /// Write a recorded run as a measured table and an actuator model, for `diagnose` and `estimate`.
     #[cfg(feature = "recorder")]
     Export(crate::commands::export::ExportArguments),
+    /// Say what a measured file holds, what each channel may be, and with which options the other commands read it.
+    Data(data::DataArguments),
     /// Fit a material to measured loops, or with --law any hysteresis law to any input and output.
     ///
     /// Results: material.ron (without strain hysteresis.ron; with --law law.ron), fit.json, fit.svg.
@@ -116,7 +118,7 @@ pub const GROUPS: [(&str, &[&str]); 5] = [
             "export",
         ],
     ),
-    ("Measurements", &["fit", "predict", "estimate", "diagnose"]),
+    ("Measurements", &["data", "fit", "predict", "estimate", "diagnose"]),
     ("Studies", &["study", "benchmark"]),
     (
         "Processes and drivers",

@@ -96,6 +96,7 @@ pub fn perform(command: &Command) -> miette::Result<Ending> {
         Command::View(arguments) => commands::view::run(arguments),
         #[cfg(feature = "recorder")]
         Command::Export(arguments) => commands::export::run(arguments),
+        Command::Data(arguments) => commands::data::run(arguments),
         Command::Fit(arguments) => commands::fit::run(arguments),
         Command::Benchmark(arguments) => commands::benchmark::run(arguments),
         Command::Predict(arguments) => commands::predict::run(arguments),

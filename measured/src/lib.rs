@@ -1,7 +1,7 @@
 //! Measured tables in: loops and runs in SI units, each refusal a sentence; how loud the measurement itself is.
 //!
 //! [`MeasuredRun::read`] and [`MeasuredRun::read_loops`] take a table, text or Parquet, and refuse it with a sentence or give
-//! series in SI units; [`noise_floor`] says how far they can be trusted; [`sweep`] makes a field fit to drive a model.
+//! series in SI units; [`survey::Survey`] lists what a file holds and how it can be read; [`noise_floor`] says how far they can be trusted; [`sweep`] makes a field fit to drive a model.
 
 pub mod check;
 mod columns;
@@ -13,6 +13,7 @@ mod resolution;
 mod rows;
 mod run;
 mod sheet;
+pub mod survey;
 pub mod sweep;
 mod units;
 

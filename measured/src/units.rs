@@ -264,6 +264,19 @@ pub(crate) fn oddity(quantity: Quantity, values: &[f64]) -> f64 {
     likely.map_or(0.0, |likely| likely.distance(likely.size_of(values).1))
 }
 
+/// What takes values that lie outside what is likely of their quantity into it: the unit that they look like, factor and offset to SI.
+pub(crate) fn looks_like(quantity: Quantity, values: &[f64]) -> Option<(&'static str, f64, f64)> {
+    let likely = LIKELY.iter().find(|likely| likely.quantity == quantity)?;
+    let size = likely.size_of(values).1;
+    let [least, most, _] = likely.span;
+    // A weak field is another material's, not another unit.
+    let weak = size < least && matches!(quantity, Quantity::Field | Quantity::FieldCommand);
+    if (least..=most).contains(&size) || size == 0.0 || weak {
+        return None;
+    }
+    likely.nearest(size, least).copied()
+}
+
 /// The size under the scale that the column's name asks for instead of the one given.
 fn as_named(column: &Column, size: f64) -> f64 {
     column
@@ -288,6 +301,14 @@ impl Likely {
             }
             Size::Tick => (1, median_step_s(values)),
         }
+    }
+
+    /// The unit under which a size is likely and nearest to what is usual.
+    fn nearest(&self, size: f64, least: f64) -> Option<&'static Guess> {
+        let under = |guess: &Guess| size * guess.1 + guess.2;
+        let fits = |guess: &&Guess| (least..=self.span[1]).contains(&under(guess));
+        let near = self.guesses.iter().filter(fits);
+        near.min_by(|one, other| self.distance(under(one)).total_cmp(&self.distance(under(other))))
     }
 
     /// How far a size lies from what is usual, as the logarithm of their ratio.
@@ -355,11 +376,7 @@ impl Unlikely<'_> {
 
     fn other_unit(&self) -> String {
         let (likely, column) = (self.likely, self.column);
-        let under = |guess: &Guess| self.size * guess.1 + guess.2;
-        let fits = |guess: &&Guess| (self.least..=likely.span[1]).contains(&under(guess));
-        let near = likely.guesses.iter().filter(fits);
-        let nearest = near.min_by(|one, other| likely.distance(under(one)).total_cmp(&likely.distance(under(other))));
-        match nearest {
+        match likely.nearest(self.size, self.least) {
             Some((unit, factor, offset)) => format!(
                 "It looks like {unit}: map it with {}",
                 option(likely.quantity, &column.header, column.scale * factor, *offset)

@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
+use anhyst_measured::survey::Survey;
 use anhyst_measured::{ColumnMapping, MeasuredRun, Quantity, RunReadOptions};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -207,6 +208,15 @@ fn a_broken_file_is_read_or_refused_in_one_sentence() {
         // Stands there if the reader brings the test down.
         std::fs::write(&file, bytes).unwrap();
         let options = RunReadOptions::default();
+        // What is listed before it is read must stand as much.
+        if index % 4 == 0 {
+            let survey = std::panic::catch_unwind(|| Survey::of(&file, &options));
+            assert!(
+                survey.is_ok(),
+                "broken file {index} of {} brings the survey down",
+                whole.display()
+            );
+        }
         match std::panic::catch_unwind(|| MeasuredRun::read(&file, &options)) {
             Ok(Ok(_)) => read += 1,
             Ok(Err(refusal)) => {

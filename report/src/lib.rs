@@ -1,8 +1,9 @@
-//! Results to look at: charts as SVG or to zoom into, tables for terminal, page and document, self-contained HTML pages.
+//! Results to look at: charts as SVG, to zoom into, or in letters; tables for terminal, page and document, self-contained HTML pages.
 //!
 //! Nothing here knows what it shows.
 
 pub mod chart;
+pub mod course;
 pub mod decomposition;
 mod error;
 pub mod number;

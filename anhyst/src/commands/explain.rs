@@ -11,7 +11,7 @@ pub struct ExplainArguments {
 }
 
 /// Name and text of each page.
-pub const PAGES: [(&str, &str); 16] = [
+pub const PAGES: [(&str, &str); 17] = [
     ("running", include_str!("../../../docs/running.md")),
     ("scenarios", include_str!("../../../docs/scenarios.md")),
     ("safety", include_str!("../../../docs/safety.md")),
@@ -19,6 +19,7 @@ pub const PAGES: [(&str, &str); 16] = [
     ("effects", include_str!("../../../docs/effects.md")),
     ("laws", include_str!("../../../docs/laws.md")),
     ("hysteresis", include_str!("../../../docs/hysteresis.md")),
+    ("data", include_str!("../../../docs/data.md")),
     ("fit", include_str!("../../../docs/fit.md")),
     ("estimate", include_str!("../../../docs/estimate.md")),
     ("diagnose", include_str!("../../../docs/diagnose.md")),

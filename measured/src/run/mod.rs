@@ -20,7 +20,8 @@ pub use record::{INPUTS, LAW_INPUTS, LAW_OUTPUTS, MeasuredRun, OUTPUTS};
 pub use repair::ClockRepair;
 pub use selection::MIN_RUN_ROWS;
 
+pub(crate) use read::OF_LOOPS;
 pub(crate) use record::Series;
-pub(crate) use selection::Selection;
+pub(crate) use selection::{Selection, chosen};
 pub(crate) use sweeps::correlation;
-pub(crate) use time::median_step_s;
+pub(crate) use time::{gaps, median_step_s};

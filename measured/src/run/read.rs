@@ -15,7 +15,7 @@ use crate::sheet::Sheet;
 use crate::units;
 
 /// What is looked for in a table of loops.
-const OF_LOOPS: [Quantity; 6] = [
+pub(crate) const OF_LOOPS: [Quantity; 6] = [
     Quantity::LoopId,
     Quantity::Time,
     Quantity::Field,
@@ -30,10 +30,15 @@ impl MeasuredRun {
     /// # Errors
     /// A table that is none, or holds no run.
     pub fn read(file: &Path, options: &RunReadOptions) -> Result<Self, MeasuredError> {
-        let (sheet, columns) = opened(file, options, [&INPUTS, &OUTPUTS])?;
+        Self::of(&Sheet::open(file, &options.mappings)?, options)
+    }
+
+    /// One record from a table that was opened.
+    pub(crate) fn of(sheet: &Sheet, options: &RunReadOptions) -> Result<Self, MeasuredError> {
+        let columns = two_sided(sheet, [&INPUTS, &OUTPUTS])?;
         let selection = Selection {
-            rows: chosen(&sheet, options),
-            sheet: &sheet,
+            rows: chosen(sheet, options),
+            sheet,
             columns: &columns,
             remedy: Remedy::CutRun,
         };
@@ -74,12 +79,16 @@ impl MeasuredRun {
     /// # Errors
     /// A table that is none, or holds no loops of magnetization over field.
     pub fn read_loops(file: &Path, options: &RunReadOptions) -> Result<Vec<Self>, MeasuredError> {
-        let sheet = Sheet::open(file, &options.mappings)?;
-        let columns = Columns::resolve(file, &sheet.headers, &sheet.mappings, &OF_LOOPS)?;
-        require_magnetization(&sheet, &columns)?;
+        Self::loops_of(&Sheet::open(file, &options.mappings)?, options)
+    }
+
+    /// The sweeps of a table that was opened.
+    pub(crate) fn loops_of(sheet: &Sheet, options: &RunReadOptions) -> Result<Vec<Self>, MeasuredError> {
+        let columns = Columns::resolve(&sheet.file, &sheet.headers, &sheet.mappings, &OF_LOOPS)?;
+        require_magnetization(sheet, &columns)?;
         let all = Selection {
-            rows: chosen(&sheet, options),
-            sheet: &sheet,
+            rows: chosen(sheet, options),
+            sheet,
             columns: &columns,
             remedy: Remedy::DropRow,
         };
@@ -127,14 +136,9 @@ impl Selection<'_> {
     }
 }
 
-/// A table with an input and an output: one of each list.
-pub(super) fn opened(
-    file: &Path,
-    options: &RunReadOptions,
-    [inputs, outputs]: [&[Quantity]; 2],
-) -> Result<(Sheet, Columns), MeasuredError> {
-    let sheet = Sheet::open(file, &options.mappings)?;
-    let columns = Columns::resolve(file, &sheet.headers, &sheet.mappings, &Quantity::ALL)?;
+/// The columns of a table with an input and an output: one of each list.
+pub(super) fn two_sided(sheet: &Sheet, [inputs, outputs]: [&[Quantity]; 2]) -> Result<Columns, MeasuredError> {
+    let columns = Columns::resolve(&sheet.file, &sheet.headers, &sheet.mappings, &Quantity::ALL)?;
     let sides = [
         ("input", inputs, "command=HEADER*SCALE"),
         ("output", outputs, "displacement=HEADER*SCALE"),
@@ -152,7 +156,7 @@ pub(super) fn opened(
             });
         }
     }
-    Ok((sheet, columns))
+    Ok(columns)
 }
 
 /// Loops are of magnetization over field, and no name may contradict its scale.

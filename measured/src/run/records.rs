@@ -7,12 +7,13 @@
 use std::path::Path;
 
 use super::options::RunReadOptions;
-use super::read::opened;
+use super::read::two_sided;
 use super::record::{LAW_INPUTS, LAW_OUTPUTS, MeasuredRun};
 use super::selection::{MIN_RUN_ROWS, Selection, chosen};
 use super::time;
 use crate::error::{MeasuredError, Remedy};
 use crate::quantity::Quantity;
+use crate::sheet::Sheet;
 use crate::units;
 
 /// Time that runs back in more than this share of the rows was shuffled; in fewer, it begins anew.
@@ -24,17 +25,24 @@ impl MeasuredRun {
     /// # Errors
     /// A table that is none, or without an input or an output, and values that no material reaches.
     pub fn read_records(file: &Path, options: &RunReadOptions) -> Result<Vec<Self>, MeasuredError> {
-        let (sheet, columns) = opened(file, options, [&LAW_INPUTS, &LAW_OUTPUTS])?;
+        Self::records_of(&Sheet::open(file, &options.mappings)?, options)
+    }
+
+    /// The records of a table that was opened.
+    pub(crate) fn records_of(sheet: &Sheet, options: &RunReadOptions) -> Result<Vec<Self>, MeasuredError> {
+        let columns = two_sided(sheet, [&LAW_INPUTS, &LAW_OUTPUTS])?;
         let all = Selection {
-            rows: chosen(&sheet, options),
-            sheet: &sheet,
+            rows: chosen(sheet, options),
+            sheet,
             columns: &columns,
             remedy: Remedy::DropRow,
         };
         let mut records = Vec::new();
+        let mut longest = 0;
         for selection in all.by_loop()? {
             let (parts, doubt) = in_order(selection)?;
             let several = parts.len() > 1;
+            longest = parts.iter().map(|part| part.rows.len()).fold(longest, usize::max);
             // One row has no motion.
             for (number, part) in parts.iter().filter(|part| part.rows.len() > 1).enumerate() {
                 let mut run = part.record()?;
@@ -47,8 +55,8 @@ impl MeasuredRun {
         }
         if records.is_empty() {
             return Err(MeasuredError::RunTooShort {
-                file: file.to_owned(),
-                rows: all.rows.len(),
+                file: sheet.file.clone(),
+                rows: longest,
                 in_file: sheet.rows(),
                 least: MIN_RUN_ROWS,
             });

@@ -22,7 +22,7 @@ pub(crate) struct Selection<'a> {
 }
 
 /// The rows that are kept: all if no range is given, without the dropped ones.
-pub(super) fn chosen(sheet: &Sheet, options: &RunReadOptions) -> Vec<usize> {
+pub(crate) fn chosen(sheet: &Sheet, options: &RunReadOptions) -> Vec<usize> {
     let kept = |row: &usize| {
         let row = *row as u64;
         let inside = options.rows.is_none_or(|range| range.contains(row));

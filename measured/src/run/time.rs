@@ -146,12 +146,13 @@ pub(crate) fn median_step_s(time_s: &[f64]) -> f64 {
 }
 
 /// Rows that are missing before a sample.
-struct Gap {
-    before: usize,
-    missing: u64,
+pub(crate) struct Gap {
+    pub before: usize,
+    pub missing: u64,
 }
 
-fn gaps(time_s: &[f64]) -> Vec<Gap> {
+/// The gaps of a time that increases.
+pub(crate) fn gaps(time_s: &[f64]) -> Vec<Gap> {
     let limit_s = GAP_STEPS * median_step_s(time_s);
     let steps = || time_s.windows(2).map(|pair| pair[1] - pair[0]);
     // The median of rounded times is off; the mean of those that are no gaps is not.

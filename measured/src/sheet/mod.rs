@@ -53,26 +53,35 @@ const STRANGERS: &[(&[u8], &str)] = &[
 impl Sheet {
     /// The table of a file; of several, the one that holds what is named, or most that is known.
     pub fn open(file: &Path, mappings: &[ColumnMapping]) -> Result<Self, MeasuredError> {
-        let raw = Raw::read(file)?;
-        let mut mappings = mappings.to_vec();
-        let (headers, body) = match raw.content {
-            Content::Channels(mut tables) => {
-                let table = tables.swap_remove(meant(&tables, &mappings));
-                mappings = table.resolved(&mappings);
-                (table.headers.clone(), Body::Channels(table))
-            }
-            Content::Columns(headers, cells) => (headers, Body::Columns(cells)),
-            Content::Text(headers, rows) => (headers, Body::Text(rows)),
-        };
-        let sheet = Sheet {
+        let (mut sheets, meant) = Self::open_all(file, mappings)?;
+        Ok(sheets.swap_remove(meant))
+    }
+
+    /// All tables of a file, and which of them is meant.
+    pub fn open_all(file: &Path, mappings: &[ColumnMapping]) -> Result<(Vec<Self>, usize), MeasuredError> {
+        let Raw { data_hash, content } = Raw::read(file)?;
+        let sheet = |headers, mappings, body| Sheet {
             file: file.to_owned(),
-            data_hash: raw.data_hash,
+            data_hash: data_hash.clone(),
             headers,
             mappings,
             body,
         };
-        sheet.refuse_numbers_as_headers()?;
-        Ok(sheet)
+        let one = |headers, body| (vec![sheet(headers, mappings.to_vec(), body)], 0);
+        let (sheets, meant): (Vec<Self>, usize) = match content {
+            Content::Channels(tables) => {
+                let meant = meant(&tables, mappings);
+                let sheets = tables.into_iter().map(|table| {
+                    let mappings = table.resolved(mappings);
+                    sheet(table.headers.clone(), mappings, Body::Channels(table))
+                });
+                (sheets.collect(), meant)
+            }
+            Content::Columns(headers, cells) => one(headers, Body::Columns(cells)),
+            Content::Text(headers, rows) => one(headers, Body::Text(rows)),
+        };
+        sheets[meant].refuse_numbers_as_headers()?;
+        Ok((sheets, meant))
     }
 
     pub fn rows(&self) -> usize {
@@ -115,6 +124,14 @@ impl Sheet {
             Body::Text(rows) => rows.cell(row, column),
             Body::Columns(cells) => cells.cell(row, column),
             Body::Channels(table) => Cell::Number(table.value(row, column)),
+        }
+    }
+
+    /// The number in a cell, if it holds one.
+    pub fn number(&self, row: usize, column: usize) -> Option<f64> {
+        match self.cell(row, column) {
+            Cell::Number(number) => Some(number),
+            Cell::Text(_) => None,
         }
     }
 

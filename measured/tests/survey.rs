@@ -1,0 +1,238 @@
+//! What a file holds, told before it is read: guards that every format's channels are listed with rate and ranges, that the options which
+//! are proposed for foreign names read the file in SI units, and that what cannot be known is asked for instead of guessed.
+
+use std::path::{Path, PathBuf};
+
+use anhyst_measured::survey::{Survey, SurveyedTable};
+use anhyst_measured::{ColumnMapping, MeasuredRun, Quantity, RunReadOptions};
+use tempfile::TempDir;
+
+fn fixture(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures").join(name)
+}
+
+fn options(words: &[String]) -> RunReadOptions {
+    let mappings = words.iter().map(|word| word.parse::<ColumnMapping>().unwrap());
+    RunReadOptions {
+        mappings: mappings.collect(),
+        ..RunReadOptions::default()
+    }
+}
+
+fn table(survey: Survey) -> SurveyedTable {
+    survey.tables.into_iter().find(|table| table.read).unwrap()
+}
+
+/// 400 rows at 10 kHz: a drive of amplitude 1 at 50 Hz, an answer 0.4 rad behind, as text under two headers.
+struct Rig {
+    folder: TempDir,
+}
+
+impl Rig {
+    fn new(header: &str, row: impl Fn(f64, f64, f64) -> String) -> Self {
+        let folder = TempDir::new().unwrap();
+        let mut text = format!("{header}\n");
+        for index in 0..400 {
+            let time_s = f64::from(index) * 1e-4;
+            let angle = 2.0 * std::f64::consts::PI * 50.0 * time_s;
+            text += &(row(time_s, angle.sin(), (angle - 0.4).sin()) + "\n");
+        }
+        std::fs::write(folder.path().join("rig.csv"), text).unwrap();
+        Rig { folder }
+    }
+
+    fn file(&self) -> PathBuf {
+        self.folder.path().join("rig.csv")
+    }
+
+    fn survey(&self, words: &[&str]) -> SurveyedTable {
+        let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+        table(Survey::of(&self.file(), &options(&words)).unwrap())
+    }
+
+    /// Read as it is proposed.
+    fn read(&self) -> (SurveyedTable, MeasuredRun) {
+        let survey = self.survey(&[]);
+        let run = MeasuredRun::read(&self.file(), &options(&survey.columns));
+        let run = run.unwrap_or_else(|refusal| panic!("{:?}: {refusal}", survey.columns));
+        (survey, run)
+    }
+}
+
+fn peak(run: &MeasuredRun, quantity: Quantity) -> f64 {
+    let series = run.series(quantity).unwrap_or_else(|| panic!("no {quantity:?}"));
+    series.iter().fold(0.0, |peak, value| value.abs().max(peak))
+}
+
+#[test]
+fn every_format_is_listed() {
+    for (name, rows) in [
+        ("flat_v5.mat", 400),
+        ("flat_v73.mat", 400),
+        ("units.h5", 400),
+        ("records.npy", 400),
+        ("deflated.npz", 400),
+        ("waveforms.tdms", 400),
+        ("transposed.mf4", 400),
+        ("zstd.mcap", 400),
+        ("lz4.mcap", 100),
+        ("run.parquet", 400),
+    ] {
+        let table = table(Survey::of(&fixture(name), &RunReadOptions::default()).unwrap());
+        let clock = table.clock.unwrap_or_else(|| panic!("{name}: no clock"));
+        let rate_hz = 1e4 * f64::from(rows) / 400.0;
+        assert!(
+            (clock.rate_hz() / rate_hz - 1.0).abs() < 1e-6,
+            "{name}: {}",
+            clock.rate_hz()
+        );
+        assert_eq!(
+            (table.rows, clock.gaps, clock.backward),
+            (rows as usize, 0, 0),
+            "{name}"
+        );
+        let most = |quantity: &str| {
+            let channel = table.channels.iter().find(|own| own.quantity == Some(quantity));
+            let channel = channel.unwrap_or_else(|| panic!("{name}: no {quantity}"));
+            channel.most * channel.scale + channel.offset
+        };
+        assert!(
+            (most("command") / 20e3 - 1.0).abs() < 3e-3,
+            "{name}: {}",
+            most("command")
+        );
+        assert!(
+            (most("displacement") / 40e-6 - 1.0).abs() < 3e-3,
+            "{name}: {}",
+            most("displacement")
+        );
+        assert!(table.columns.is_empty(), "{name}: {:?}", table.columns);
+        assert!(
+            table.uses[0].reads && table.uses[1].reads && !table.uses[2].reads,
+            "{name}: {:?}",
+            table.uses
+        );
+    }
+}
+
+#[test]
+fn foreign_names_with_units_are_proposed() {
+    let rig = Rig::new(
+        "Timestamp [ms];Drive voltage (V);PosX_um;pos_ref_um;Rod temp [°C]",
+        |time_s, drive, answer| {
+            format!(
+                "{};{};{};{};21.5",
+                1e3 * time_s,
+                60.0 * drive,
+                12.0 * answer,
+                13.0 * drive
+            )
+        },
+    );
+    let (survey, run) = rig.read();
+    assert!((run.tick_s.unwrap() - 1e-4).abs() < 1e-12);
+    assert!(
+        (peak(&run, Quantity::Voltage) / 60.0 - 1.0).abs() < 1e-3,
+        "{:?}",
+        survey.columns
+    );
+    assert!(
+        (peak(&run, Quantity::Displacement) / 12e-6 - 1.0).abs() < 1e-3,
+        "{:?}",
+        survey.columns
+    );
+    assert_eq!(run.series(Quantity::Temperature).unwrap()[3], 294.65);
+}
+
+#[test]
+fn a_unit_that_no_name_says_is_told_by_the_size() {
+    let rig = Rig::new("t,I_coil,position", |time_s, drive, answer| {
+        format!("{time_s},{},{}", 2.0 * drive, 9.0 * answer)
+    });
+    let (survey, run) = rig.read();
+    // Nine metres it is not; nearest to what is usual are nine micrometres.
+    assert!(
+        (peak(&run, Quantity::Displacement) / 9e-6 - 1.0).abs() < 1e-3,
+        "{:?}",
+        survey.columns
+    );
+    let doubt = survey.channels[2].because.as_ref().unwrap();
+    assert!(doubt.contains("by its size in µm: look whether it is"), "{doubt}");
+}
+
+/// Two columns that nobody has named: the one that comes behind is what answers, whichever stands first and whichever way up.
+#[test]
+fn without_a_name_what_comes_behind_is_the_answer() {
+    for (header, sign) in [("one,two", 1.0), ("two,one", 1.0), ("one,two", -1.0), ("two,one", -1.0)] {
+        let rig = Rig::new(header, |_, drive, answer| match header {
+            "one,two" => format!("{drive},{}", sign * answer),
+            _ => format!("{},{drive}", sign * answer),
+        });
+        let survey = rig.survey(&[]);
+        assert_eq!(survey.columns, ["input=one", "output=two"], "{header} {sign}");
+        assert!(survey.uses[1].reads, "{:?}", survey.uses);
+    }
+}
+
+#[test]
+fn what_cannot_be_known_is_asked_for() {
+    let rig = Rig::new("sample,H [A/m],laser [V]", |time_s, drive, answer| {
+        format!("{},{},{}", (time_s * 1e4).round(), 2e4 * drive, 3.0 * answer)
+    });
+    let survey = rig.survey(&[]);
+    let says = |words: &str| survey.remarks.iter().any(|remark| remark.contains(words));
+    assert!(says("--column 'time=sample*TICK'"), "{:?}", survey.remarks);
+    assert!(says("--column 'displacement=laser [V]*SCALE'"), "{:?}", survey.remarks);
+    assert!(!survey.uses[0].reads);
+    // A law needs no unit.
+    assert!(survey.uses[1].reads, "{:?}", survey.uses);
+    // Answered, it is a run.
+    let answered = rig.survey(&["time=sample*1e-4", "displacement=laser [V]*4e-6"]);
+    assert!(answered.uses[0].reads, "{:?}", answered.uses);
+    assert!((answered.clock.unwrap().step_s - 1e-4).abs() < 1e-12);
+}
+
+#[test]
+fn gaps_holes_and_a_sign_are_told() {
+    let rig = Rig::new(
+        "time_s,field_command_A_per_m,displacement_um,note",
+        |time_s, drive, answer| {
+            let late_s = if time_s > 0.02 { 0.01 } else { 0.0 };
+            let note = if time_s > 0.01 { "n/a" } else { "1" };
+            format!("{},{},{},{note}", time_s + late_s, 2e4 * drive, -20.0 * answer)
+        },
+    );
+    let survey = rig.survey(&[]);
+    let clock = survey.clock.as_ref().unwrap();
+    assert_eq!((clock.gaps, clock.missing, clock.listed[0].row), (1, 100, 201));
+    assert_eq!(
+        (survey.channels[3].not_numbers, survey.channels[3].first_not_number),
+        (299, Some(101))
+    );
+    assert!(survey.uses[0].says.contains("--rows 0..201"), "{}", survey.uses[0].says);
+    let part = RunReadOptions {
+        rows: Some("0..201".parse().unwrap()),
+        ..RunReadOptions::default()
+    };
+    let part = table(Survey::of(&rig.file(), &part).unwrap());
+    let sign = part.remarks.iter().find(|remark| remark.contains("other sign"));
+    assert!(
+        sign.is_some_and(|remark| remark.contains("displacement=displacement_um*")),
+        "{:?}",
+        part.remarks
+    );
+}
+
+#[test]
+fn what_is_no_table_is_refused_as_by_the_reader() {
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("torn.mf4");
+    let whole = std::fs::read(fixture("plain.mf4")).unwrap();
+    std::fs::write(&file, &whole[..whole.len() / 2]).unwrap();
+    let refusal = |file: &Path| Survey::of(file, &RunReadOptions::default()).unwrap_err().to_string();
+    let read = MeasuredRun::read(&file, &RunReadOptions::default())
+        .unwrap_err()
+        .to_string();
+    assert_eq!(refusal(&file), read);
+    assert!(read.contains("torn.mf4: is no MDF4 file that can be read"), "{read}");
+}
