@@ -11,6 +11,7 @@ fn inverse(structure: Structure) -> Inverse {
         field_limit_a_per_m: Some(LIMIT),
         compensate_amplifier: true,
         drive: None,
+        drives: Vec::new(),
     };
     let amplifier = AmplifierConstants {
         bandwidth_hz: Some(2000.0),

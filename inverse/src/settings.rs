@@ -5,7 +5,7 @@ use anhyst_model::DriveSignal;
 use serde::{Deserialize, Serialize};
 
 /// Settings of the inverse.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct InverseSettings {
     /// Where the inversion starts from.
@@ -16,6 +16,9 @@ pub struct InverseSettings {
     pub compensate_amplifier: bool,
     /// Send this instead of inverting anything: an open-loop experiment.
     pub drive: Option<DriveSignal>,
+    /// Several of them, one after the other, each from its own beginning for so many seconds; the last one goes on.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub drives: Vec<(DriveSignal, f64)>,
 }
 
 /// Where the inversion starts from.
@@ -40,6 +43,7 @@ impl Default for InverseSettings {
             field_limit_a_per_m: None,
             compensate_amplifier: true,
             drive: None,
+            drives: Vec::new(),
         }
     }
 }
@@ -50,9 +54,24 @@ impl InverseSettings {
     /// # Errors
     /// The first setting that cannot be used.
     pub fn validate(&self) -> Result<(), Invalid> {
-        self.drive.as_ref().map_or(Ok(()), crate::drive::validate)?;
+        crate::drive::validate(&self.driven())?;
+        if self.drive.is_some() && !self.drives.is_empty() {
+            let sentence = "a drive and several of them cannot both be sent: leave one out";
+            return Err(Invalid::new("drives", sentence));
+        }
         self.field_limit_a_per_m.map_or(Ok(()), |limit| {
             Invalid::unless_positive("field_limit_a_per_m", limit, "A/m")
         })
+    }
+
+    /// Fields are prescribed: nothing is inverted, and nothing followed.
+    pub fn is_open_loop(&self) -> bool {
+        self.drive.is_some() || !self.drives.is_empty()
+    }
+
+    /// What is sent, and for how long (s); nothing where something is followed.
+    pub fn driven(&self) -> Vec<(DriveSignal, f64)> {
+        let single = self.drive.iter().map(|signal| (*signal, f64::INFINITY));
+        single.chain(self.drives.iter().copied()).collect()
     }
 }

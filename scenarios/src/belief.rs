@@ -126,7 +126,7 @@ impl Scenario {
             effect.kind().stage() == Stage::Amplifier && !followed.contains(&effect.kind())
         };
         let bent = self.amplifier.slew_limit_a_per_m_s.is_some() || self.effects.iter().any(bends);
-        let follows = self.inverse.drive.is_none();
+        let follows = !self.inverse.is_open_loop();
         let reference_m = if follows {
             self.controller()?.size_m(self.duration_s)
         } else {

@@ -67,8 +67,9 @@ impl Scenario {
     /// A setting that cannot be used.
     pub fn inverse_block(&self) -> Result<InverseBlock, Invalid> {
         let limit_a_per_m = self.guard.acting_field_limit_a_per_m();
-        if let Some(signal) = self.inverse.drive {
-            return Ok(InverseBlock::Drive(Drive::new(signal, self.tick_s, limit_a_per_m)?));
+        if self.inverse.is_open_loop() {
+            let driven = self.inverse.driven();
+            return Ok(InverseBlock::Drive(Drive::new(&driven, self.tick_s, limit_a_per_m)?));
         }
         let (believed, _) = self.believed()?;
         if let Some(law) = &believed.law {

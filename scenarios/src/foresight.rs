@@ -40,7 +40,7 @@ impl Scenario {
     pub fn foresight(&self) -> Result<Foresight, Invalid> {
         let (material, rod) = self.believed()?;
         let limit = self.guard.acting_field_limit_a_per_m();
-        let controller = self.inverse.drive.is_none().then(|| self.controller()).transpose()?;
+        let controller = (!self.inverse.is_open_loop()).then(|| self.controller()).transpose()?;
         let peak = controller.as_ref().map(|own| own.peak_magnetization(self.duration_s));
         let noise_m = self.plant.sensors.displacement_noise_m;
         let floor = self.controller.feedback.as_ref().filter(|_| controller.is_some());

@@ -78,7 +78,7 @@ impl Scenario {
     fn validate_law(&self, material: &Material) -> Result<(), Invalid> {
         let is_of_weights = self.estimator.law.is_of_weights();
         if material.law.is_none() {
-            if is_of_weights && self.inverse.drive.is_none() {
+            if is_of_weights && !self.inverse.is_open_loop() {
                 let sentence = "Weights and FixedWeights are for a material with another law than the domain wall's";
                 return Err(Invalid::new("estimator.law", sentence));
             }
@@ -138,7 +138,7 @@ impl Scenario {
 
     /// A loop that stands still must miss its tolerance, wherever it stands.
     pub(super) fn validate_tolerance(&self) -> Result<(), Invalid> {
-        let (Some(tolerance_m), None) = (self.expect.tolerance_m, self.inverse.drive) else {
+        let (Some(tolerance_m), false) = (self.expect.tolerance_m, self.inverse.is_open_loop()) else {
             return Ok(());
         };
         let stroke_m = self.controller()?.stroke_m(self.expect.settling_s, self.duration_s);
