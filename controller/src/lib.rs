@@ -22,7 +22,7 @@ pub use anti_windup::{AntiWindup, Applied};
 pub use controller::{Controller, Peak};
 pub use feedforward::Feedforward;
 pub use learner::{Learner, LearningSettings, Turns};
-pub use loop_shape::LoopShape;
+pub use loop_shape::{LoopShape, MeasuredResponse};
 pub use margins::{Largest, LoopPoint, Margins};
 pub use pid::{DerivativeOn, Pid, PidOutput, PidSettings};
 pub use settings::ControllerSettings;

@@ -31,6 +31,28 @@ pub struct LoopShape {
     further_lag_s: f64,
     /// Of the loop: computing and hold, and what the amplifier adds.
     delay_ticks: u32,
+    /// What was measured of rod, hysteresis and delays together, over what they are believed to be.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    measured: Vec<Ratio>,
+}
+
+/// Measured over believed response at one frequency.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Ratio {
+    omega: f64,
+    ln_gain: f64,
+    phase_rad: f64,
+}
+
+/// What came of a demand at one frequency: displacement over demanded displacement of the same tick.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct MeasuredResponse {
+    /// Where; rising from one to the next.
+    pub frequency_hz: f64,
+    /// No unit.
+    pub gain: f64,
+    /// Negative: late.
+    pub phase_rad: f64,
 }
 
 impl LoopShape {
@@ -44,6 +66,7 @@ impl LoopShape {
             delay_ticks: MIN_DELAY_TICKS,
             further_delay_s: 0.0,
             further_lag_s: 0.0,
+            measured: Vec::new(),
         }
     }
 
@@ -65,6 +88,58 @@ impl LoopShape {
             delay_ticks: MIN_DELAY_TICKS.saturating_add(ticks),
             ..self
         }
+    }
+
+    /// The same with what was measured in the place of what is believed: between two frequencies the ratio of both goes straight in its logarithm,
+    /// below them its phase goes to 0, above them it stays what it is at the last.
+    #[must_use]
+    pub fn with_measured(self, responses: &[MeasuredResponse]) -> Self {
+        let mut before_rad = 0.0;
+        let ratios = responses.iter().map(|own| {
+            let omega = TAU * own.frequency_hz;
+            let believed = self.believed(omega);
+            let phase_rad = own.phase_rad - libm::atan2(believed.im, believed.re);
+            before_rad = phase_rad + TAU * libm::round((before_rad - phase_rad) / TAU);
+            Ratio {
+                omega,
+                ln_gain: libm::log(own.gain / believed.magnitude()),
+                phase_rad: before_rad,
+            }
+        });
+        let measured = ratios.collect();
+        Self { measured, ..self }
+    }
+
+    /// What the PID's output does by belief, gain and phase (rad).
+    pub fn believed_response(&self, frequency_hz: f64) -> (f64, f64) {
+        let own = self.believed(TAU * frequency_hz);
+        (own.magnitude(), libm::atan2(own.im, own.re))
+    }
+
+    /// P(z)·z⁻²⁻ᵈ.
+    fn believed(&self, omega: f64) -> Complex {
+        let ticks = f64::from(self.delay_ticks);
+        let delay = Complex::unit(-ticks * omega * self.tick_s - omega * self.further_delay_s);
+        self.lagging(omega, self.rod(omega).times(delay))
+    }
+
+    /// Measured over believed.
+    fn ratio(&self, omega: f64) -> Complex {
+        let after = self.measured.partition_point(|own| own.omega < omega);
+        let Some(to) = self.measured.get(after).or(self.measured.last()) else {
+            return Complex::real(1.0);
+        };
+        // At 0 nothing is late.
+        let still = Ratio {
+            omega: 0.0,
+            phase_rad: 0.0,
+            ..*to
+        };
+        let from = after.checked_sub(1).map_or(still, |before| self.measured[before]);
+        let width = to.omega - from.omega;
+        let part = if width > 0.0 { (omega - from.omega) / width } else { 0.0 };
+        let between = |from: f64, to: f64| from + part * (to - from);
+        Complex::unit(between(from.phase_rad, to.phase_rad)).scaled(libm::exp(between(from.ln_gain, to.ln_gain)))
     }
 
     /// P/(1 + L): displacement per demand added behind the PID.
@@ -104,11 +179,19 @@ impl LoopShape {
     pub(crate) fn open(&self, omega: f64) -> Complex {
         let ticks = f64::from(self.delay_ticks);
         let delay = Complex::unit(-ticks * omega * self.tick_s - omega * self.further_delay_s);
-        let open = self.controller(omega).times(self.rod(omega)).times(delay);
-        if self.further_lag_s == 0.0 {
-            return open;
+        let mut open = self.controller(omega).times(self.rod(omega)).times(delay);
+        if !self.measured.is_empty() {
+            open = open.times(self.ratio(omega));
         }
-        open.over(Complex {
+        self.lagging(omega, open)
+    }
+
+    /// Behind the further lag.
+    fn lagging(&self, omega: f64, value: Complex) -> Complex {
+        if self.further_lag_s == 0.0 {
+            return value;
+        }
+        value.over(Complex {
             re: 1.0,
             im: omega * self.further_lag_s,
         })

@@ -2,7 +2,7 @@
 
 mod common;
 
-use anhyst_controller::{AntiWindup, DerivativeOn, LoopShape, PidSettings};
+use anhyst_controller::{AntiWindup, DerivativeOn, LoopShape, MeasuredResponse, PidSettings};
 use anhyst_model::TwoPole;
 use common::TICK_S;
 use std::f64::consts::PI;
@@ -87,4 +87,36 @@ fn a_loop_without_feedback_has_no_margins() {
     let margins = LoopShape::new(&common::rod(), None, TICK_S).margins();
     assert_eq!((margins.gain, margins.phase_rad, margins.delay_s), (None, None, None));
     assert_eq!((margins.rejects_below_hz, margins.sensitivity.value), (None, 1.0));
+}
+
+/// Guards measured responses in the place of believed ones: of a loop that is a tick later than believed, told at forty frequencies, the
+/// margins are those of the later loop, and what was measured as believed changes nothing.
+#[test]
+fn a_measured_response_takes_the_place_of_the_believed_one() {
+    let believed = integrating(600.0);
+    let later = integrating(600.0).with_amplifier_delay(1);
+    let of = |shape: &LoopShape| -> Vec<MeasuredResponse> {
+        let lines = (1..=40).map(|line| 200.0 * f64::from(line));
+        let told = lines.map(|frequency_hz| {
+            let (gain, phase_rad) = shape.believed_response(frequency_hz);
+            MeasuredResponse {
+                frequency_hz,
+                gain,
+                phase_rad,
+            }
+        });
+        told.collect()
+    };
+    let measured = integrating(600.0).with_measured(&of(&later)).margins();
+    for (found, expected) in [
+        (measured, later.margins()),
+        (
+            integrating(600.0).with_measured(&of(&believed)).margins(),
+            believed.margins(),
+        ),
+    ] {
+        near("gain", found.gain.unwrap(), expected.gain.unwrap(), 1e-4);
+        near("phase", found.phase_rad.unwrap(), expected.phase_rad.unwrap(), 1e-4);
+        near("Ms", found.sensitivity.value, expected.sensitivity.value, 1e-4);
+    }
 }

@@ -1,7 +1,7 @@
-//! Gains from margins: |1 + L| ≥ ½ at all frequencies, that is Ms ≤ 2, with the loop as it is believed now.
+//! Gains from margins: |1 + L| ≥ ½ at all frequencies, that is Ms ≤ 2, with the loop as it is believed now, or as it was measured.
 
 use super::Scenario;
-use anhyst_controller::{LoopShape, PidSettings};
+use anhyst_controller::{LoopShape, MeasuredResponse, PidSettings};
 use anhyst_ipc::Invalid;
 
 /// Of the loop: the least distance of L from −1, Ms = 2.
@@ -21,11 +21,12 @@ impl Scenario {
         Ok(if shape.is_stable() { shape.modulus_margin() } else { 0.0 })
     }
 
-    /// Makes the feedback's gains smaller by one factor, until Ms ≤ 2; none where that is so already, or nothing is fed back.
+    /// Makes the feedback's gains smaller by one factor, until Ms ≤ 2; none where that is so already, or nothing is fed back. Nothing measured: with
+    /// what is believed.
     ///
     /// # Errors
     /// A loop that cannot be told.
-    pub fn soften_feedback(&mut self) -> Result<Option<f64>, Invalid> {
+    pub fn soften_feedback(&mut self, measured: &[MeasuredResponse]) -> Result<Option<f64>, Invalid> {
         let Some(stated) = self.controller.feedback.clone() else {
             return Ok(None);
         };
@@ -35,13 +36,17 @@ impl Scenario {
             kd_s: factor * stated.kd_s,
             ..stated.clone()
         };
-        if self.modulus_margin(&stated)? >= LEAST_MODULUS_MARGIN {
+        let has_margin = |gains: &PidSettings| -> Result<bool, Invalid> {
+            let shape = self.loop_with(gains)?.with_measured(measured);
+            Ok(shape.is_stable() && shape.modulus_margin() >= LEAST_MODULUS_MARGIN)
+        };
+        if has_margin(&stated)? {
             return Ok(None);
         }
         let (mut good, mut bad) = (0.0, 1.0);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (good + bad);
-            if self.modulus_margin(&scaled(middle))? >= LEAST_MODULUS_MARGIN {
+            if has_margin(&scaled(middle))? {
                 good = middle;
             } else {
                 bad = middle;
@@ -65,11 +70,11 @@ mod tests {
     #[test]
     fn gains_are_made_smaller_only_where_they_must_be() {
         let mut good = milling();
-        assert_eq!(good.soften_feedback(), Ok(None));
+        assert_eq!(good.soften_feedback(&[]), Ok(None));
         assert_eq!(good, milling());
         let mut late = milling();
         late.effects = vec![Effect::new(EffectKind::LoopDelay, &[5e-4]).unwrap()];
-        let factor = late.soften_feedback().unwrap().unwrap();
+        let factor = late.soften_feedback(&[]).unwrap().unwrap();
         let gains = late.controller.feedback.clone().unwrap();
         assert!((gains.kp / 0.3 - factor).abs() < 1e-12 && (gains.ki_per_s / 2000.0 - factor).abs() < 1e-12);
         let margin = late.modulus_margin(&gains).unwrap();
@@ -79,6 +84,6 @@ mod tests {
         );
         let mut hot = milling();
         hot.controller.feedback.as_mut().unwrap().kp = 3.0;
-        assert!(hot.soften_feedback().unwrap().unwrap() < 0.5, "an unstable loop");
+        assert!(hot.soften_feedback(&[]).unwrap().unwrap() < 0.5, "an unstable loop");
     }
 }

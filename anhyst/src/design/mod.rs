@@ -77,7 +77,7 @@ pub fn design(wish: &Wish, file: &Path) -> miette::Result<Design> {
     };
     let mut open = read(text::scenario(wish, &actuator, &plan, None, None))?;
     open.controller.feedback = Some(gains(&actuator));
-    open.soften_feedback().map_err(RunError::from)?;
+    open.soften_feedback(&[]).map_err(RunError::from)?;
     let feedback = open.controller.feedback.map(|pid| PidSettings {
         kp: round(pid.kp, 2),
         // Down, not up: the margin was just met.
