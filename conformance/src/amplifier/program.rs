@@ -29,6 +29,10 @@ pub enum Part {
     },
     /// Beyond the limit, either way.
     Limit,
+    /// All that a rig needs, either way.
+    Reach,
+    /// On the way from one to the next.
+    Way,
     /// From one end of the range to the other: slew.
     Slew,
     /// A command that no amplifier can follow.
@@ -71,7 +75,7 @@ const BEYOND: f64 = 1.5;
 const NONSENSE_TICKS: usize = 5;
 const CONSTANT_TICKS: usize = 200;
 const NOISE_TICKS: usize = 1000;
-const FREQUENCIES: usize = 16;
+pub(super) const FREQUENCIES: usize = 16;
 const MIN_SINE_TICKS: usize = 1000;
 /// A program that takes longer is refused: 5 million ticks are four minutes at 20 kHz.
 const MAX_TICKS: usize = 5_000_000;
@@ -160,14 +164,14 @@ impl Program {
 }
 
 /// The stepped sine: whole periods within equally long stretches, so that sums over them separate the frequencies.
-struct Sweep {
-    ticks: usize,
-    periods: Vec<usize>,
-    amplitude_a_per_m: f64,
+pub(super) struct Sweep {
+    pub ticks: usize,
+    pub periods: Vec<usize>,
+    pub amplitude_a_per_m: f64,
 }
 
 impl Sweep {
-    fn new(expected: &Expectation) -> Self {
+    pub fn new(expected: &Expectation) -> Self {
         let rate_hz = 1.0 / expected.tick_s;
         // From a twentieth of the bandwidth to four times it, and never near half the rate, where samples say little.
         let highest_hz = 0.4 * rate_hz;

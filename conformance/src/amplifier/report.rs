@@ -83,21 +83,7 @@ impl Report {
 
     /// The checks.
     pub fn table(&self) -> Table {
-        let mut table = Table::new(["check", "", "value", "limit", "unit"]);
-        for check in &self.checks {
-            let sign = match check.bound {
-                Bound::AtMost => "≤",
-                Bound::AtLeast => "≥",
-            };
-            table.push([
-                Cell::Words(check.name.into()),
-                Cell::Badge(Badge::of(check.passed, if check.passed { "pass" } else { "FAIL" })),
-                Cell::Number(format!("{:#}", Digits(check.value, 5))),
-                Cell::Number(format!("{sign} {:#}", Digits(check.limit, 5))),
-                Cell::Words(check.unit.into()),
-            ]);
-        }
-        table
+        checks_table(&self.checks)
     }
 
     /// The page, self-contained.
@@ -135,6 +121,25 @@ impl Report {
         }
         page.html()
     }
+}
+
+/// Checks with value and limit.
+pub fn checks_table(checks: &[Check]) -> Table {
+    let mut table = Table::new(["check", "", "value", "limit", "unit"]);
+    for check in checks {
+        let sign = match check.bound {
+            Bound::AtMost => "≤",
+            Bound::AtLeast => "≥",
+        };
+        table.push([
+            Cell::Words(check.name.into()),
+            Cell::Badge(Badge::of(check.passed, if check.passed { "pass" } else { "FAIL" })),
+            Cell::Number(format!("{:#}", Digits(check.value, 5))),
+            Cell::Number(format!("{sign} {:#}", Digits(check.limit, 5))),
+            Cell::Words(check.unit.into()),
+        ]);
+    }
+    table
 }
 
 impl Check {

@@ -3,8 +3,8 @@
 //! gain = (mean of H at +r/2 − mean of H at −r/2) / r, r the range (A/m); the offset is the mean of H at zero.
 
 use super::super::findings::Findings;
-use super::super::program::Part;
-use super::evidence::{Evidence, Levels, STUCK, mean, rms};
+use super::super::program::{Part, Segment};
+use super::evidence::{Evidence, Levels, STUCK, largest, mean, rms};
 
 /// A gain outside of this is a unit, not an error of adjustment.
 const UNIT_FACTOR: f64 = 5.0;
@@ -64,6 +64,69 @@ pub fn judge(evidence: &Evidence, findings: &mut Findings) -> Option<Levels> {
         ),
     );
     Some(levels)
+}
+
+/// Of a level that is commanded so much must come, in standard deviations of a mean and as a part: else nothing follows at all.
+const TOLD: f64 = 10.0;
+const NOTHING: f64 = 1e-5;
+
+/// `stuck` of a coil whose probe has noise, which is never the same twice.
+pub fn follows(evidence: &Evidence, findings: &mut Findings) {
+    let one = |part| evidence.judged(part)?.into_iter().next();
+    let (Some(positive), Some(negative)) = (one(Part::Positive), one(Part::Negative)) else {
+        findings.skip(&["stuck"], &evidence.unreached());
+        return;
+    };
+    let range = evidence.expected.range_a_per_m;
+    let moved = (mean(&positive) - mean(&negative)).abs();
+    let deviation = ((rms(&positive).powi(2) + rms(&negative).powi(2)) / positive.len() as f64).sqrt();
+    findings.at_least(
+        "stuck",
+        moved,
+        (TOLD * deviation).max(NOTHING * range),
+        "A/m",
+        match moved < (TOLD * deviation).max(NOTHING * range) {
+            true => format!(
+                "of {range:.1} A/m from level to level {moved:.3} A/m come, which is nothing: amplifier off, coil open, probe dead, or a far larger unit"
+            ),
+            false => format!("of {range:.1} A/m from level to level {moved:.3} A/m come"),
+        },
+    );
+}
+
+/// What the rig needs must come: no limit, no other gain than at half of it.
+pub fn reach(evidence: &Evidence, levels: Option<Levels>, findings: &mut Findings) {
+    let expected = evidence.expected;
+    let Some(levels) = levels.filter(|_| !findings.fails("unit")) else {
+        findings.skip(&["reach"], "follows from what was found before");
+        return;
+    };
+    let of = |segment: &Segment| {
+        let came = mean(&evidence.transcript.fields(&segment.judged)?);
+        let due: Vec<f64> = evidence
+            .model
+            .get(segment.judged.clone())?
+            .iter()
+            .map(|own| own.field_a_per_m)
+            .collect();
+        Some((came - levels.offset_a_per_m - levels.gain * mean(&due)).abs())
+    };
+    let missed: Option<Vec<f64>> = evidence.program.of(Part::Reach).map(of).collect();
+    let Some(missed) = missed else {
+        findings.skip(&["reach"], &evidence.unreached());
+        return;
+    };
+    let most = largest(missed);
+    findings.at_most(
+        "reach",
+        most,
+        expected.share_a_per_m(expected.tolerances.gain_tolerance),
+        "A/m",
+        format!(
+            "at ± {:.0} A/m, all that is needed, the field is {most:.1} A/m from where the gain at half of it puts it",
+            expected.range_a_per_m
+        ),
+    );
 }
 
 fn levels(evidence: &Evidence) -> Option<Levels> {

@@ -22,6 +22,19 @@ pub struct Curves {
     pub response: Vec<Response>,
 }
 
+/// Judges what a rig can be asked for.
+pub fn judge_gentle(evidence: &Evidence) -> (Findings, Curves) {
+    let mut findings = Findings::default();
+    let mut curves = Curves::default();
+    faults::finite(evidence, &mut findings);
+    constant::follows(evidence, &mut findings);
+    let levels = constant::judge(evidence, &mut findings);
+    constant::reach(evidence, levels, &mut findings);
+    curves.step = dynamics::step(evidence, levels, &mut findings);
+    curves.response = dynamics::bandwidth(evidence, &mut findings);
+    (findings, curves)
+}
+
 /// Judges everything that can be judged.
 pub fn judge(evidence: &Evidence) -> (Findings, Curves) {
     let mut findings = Findings::default();
