@@ -12,6 +12,7 @@ mod diagnosis_album;
 pub mod entry;
 pub mod estimate;
 mod fit_picture;
+pub mod fitness;
 mod law_picture;
 pub mod spelling;
 #[cfg(feature = "recorder")]

@@ -87,6 +87,21 @@ impl ErrorSpectrum {
         (length >= LENGTHS.0).then(|| Self::of(length.min(LENGTHS.1) as usize, scenario.tick_s, repeats_hz))
     }
 
+    /// Of a series alone, one value a tick; none where it is too short for a spectrum.
+    pub fn of_series(series: &[f64], tick_s: f64) -> Option<Self> {
+        let length = (series.len() as u64 / SEGMENTS + 1).next_power_of_two() / 2;
+        let mut own = (length >= LENGTHS.0).then(|| Self::of(length.min(LENGTHS.1) as usize, tick_s, None))?;
+        series.iter().for_each(|value| own.observe(Some([*value, 0.0])));
+        Some(own)
+    }
+
+    /// Of the error: frequency (Hz) and power density (m²/Hz), bin by bin.
+    pub fn densities(&self) -> Vec<[f64; 2]> {
+        let bins = self.density(0).into_iter().enumerate().skip(1);
+        bins.map(|(bin, own)| [bin as f64 * self.resolution_hz(), own])
+            .collect()
+    }
+
     fn of(length: usize, tick_s: f64, repeats_hz: Option<f64>) -> Self {
         Self {
             tick_s,

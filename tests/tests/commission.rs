@@ -1,5 +1,5 @@
 //! Guards commissioning: a rig with everything a little wrong comes into the loop by itself, what was written runs as it is, and a second
-//! call goes on from what is there.
+//! call goes on from what is there; a rig that is not fit is named by the smallest motion that shows it.
 
 use anhyst_tests::{Finished, LIMIT};
 use serde_json::Value;
@@ -41,6 +41,24 @@ fn a_rough_rig_comes_into_the_loop_by_itself() {
     );
     let findings = told["findings"].to_string();
     assert!(findings.contains("eddy_current"), "{findings}");
+    // What was measured before, with its figures: the sensor as it was set (10 nm white, 10 nm of 1/f, 5 nm of hum), the probe's gain, and
+    // margins that the bracket's mode makes smaller than believed.
+    let value = |name: &str| {
+        let mut checks = told["steps"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .flat_map(|step| step["checks"].as_array().unwrap());
+        checks.rfind(|check| check["name"] == name).unwrap()["value"]
+            .as_f64()
+            .unwrap()
+    };
+    assert!(
+        findings.contains("nm of it white") && findings.contains("Hz"),
+        "{findings}"
+    );
+    assert!((value("gain") - 0.003).abs() < 3e-4, "{told}");
+    assert!(findings.contains("measured: Ms 2.00 at 7"), "{findings}");
     // What was written begins with what the best of them learned, and is better for it; without that it is that cut, to the bit.
     let commissioned = out.join("commissioned.ron").display().to_string();
     let again = root.path().join("again").display().to_string();
@@ -161,15 +179,80 @@ fn what_is_believed_changes_no_plant() {
     assert_eq!(rms(&summary), rms(&cuts[1]), "{summary}");
 }
 
-/// A rig whose rod moves six times as far as believed is not brought further than the small profile.
-#[test]
-fn a_rig_that_runs_away_is_not_fit() {
-    let root = tempfile::tempdir().unwrap();
-    let out = root.path().join("rig");
-    let long = "plant.two_pole=(gain: 8e-2, damping_per_s: 8100.0, stiffness_per_s2: 6.35e7)";
-    let told: Value = serde_json::from_str(&commission(&out, &[long]).expect(1).out).unwrap();
+/// The rig is not fit, for a reason that has these words, and what was tried last is this.
+fn not_fit(told: &Value, words: &str, out: &Path, last: &str) {
     assert_eq!(told["fit"], false, "{told}");
-    assert!(told["sentence"].as_str().unwrap().starts_with("not fit: "), "{told}");
+    let sentence = told["sentence"].as_str().unwrap();
+    assert!(
+        sentence.starts_with("not fit: ") && sentence.contains(words),
+        "{sentence}"
+    );
     assert_eq!(told["cuts"].as_array().unwrap().len(), 0);
-    assert!(!out.join("commissioned.ron").exists());
+    assert!(!out.join("commissioned.ron").exists() && out.join("commission.html").is_file());
+    let tried = std::fs::read_dir(out).unwrap().map(|entry| entry.unwrap());
+    let mut tried: Vec<String> = tried
+        .filter(|entry| entry.path().is_dir())
+        .map(|entry| entry.file_name().into_string().unwrap())
+        .collect();
+    tried.sort_by_key(|name| {
+        std::fs::metadata(out.join(name).join("summary.json"))
+            .unwrap()
+            .modified()
+            .unwrap()
+    });
+    assert_eq!(tried.last().map(String::as_str), Some(last), "{sentence}");
+}
+
+/// Guards the order, small to large: what is wrong is found by the smallest motion that shows it, and named.
+#[test]
+fn a_rig_that_is_not_fit_is_moved_no_further_than_shows_it() {
+    let root = tempfile::tempdir().unwrap();
+    let probe = |gain: &str| format!("plant.sensors.faults.field_gain={gain}");
+    let noise = |noise: &str| format!("plant.sensors.displacement_noise_m={noise}");
+    let long = "plant.two_pole=(gain: 8e-2, damping_per_s: 8100.0, stiffness_per_s2: 6.35e7)";
+    let mode = "plant.effects=[SecondMode(gain: 0.9, frequency_hz: 700.0, damping_ratio: 0.03)]";
+    let cases = [
+        (noise("4e-6"), "the sensor of a rig at rest says 4", "0-rest"),
+        (
+            probe("0.1"),
+            "the gain from command to field is 1.099",
+            "0-amplifier-small",
+        ),
+        (long.to_owned(), "times as far as the scenario believes", "1-response"),
+        (mode.to_owned(), "margins too small", "1-response"),
+        (noise("0.5e-6"), "the sensor's noise alone moves the tip", "1-response"),
+    ];
+    for (place, (setting, words, last)) in cases.iter().enumerate() {
+        let out = root.path().join(place.to_string());
+        let told: Value =
+            serde_json::from_str(&commission(&out, &[setting, "expect.tolerance_m=0.3e-6"]).expect(1).out).unwrap();
+        not_fit(&told, words, &out, last);
+        let steps = told["steps"].as_array().unwrap();
+        assert!(
+            steps.iter().all(|step| !step["checks"].as_array().unwrap().is_empty()),
+            "{told}"
+        );
+        assert!(steps.last().unwrap()["refusal"].is_string(), "{told}");
+    }
+}
+
+/// The same in a process of somebody else's, whose amplifier or sensor is wrong.
+#[test]
+fn a_foreign_rig_that_is_not_fit_is_named() {
+    let root = tempfile::tempdir().unwrap();
+    let cases = [
+        ("coil=-1", "the field has the opposite sign", "0-amplifier-small"),
+        ("coil=0", "from level to level", "0-amplifier-small"),
+        ("coil=79.577", "Oe", "0-amplifier-small"),
+        ("sensor=-1", "the sensor has the opposite sign", "1-response"),
+    ];
+    for (place, (wrong, words, last)) in cases.iter().enumerate() {
+        let command = format!("plant-sim=exec '{}' 3 {wrong}", env!("CARGO_BIN_EXE_rough_plant"));
+        let out = root.path().join(place.to_string());
+        let path = out.display().to_string();
+        let own = ["commission", "scenarios/milling_rough.ron", "--json", "--out", &path];
+        let set = ["--set", "placement=Separate", "--external-command", &command];
+        let finished = Finished::run(&[&own[..], &set].concat(), LIMIT).expect(1);
+        not_fit(&serde_json::from_str(&finished.out).unwrap(), words, &out, last);
+    }
 }

@@ -1,19 +1,21 @@
 //! `anhyst commission`: brings a rig that nobody knows into the loop, small to large and under the guard.
 //!
-//! 1. *Small*: a fifth of the profile, nothing learned, the coil watched: sign, unit, gain and time of the amplifier, sign of the sensor. What the coil
-//!    shows of a lag goes into the scenario. A rig that is not fit ends here, with a sentence.
-//! 2. *Cut*: the whole profile with learning and a slow estimator.
-//! 3. *Diagnosis* of that cut, and the cut again with the amended model, as long as it gets better.
+//! 1. *Rest*, *amplifier*, *response*: what is measured in open loop, one after the other ([`crate::fitness`]). A rig that is not fit ends here, with a sentence;
+//!    a lag that the coil shows goes into the scenario, the gains follow the measured margins.
+//! 2. *Small*: a fifth of the profile in closed loop, nothing learned, the coil watched.
+//! 3. *Cut*: the whole profile with learning and a slow estimator.
+//! 4. *Diagnosis* of that cut, and the cut again with the amended model, as long as it gets better.
 
 use super::commission_report::{Commission, Cut, page, table};
 use super::run::{changed, perform};
 use super::run_arguments::AloneArguments;
 use super::{Ending, json, save, share_bar};
 use crate::arguments::{JsonArgument, OutArgument, ScenarioArguments, ThreadsArgument};
-use anhyst_controller::{LearningSettings, TrajectorySettings};
+use crate::fitness::{SMALL, Step, TRACKS, amplifier, response, rest};
+use anhyst_controller::{LearningSettings, MeasuredResponse, TrajectorySettings};
 use anhyst_diagnosis::{DiagnoseOptions, Verdict, amended_text, diagnose};
 use anhyst_guard::{CoilWatching, Event};
-use anhyst_ipc::{Measurement, SafeField};
+use anhyst_ipc::{Demand, Measurement, Message, NodeId, SafeField};
 use anhyst_launch::embedded::as_saved;
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
@@ -30,17 +32,13 @@ use anhyst_scenario::{Late, MaterialSource, Scenario, to_ron};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
-/// Of the profile, in the first step.
-const SMALL: f64 = 0.2;
 /// Beyond the start, s: long enough for the slowest monitor of the coil at 20 kHz, many times.
 const SMALL_S: f64 = 0.3;
 /// Fastest adaptation of `a` beside a model that is not true: faster, it explains within a turn by `a` what is not `a`.
 const ADAPTATION_PER_S: f64 = 50.0;
 /// Which programs the steps were made with.
 const PROGRAMS: &str = "programs.txt";
-/// An error above this part of the profile is no tracking.
-const TRACKS: f64 = 0.05;
-/// A further cut must be better than the best by this part.
+/// A further cut must be better than the best by this part of [`mean_m`].
 const BETTER: f64 = 0.03;
 
 /// `commission`
@@ -94,6 +92,8 @@ pub fn run(arguments: &CommissionArguments) -> miette::Result<Ending> {
         goes_on: goes_on(&claimed.path, &arguments.alone)?,
         out: &claimed.path,
         failed: false,
+        rest: rest::Rest::default(),
+        response: Vec::new(),
         result: Commission::default(),
     };
     let commissioned = match work.commission(scenario) {
@@ -159,15 +159,18 @@ struct Work<'a> {
     failed: bool,
     out: &'a Path,
     result: Commission,
+    /// The sensor's noise.
+    rest: rest::Rest,
+    /// From demand to sensor, with what is believed now; nothing: as believed.
+    response: Vec<MeasuredResponse>,
 }
 
 impl Work<'_> {
     /// The scenario that cut best; none where the rig is not fit.
     fn commission(&mut self, mut scenario: Scenario) -> miette::Result<Option<Scenario>> {
-        if !self.small(&mut scenario)? {
+        if !self.is_fit(&mut scenario)? || !self.small(&mut scenario)? {
             return Ok(None);
         }
-        scenario.estimator.law = scenario.estimator.law.slowed(ADAPTATION_PER_S);
         if scenario.controller().map_err(told)?.trajectory().turns(0.0).is_some() {
             scenario
                 .controller
@@ -189,7 +192,9 @@ impl Work<'_> {
         }
         .to_owned();
         for cut in 1..=self.arguments.cuts {
-            self.soften(&mut scenario)?;
+            if cut > 1 && !self.respond(&format!("{}-response", cut + 1), &mut scenario)? {
+                break;
+            }
             let (summary, folder) = self.step(&format!("{}-cut", cut + 1), &scenario)?;
             for noticed in &summary.verdict.noticed {
                 self.find(&format!("cut {cut}: {noticed}"));
@@ -198,7 +203,7 @@ impl Work<'_> {
                 self.find(&format!("cut {cut}: {sentence}"));
                 break;
             }
-            let error_m = summary.verdict.error_rms_m;
+            let (error_m, mean_m) = (summary.verdict.error_rms_m, mean_m(&summary));
             self.result.cuts.push(Cut {
                 believes: believes.clone(),
                 error_rms_m: error_m,
@@ -212,15 +217,15 @@ impl Work<'_> {
                     .map(|own| [own.time_s, own.max_m])
                     .collect(),
             });
-            let before_m = best.as_ref().map(|best| best.summary.verdict.error_rms_m);
-            if before_m.is_none_or(|before_m| error_m < before_m) {
+            let before_m = best.as_ref().map(|best| self::mean_m(&best.summary));
+            if before_m.is_none_or(|before_m| mean_m < before_m) {
                 best = Some(Best {
                     scenario: scenario.clone(),
                     summary,
                     learned: RunFolder::open(&folder).learned(),
                 });
             }
-            let is_last = before_m.is_some_and(|before_m| error_m > (1.0 - BETTER) * before_m);
+            let is_last = before_m.is_some_and(|before_m| mean_m > (1.0 - BETTER) * before_m);
             if is_last || cut == self.arguments.cuts {
                 break;
             }
@@ -264,13 +269,130 @@ impl Work<'_> {
     }
 
     /// Gains that keep their margins with what is believed now.
-    fn soften(&mut self, scenario: &mut Scenario) -> miette::Result<()> {
-        if let Some(factor) = scenario.soften_feedback().map_err(told)? {
+    fn soften(&mut self, scenario: &mut Scenario) -> miette::Result<Option<f64>> {
+        let factor = scenario.soften_feedback(&self.response).map_err(told)?;
+        if let Some(factor) = factor {
+            let whose = if self.response.is_empty() {
+                "this model"
+            } else {
+                "what was measured"
+            };
             self.find(&format!(
-                "the feedback's gains are taken {factor:.2} times: with this model its largest sensitivity would be above 2"
+                "the feedback's gains are taken {factor:.2} times: with {whose} its largest sensitivity would be above 2"
             ));
         }
-        Ok(())
+        Ok(factor)
+    }
+
+    /// Sensor at rest, amplifier, response; false if the rig is not fit.
+    fn is_fit(&mut self, scenario: &mut Scenario) -> miette::Result<bool> {
+        scenario.estimator.law = scenario.estimator.law.slowed(ADAPTATION_PER_S);
+        if scenario.external_nodes().contains(&NodeId::Inverse) {
+            self.find("the inverse is somebody else's: sensor, amplifier and response are not measured on their own");
+            return Ok(true);
+        }
+        let size = scenario.controller().map_err(told)?.size_m(scenario.duration_s);
+        let probe = rest::probe(scenario);
+        let (summary, folder) = self.step("0-rest", &probe)?;
+        if self.is_refused(&summary) {
+            return Ok(false);
+        }
+        let (rest, step) = rest::judge(&probe, &tokens::<Measurement>(&folder)?, size);
+        self.rest = rest;
+        if !self.took(step) {
+            return Ok(false);
+        }
+        for (name, share) in [("0-amplifier-small", amplifier::FIRST), ("0-amplifier", amplifier::ALL)] {
+            if !self.amplifier(name, share, scenario)? {
+                return Ok(false);
+            }
+        }
+        self.respond("1-response", scenario)
+    }
+
+    /// The amplifier up to a part of what is needed; false if it is not fit.
+    fn amplifier(&mut self, name: &str, share: f64, scenario: &mut Scenario) -> miette::Result<bool> {
+        for attempt in ["", "-2", "-3"] {
+            let own = amplifier::Excitation::new(scenario, share).map_err(told)?;
+            let probe = own.probe(scenario);
+            let (summary, folder) = self.step(&format!("{name}{attempt}"), &probe)?;
+            if self.believe_late(&summary, scenario)? {
+                continue;
+            }
+            // On the way to safety nothing follows what was to be commanded.
+            if self.is_refused(&summary) {
+                return Ok(false);
+            }
+            let tokens = (&*tokens::<Measurement>(&folder)?, &*tokens::<SafeField>(&folder)?);
+            let step = own.judge(&probe, tokens, share < 1.0).map_err(told)?;
+            return Ok(self.took(step));
+        }
+        Ok(true)
+    }
+
+    /// Measures the response, and brings the gains within its margins; false if the rig is not fit.
+    fn respond(&mut self, name: &str, scenario: &mut Scenario) -> miette::Result<bool> {
+        self.response.clear();
+        let excitation = response::Excitation::new(scenario).map_err(told)?;
+        let refused = excitation.as_ref().map(|own| own.probe.validate());
+        let Some((own, Ok(()))) = excitation.zip(refused) else {
+            self.find("the response is not measured: this profile leaves no room for it");
+            self.soften(scenario)?;
+            return Ok(true);
+        };
+        let (summary, folder) = self.step(name, &own.probe)?;
+        if self.is_refused(&summary) {
+            return Ok(false);
+        }
+        let found = own.measure(&tokens::<Measurement>(&folder)?, &tokens::<Demand>(&folder)?);
+        let found = found.map_err(told)?;
+        if !self.took(found.sensor(scenario).map_err(told)?) {
+            return Ok(false);
+        }
+        found.lines().clone_into(&mut self.response);
+        let factor = self.soften(scenario)?;
+        let step = found.margins(scenario, factor, &self.rest).map_err(told)?;
+        Ok(self.took(step))
+    }
+
+    /// Notes a step; false if the rig is not fit.
+    fn took(&mut self, step: Step) -> bool {
+        step.findings.iter().for_each(|finding| self.find(finding));
+        let refusal = step.refusal.clone();
+        self.result.steps.push(step);
+        refusal.is_none_or(|sentence| {
+            self.refuse(&sentence);
+            false
+        })
+    }
+
+    fn refuse(&mut self, sentence: &str) {
+        self.result.sentence = format!("not fit: {sentence}");
+    }
+
+    /// What the guard saw ends it.
+    fn is_refused(&mut self, summary: &Summary) -> bool {
+        let sentence = refusal(summary);
+        if let Some(sentence) = &sentence {
+            self.refuse(sentence);
+        }
+        sentence.is_some()
+    }
+
+    /// Believes a coil that is late; true if that ended the run.
+    fn believe_late(&mut self, summary: &Summary, scenario: &mut Scenario) -> miette::Result<bool> {
+        let Some(late) = summary.verdict.coil_late else {
+            return Ok(false);
+        };
+        for noticed in &summary.verdict.noticed {
+            self.find(noticed);
+        }
+        self.find(&match late {
+            Late::Lag(lag_s) => format!("the amplifier is believed to lag by {} from here on", Si(lag_s, "s")),
+            Late::Ticks(ticks) => format!("the amplifier is believed to be {ticks} ticks later from here on"),
+        });
+        scenario.believe_late(late).map_err(told)?;
+        Ok(summary.verdict.first_event == Event::CoilLate.number())
     }
 
     /// A fifth of the profile; false if the rig is not fit.
@@ -279,7 +401,6 @@ impl Work<'_> {
             self.find("a table says its own size: the first step goes as far as the cut");
         }
         for attempt in ["1-small", "1-small-2", "1-small-3"] {
-            self.soften(scenario)?;
             let mut small = scenario.clone();
             small.controller.learning = None;
             (
@@ -293,26 +414,15 @@ impl Work<'_> {
             small.expect.settling_s = small.controller.start_s.min(0.5 * small.duration_s);
             small.guard.monitors.coil = CoilWatching::On;
             let (summary, _) = self.step(attempt, &small)?;
-            summary
-                .verdict
-                .noticed
-                .iter()
-                .for_each(|noticed| self.find(&format!("small: {noticed}")));
-            if let Some(late) = summary.verdict.coil_late {
-                self.find(&match late {
-                    Late::Lag(lag_s) => format!("the amplifier is believed to lag by {} from here on", Si(lag_s, "s")),
-                    Late::Ticks(ticks) => format!("the amplifier is believed to be {ticks} ticks later from here on"),
-                });
-                scenario.believe_late(late).map_err(told)?;
-                if summary.verdict.first_event == Event::CoilLate.number() {
-                    continue;
+            if summary.verdict.coil_late.is_none() {
+                for noticed in &summary.verdict.noticed {
+                    self.find(&format!("small: {noticed}"));
                 }
             }
-            if let Some(sentence) = refusal(&summary) {
-                self.result.sentence = format!("not fit: {sentence}");
-                return Ok(false);
+            if self.believe_late(&summary, scenario)? {
+                continue;
             }
-            break;
+            return Ok(!self.is_refused(&summary));
         }
         Ok(true)
     }
@@ -408,6 +518,17 @@ fn believing(scenario: &Scenario, model: &ActuatorModel) -> Scenario {
     }
     own.effects.clone_from(&model.effects);
     own
+}
+
+/// Of rms and largest error, the geometric mean: a cut that is a little quieter and bursts now and then is not the better one.
+fn mean_m(summary: &Summary) -> f64 {
+    (summary.verdict.error_rms_m * summary.verdict.error_max_m).sqrt()
+}
+
+/// What was said on a channel in a step.
+fn tokens<M: Message>(folder: &Path) -> miette::Result<Vec<M>> {
+    let recording = Recording::of_parts(&RunFolder::open(folder).recordings()).map_err(told)?;
+    recording.tokens().map_err(told)
 }
 
 /// Why a rig is not fit.

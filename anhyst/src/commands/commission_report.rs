@@ -1,5 +1,6 @@
 //! What commissioning came to: for programs, as a table, as a page.
 
+use crate::fitness::Step;
 use anhyst_report::chart::{Axis, Chart, Curve, Figure, Role, TIME};
 use anhyst_report::number::Si;
 use anhyst_report::page::{Block, Page, Section};
@@ -13,6 +14,8 @@ pub(super) struct Commission {
     /// The rig is in the loop.
     pub fit: bool,
     pub sentence: String,
+    /// What was measured before the cuts.
+    pub steps: Vec<Step>,
     pub cuts: Vec<Cut>,
     pub findings: Vec<String>,
 }
@@ -66,7 +69,14 @@ pub(super) fn page(result: &Commission) -> Page {
             .table(table(result));
     }
     let findings = Block::List(result.findings.clone());
-    Page::new("Commissioning", &result.sentence)
+    let page = Page::new("Commissioning", &result.sentence)
         .section(section)
-        .section(Section::new("Findings").block(findings))
+        .section(Section::new("Findings").block(findings));
+    let steps = result.steps.iter().enumerate().map(|(place, step)| {
+        let mut section = step.section.clone();
+        // The response is measured again with another model.
+        section.id = format!("step-{place}-{}", section.id);
+        section
+    });
+    steps.fold(page, Page::section)
 }
