@@ -1,7 +1,34 @@
 //! The same work on many items by a few threads; results in the order of the items, whatever the timing.
+//!
+//! Here long work is given up, too: all of it comes by here many times a second. After [`give_up`] the next item of any work on any thread
+//! unwinds as a panic does, without its message, up to whoever catches [`GivenUp`]: no function on the way need know of it.
 
+use std::any::Any;
 use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What unwinds from work that was given up.
+pub struct GivenUp;
+
+static GIVING_UP: AtomicBool = AtomicBool::new(false);
+
+/// Ends what this process works on, here and in other threads, at the next item.
+pub fn give_up() {
+    GIVING_UP.store(true, Ordering::Relaxed);
+}
+
+/// Takes it back: work may begin again.
+pub fn go_on() {
+    GIVING_UP.store(false, Ordering::Relaxed);
+}
+
+fn stand_by() {
+    if GIVING_UP.load(Ordering::Relaxed) {
+        resume_unwind(Box::new(GivenUp));
+    }
+}
 
 /// f of every item, on up to `threads` threads.
 pub fn map<T: Sync, R: Send>(threads: usize, items: &[T], f: impl Fn(&T) -> R + Sync) -> Vec<R> {
@@ -30,6 +57,7 @@ pub fn each<T: Send, R: Send>(
 ) {
     if threads <= 1 {
         for item in items {
+            stand_by();
             if keep(f(item)).is_break() {
                 return;
             }
@@ -40,12 +68,25 @@ pub fn each<T: Send, R: Send>(
     let waiting = Mutex::new(Some(items));
     let keep = Mutex::new(keep);
     let next = || waiting.lock().ok()?.as_mut()?.next();
+    let unwound: Mutex<Option<Box<dyn Any + Send>>> = Mutex::new(None);
+    let work = |item: T| {
+        let done = catch_unwind(AssertUnwindSafe(|| {
+            stand_by();
+            f(item)
+        }));
+        done.map_err(|payload| {
+            if let (Ok(mut waiting), Ok(mut unwound)) = (waiting.lock(), unwound.lock()) {
+                *waiting = None;
+                unwound.get_or_insert(payload);
+            }
+        })
+    };
     std::thread::scope(|scope| {
         for _ in 0..threads {
             scope.spawn(|| {
                 while let Some(item) = next() {
-                    let result = f(item);
-                    // A poisoned lock means that another thread panicked: the scope passes that panic on.
+                    let Ok(result) = work(item) else { return };
+                    // A poisoned lock means that another thread panicked in it: the scope passes that panic on.
                     let Ok(mut keep) = keep.lock() else { return };
                     if keep(result).is_break()
                         && let Ok(mut waiting) = waiting.lock()
@@ -56,6 +97,10 @@ pub fn each<T: Send, R: Send>(
             });
         }
     });
+    // As it was thrown, so that whoever catches it knows what it is.
+    if let Ok(Some(payload)) = unwound.into_inner() {
+        resume_unwind(payload);
+    }
 }
 
 /// Threads that this machine runs side by side.
@@ -66,6 +111,7 @@ pub fn available() -> usize {
 #[cfg(test)]
 mod tests {
     use std::ops::ControlFlow;
+    use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
     /// Guards reproducibility: the order of results must not depend on which thread was faster.
     #[test]
@@ -79,6 +125,20 @@ mod tests {
             super::map(4, &items, slow_first),
             super::map(1, &items, |item| item * item)
         );
+    }
+
+    /// Guards the end of work that was given up: it unwinds out of nested work on other threads as what it is.
+    #[test]
+    fn work_that_is_given_up_unwinds_as_such() {
+        // Of this test alone: a flag of the process would end others' work.
+        let nested = |_: &u32| super::map(2, &[0, 1], |_: &u32| -> u32 { resume_unwind(Box::new(super::GivenUp)) });
+        for threads in [1, 3] {
+            let unwound = catch_unwind(AssertUnwindSafe(|| super::map(threads, &[0, 1, 2, 3], nested)));
+            assert!(
+                unwound.is_err_and(|payload| payload.is::<super::GivenUp>()),
+                "{threads}"
+            );
+        }
     }
 
     /// Guards an end that is asked for: with one thread nothing follows it, with several nothing is begun after it.

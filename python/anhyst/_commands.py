@@ -215,7 +215,7 @@ def diagnose(
     """Finds what a model lacks on measured runs, names it and adds it, as ``anhyst diagnose``.
 
     ``data`` is a file or a table, or a list of them that are explained together. ``amended.ron`` and ``report.html`` lie in the
-    result's folder. It takes minutes; Ctrl-C is heard at its end.
+    result's folder. It takes minutes; Ctrl-C ends it.
     """
     folder = _folder(out, "diagnose")
     told = words(

@@ -1,6 +1,8 @@
 //! The command line: whole, for the console script, and a command at a time, for functions of the module.
 
+use crate::interrupt::interruptible;
 use crate::refusal::{ProcessFailed, refused};
+use anhyst::cli::Command;
 use anhyst::commands::Ending;
 use anhyst::entry;
 use anhyst_launch::claim::claimed;
@@ -29,7 +31,12 @@ pub fn command(py: Python<'_>, words: Vec<OsString>) -> PyResult<(bool, String)>
     let read = entry::read(&words).map_err(|unread| refused(unread.sentence()))?;
     // Somebody may have interrupted the run before this one.
     anhyst_ipc::forget_stop();
-    let (done, kept) = py.detach(|| say::kept(|| entry::perform(&read)));
+    let work = || say::kept(|| entry::perform(&read));
+    let (done, kept) = match read {
+        // A run ends at its next tick.
+        Command::Run(_) | Command::Sweep(_) | Command::Commission(_) => py.detach(work),
+        _ => interruptible(py, work)?,
+    };
     // Ctrl-C ends a run, and is then Python's: an exception of its own.
     py.check_signals()?;
     match done {

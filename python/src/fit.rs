@@ -1,6 +1,7 @@
 //! Hysteresis laws fitted to arrays, and run along others.
 
 use crate::arrays::{Array, Given, array, row, same_length};
+use crate::interrupt::interruptible;
 use crate::refusal::refused;
 use anhyst_identify::laws::{Family, LawData, LawFile, LawOptions, LawRecord, fit_laws, predict};
 use anhyst_measured::Quantity;
@@ -62,11 +63,11 @@ pub fn fit_law<'py>(
         0 => anhyst_identify::parallel::available(),
         threads => threads,
     };
-    let fitted = py.detach(|| {
+    let fitted = interruptible(py, || {
         LawData::of_records("arrays".into(), input, output, all)
             .and_then(|data| fit_laws(family, &data, &LawOptions::default(), threads, &|_, _| ()))
     });
-    let fitted = fitted.map_err(refused)?;
+    let fitted = fitted?.map_err(refused)?;
     Ok((
         to_ron(&fitted.file).map_err(refused)? + "\n",
         serde_json::to_string(&fitted.report).map_err(refused)?,

@@ -11,6 +11,7 @@ mod command;
 mod curve;
 mod estimation;
 mod fit;
+mod interrupt;
 mod law;
 mod material;
 mod refusal;

@@ -149,6 +149,28 @@ except KeyboardInterrupt:
         shutil.rmtree("runs")
 
 
+def test_ctrl_c_gives_up_a_fit_and_leaves_python_alive(tmp_path):
+    program = """
+import anhyst, numpy, pathlib
+phase = numpy.linspace(0.0, 400.0, 60000)
+table = {"time_s": 1e-3 * numpy.arange(60000), "voltage_V": 50 * numpy.sin(phase) * numpy.sin(0.03 * phase)}
+table["displacement_um"] = 0.1 * table["voltage_V"] + numpy.sin(phase - 0.3)
+print("begins", flush=True)
+try:
+    anhyst.fit(table, law="auto", out="given-up")
+except KeyboardInterrupt:
+    # Heard at the end, it would have its results.
+    assert not pathlib.Path("given-up/law.ron").exists()
+    fitted = anhyst.fit_law(table["voltage_V"][:400], table["displacement_um"][:400], law="prandtl-ishlinskii")
+    print("went on", fitted.law is not None)
+"""
+    child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "begins\n"
+    time.sleep(3.0)
+    child.send_signal(signal.SIGINT)
+    assert child.communicate(timeout=600)[0] == "went on True\n"
+
+
 def test_the_children_of_a_run_import_nothing_from_where_it_is_run(scenarios, tmp_path):
     (tmp_path / "json.py").write_text("raise SystemExit('this is not the json module')\n")
     run = anhyst.run(scenarios / "milling.ron", set=SHORT, embedded=False, recording=False)
