@@ -1,8 +1,8 @@
 //! The command line: the commands, and how the help groups them.
 
 use crate::commands::{
-    bench, benchmark, check, data, diagnose, doctor, estimate, explain, fit, graph, interface, man, new, node, predict,
-    replay, run_arguments, study, sweep, tune, verify_amplifier,
+    bench, benchmark, check, data, diagnose, doctor, estimate, explain, fit, graph, interface, live, man, new, node,
+    predict, replay, run_arguments, study, sweep, tune, verify_amplifier,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
@@ -39,6 +39,8 @@ pub enum Command {
     Check(check::CheckArguments),
     /// Change settings of a run that goes on: gains, learning, amplitude, tolerance.
     Tune(tune::TuneArguments),
+    /// Pass the channels of a run that goes on to Foxglove, PlotJuggler or Zenoh.
+    Live(live::LiveArguments),
     /// Print the wiring of a scenario's processes as a Mermaid graph.
     Graph(graph::GraphArguments),
     /// Feed a recorded run's tokens to its nodes and compare their outputs bit by bit.
@@ -110,6 +112,7 @@ pub const GROUPS: [(&str, &[&str]); 5] = [
             "sweep",
             "gather",
             "tune",
+            "live",
             "commission",
             "check",
             "graph",

@@ -90,6 +90,7 @@ pub fn perform(command: &Command) -> miette::Result<Ending> {
         Command::Commission(arguments) => commands::commission::run(arguments),
         Command::Check(arguments) => commands::check::run(arguments),
         Command::Tune(arguments) => commands::tune::run(arguments),
+        Command::Live(arguments) => commands::live::run(arguments),
         Command::Graph(arguments) => commands::graph::run(arguments),
         Command::Replay(arguments) => commands::replay::run(arguments),
         #[cfg(feature = "recorder")]

@@ -14,6 +14,7 @@ pub mod estimate;
 mod fit_picture;
 pub mod fitness;
 mod law_picture;
+pub mod live;
 pub mod spelling;
 #[cfg(feature = "recorder")]
 mod written;

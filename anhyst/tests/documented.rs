@@ -107,7 +107,7 @@ fn every_documented_command_is_one() {
             let named_alone = words.len() == 2 || words.len() == 3 && words[1] == "study";
             let feature = words
                 .iter()
-                .any(|word| ["bridge", "--here", "--listen", "--connect"].contains(&word.as_str()));
+                .any(|word| ["bridge", "--here", "--listen", "--connect", "--zenoh"].contains(&word.as_str()));
             if words.iter().any(|word| is_pattern(word))
                 || named_alone && anhyst::cli::command().find_subcommand(name).is_some()
             {
@@ -126,6 +126,56 @@ fn every_documented_command_is_one() {
         }
     }
     assert!(seen > 100, "{seen}");
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// A heading as GitHub and mdBook link to it.
+fn anchor(heading: &str) -> String {
+    let kept = heading.to_lowercase();
+    let kept = kept.chars().filter(|own| own.is_alphanumeric() || "-_ ".contains(*own));
+    kept.collect::<String>().trim().replace(' ', "-")
+}
+
+/// Guards the documentation's links, on GitHub and in the book that is made of it: the book has every page, and nothing else.
+#[test]
+fn links_lead_somewhere() {
+    let root = repository();
+    let summary = std::fs::read_to_string(root.join("docs/SUMMARY.md")).unwrap();
+    let (mut wrong, mut seen) = (Vec::new(), 0);
+    for page in pages() {
+        let text = std::fs::read_to_string(&page).unwrap();
+        let name = page.strip_prefix(&root).unwrap().display().to_string();
+        let in_book = name.strip_prefix("docs/");
+        if let Some(own) = in_book.filter(|own| *own != "SUMMARY.md" && !summary.contains(&format!("({own})"))) {
+            wrong.push(format!("docs/SUMMARY.md has no {own}"));
+        }
+        let links = text.split("](").skip(1).filter_map(|rest| rest.split_once(')'));
+        for (link, _) in links.filter(|(link, _)| !link.starts_with("http") && !link.contains(' ')) {
+            seen += 1;
+            let (file, heading) = link.split_once('#').unwrap_or((link, ""));
+            let target = if file.is_empty() {
+                page.clone()
+            } else {
+                page.parent().unwrap().join(file)
+            };
+            let Ok(target) = target.canonicalize() else {
+                wrong.push(format!("{name}: {link} is not there"));
+                continue;
+            };
+            if in_book.is_some() && !target.starts_with(root.join("docs")) {
+                wrong.push(format!("{name}: {link} is outside of the book"));
+            }
+            let headings = || std::fs::read_to_string(&target).unwrap_or_default();
+            let has = |text: String| {
+                text.lines()
+                    .any(|line| line.starts_with('#') && anchor(line.trim_start_matches('#')) == heading)
+            };
+            if !heading.is_empty() && !has(headings()) {
+                wrong.push(format!("{name}: {link} is no heading"));
+            }
+        }
+    }
+    assert!(seen > 50, "{seen}");
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 

@@ -72,7 +72,8 @@ pub fn running(run: &Path) -> Result<RunFolder, RunError> {
     }
 }
 
-fn meeting(folder: &RunFolder) -> Option<Resources> {
+/// Where a run's processes meet, if it says so.
+pub fn meeting(folder: &RunFolder) -> Option<Resources> {
     serde_json::from_slice(&std::fs::read(folder.meeting()).ok()?).ok()
 }
 

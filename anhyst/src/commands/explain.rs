@@ -11,7 +11,7 @@ pub struct ExplainArguments {
 }
 
 /// Name and text of each page.
-pub const PAGES: [(&str, &str); 17] = [
+pub const PAGES: [(&str, &str); 18] = [
     ("running", include_str!("../../../docs/running.md")),
     ("scenarios", include_str!("../../../docs/scenarios.md")),
     ("safety", include_str!("../../../docs/safety.md")),
@@ -28,6 +28,7 @@ pub const PAGES: [(&str, &str); 17] = [
     ("drivers", include_str!("../../../docs/drivers.md")),
     ("verify-amplifier", include_str!("../../../docs/verify-amplifier.md")),
     ("fmu", include_str!("../../../docs/fmu.md")),
+    ("live", include_str!("../../../docs/live.md")),
     ("bridge", include_str!("../../../docs/bridge.md")),
 ];
 

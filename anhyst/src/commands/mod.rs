@@ -23,6 +23,7 @@ pub mod fit;
 pub mod fit_law;
 pub mod graph;
 pub mod interface;
+pub mod live;
 pub mod man;
 pub mod new;
 pub mod node;

@@ -2,7 +2,7 @@
 //! wake it, one blackboard a process with its status.
 //!
 //! From the ground up: [`names`] and sizes; `iceoryx`; a process's `status`; its `waker` and how it waits; the `context` of a
-//! process, with the barriers of start and end; the `ports`. Beside them what looks from outside: `layout`, `observer`; what takes changes, `tuning`; and
+//! process, with the barriers of start and end; the `ports`. Beside them what looks from outside: `layout`, `observer`, `onlooker`; what takes changes, `tuning`; and
 //! `remote`, which stands for processes of another host.
 
 mod context;
@@ -10,6 +10,7 @@ mod iceoryx;
 mod layout;
 pub(crate) mod names;
 mod observer;
+mod onlooker;
 mod ports;
 mod remote;
 mod status;
@@ -20,6 +21,7 @@ pub use context::{SharedContext, SharedSettings, Wait};
 pub use layout::Layout;
 pub use names::{ANY_AGREEMENT, CONNECTED, END, PORTS};
 pub use observer::Observer;
+pub use onlooker::Onlooker;
 pub(crate) use ports::{RawReceiver, RawSender};
 pub use remote::{Egress, Ingress, Progress, crossing};
 pub use status::{Standing, TokenWait};

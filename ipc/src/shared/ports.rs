@@ -78,13 +78,11 @@ impl<M: Message> Published for Typed<M> {
     }
 }
 
-fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFactory<ipc::Service, M, ()>, LinkError> {
+fn open_channel<M: Message>(node: &Node<ipc::Service>) -> Result<PortFactory<ipc::Service, M, ()>, LinkError> {
     let name = channel_name(M::CHANNEL)?;
     // While another process creates or cleans the same service, opening fails for a moment.
     retry(true, || {
-        context
-            .node
-            .service_builder(&name)
+        node.service_builder(&name)
             .publish_subscribe::<M>()
             .enable_safe_overflow(true)
             .subscriber_max_buffer_size(DEEPEST_BUFFER)
@@ -100,14 +98,14 @@ fn open_channel<M: Message>(context: &SharedContext) -> Result<PortFactory<ipc::
 
 /// A port of `reader` at `channel`, which keeps so many tokens.
 pub(super) fn subscribe(
-    context: &SharedContext,
+    node: &Node<ipc::Service>,
     channel: Channel,
-    reader: NodeId,
+    reader: &str,
     depth: usize,
 ) -> Result<Box<dyn Subscribed>, LinkError> {
-    let name = PortName::new(reader.name()).map_err(refused("name a subscriber"))?;
+    let name = PortName::new(reader).map_err(refused("name a subscriber"))?;
     with_message!(channel, M => {
-        let service = open_channel::<M>(context)?;
+        let service = open_channel::<M>(node)?;
         let created = service.subscriber_builder().name(&name).buffer_size(depth).create();
         Ok(Box::new(created.map_err(refused("create a subscriber"))?))
     })
@@ -115,7 +113,7 @@ pub(super) fn subscribe(
 
 fn publish(context: &SharedContext, channel: Channel) -> Result<Box<dyn Published>, LinkError> {
     with_message!(channel, M => {
-        let service = open_channel::<M>(context)?;
+        let service = open_channel::<M>(&context.node)?;
         // The only publisher of the channel may be that of a process that died: it is removed within moments.
         let publisher = retry(context.rejoins, || {
             let created = service.publisher_builder().create();
@@ -206,7 +204,7 @@ impl RawReceiver {
             LOOP_BUFFER
         };
         Ok(Self {
-            port: subscribe(context, channel, reader, depth)?,
+            port: subscribe(&context.node, channel, reader.name(), depth)?,
             channel,
             reader,
             context: context.clone(),

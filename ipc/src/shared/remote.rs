@@ -66,9 +66,11 @@ impl Outlet {
             reader: NodeId::Recorder,
             channel,
         })?;
-        let others = others.iter().map(|reader| subscribe(context, channel, *reader, 1));
+        let others = others
+            .iter()
+            .map(|reader| subscribe(&context.node, channel, reader.name(), 1));
         Ok(Self {
-            port: subscribe(context, channel, *first, DEEPEST_BUFFER)?,
+            port: subscribe(&context.node, channel, first.name(), DEEPEST_BUFFER)?,
             _others: others.collect::<Result<_, _>>()?,
         })
     }

@@ -1,0 +1,199 @@
+//! `anhyst live`: the channels of a run that goes on, in JSON, for viewers of other people.
+
+use super::{Ending, json};
+use crate::arguments::JsonArgument;
+use crate::live::foxglove::Server;
+use crate::live::{Heard, Thinned};
+use anhyst_ipc::Onlooker;
+use anhyst_launch::error::RunError;
+use anhyst_launch::folder::RunFolder;
+use anhyst_launch::resources::is_running;
+use anhyst_launch::signals;
+use anhyst_launch::tuning::{meeting, running};
+use anhyst_scenario::load;
+use clap::Args;
+use serde::Serialize;
+use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// Between two looks for tokens: a port keeps 0.4 s of them at 20 kHz.
+const LOOK: Duration = Duration::from_millis(2);
+/// Between two looks for a run that has not begun.
+const WAIT: Duration = Duration::from_millis(20);
+/// Between two looks whether it goes on.
+const ALIVE: Duration = Duration::from_millis(200);
+/// Foxglove's own port.
+const FOXGLOVE: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCALHOST), 8765);
+
+/// `live`
+#[derive(Debug, Args)]
+pub struct LiveArguments {
+    /// The run: its folder, or the scenario's name if only one of that name goes on under runs/.
+    pub run: PathBuf,
+    /// Open a port for Foxglove (default, if nothing else is asked for: 127.0.0.1:8765).
+    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
+    pub foxglove: Option<SocketAddr>,
+    /// Send datagrams there, as PlotJuggler's UDP server takes them.
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    pub udp: Option<SocketAddr>,
+    /// Publish on Zenoh under anhyst/live/RUN/CHANNEL, and listen there for subscribers: tcp/127.0.0.1:7448.
+    #[cfg_attr(feature = "bridge", arg(long, value_name = "ENDPOINT"))]
+    #[cfg_attr(not(feature = "bridge"), arg(skip))]
+    pub zenoh: Option<String>,
+    /// Ticks for each second of the run, at most.
+    #[arg(long, default_value_t = 1000.0, value_name = "HZ", value_parser = rate_hz)]
+    pub rate_hz: f64,
+    /// Wait so long for the run to begin.
+    #[arg(long, default_value_t = 0.0, value_name = "S", value_parser = wait_s)]
+    pub wait_s: f64,
+    /// How the count is printed.
+    #[command(flatten)]
+    pub json: JsonArgument,
+}
+
+fn rate_hz(text: &str) -> Result<f64, String> {
+    let rate: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
+    if rate > 0.0 && rate.is_finite() {
+        Ok(rate)
+    } else {
+        Err(format!("{rate} Hz must be above 0 and finite"))
+    }
+}
+
+fn wait_s(text: &str) -> Result<f64, String> {
+    let wait: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
+    if (0.0..=86_400.0).contains(&wait) {
+        Ok(wait)
+    } else {
+        Err(format!("{wait} s is outside [0, 86400] s"))
+    }
+}
+
+/// What was passed on.
+#[derive(Debug, Serialize)]
+struct Passed {
+    /// Tokens passed on, of all channels.
+    messages: u64,
+    /// Tokens that were overwritten before they were fetched.
+    missed: u64,
+}
+
+/// Where messages go.
+#[derive(Default)]
+struct Ways {
+    foxglove: Option<Server>,
+    udp: Option<(UdpSocket, SocketAddr)>,
+    #[cfg(feature = "bridge")]
+    zenoh: Option<anhyst_bridge::LiveKeys>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A run that does not go on, a port that is taken.
+pub fn run(arguments: &LiveArguments) -> miette::Result<Ending> {
+    signals::install();
+    let mut ways = ways(arguments)?;
+    let folder = awaited(arguments)?;
+    let resources = meeting(&folder).ok_or_else(|| miette::miette!("the run does not say where its processes meet"))?;
+    let scenario = load(&folder.scenario(), &[])?;
+    let refused = |error: anhyst_ipc::LinkError| miette::miette!("{error}");
+    let onlooker = Onlooker::open(&resources.prefix, &resources.root).map_err(refused)?;
+    let mut thinned = Thinned::new(arguments.rate_hz, scenario.tick_s);
+    let mut looked = Instant::now();
+    let mut goes_on = true;
+    loop {
+        let heard = onlooker.hear(|token| {
+            if thinned.passes(&token) {
+                ways.pass(Heard::of(&token, scenario.tick_s));
+            }
+        });
+        let heard = heard.map_err(refused)?;
+        if heard == 0 && !goes_on || anhyst_ipc::stop_requested() {
+            break;
+        }
+        if looked.elapsed() > ALIVE {
+            // What its processes have sent before is fetched once more.
+            (goes_on, looked) = (is_running(&resources.prefix), Instant::now());
+        }
+        sleep(LOOK);
+    }
+    ways.close();
+    let passed = Passed {
+        messages: thinned.passed,
+        missed: thinned.missed,
+    };
+    if arguments.json.json {
+        crate::say!("{}", json(&passed)?);
+    } else {
+        crate::say!("{} messages passed on, {} missed", passed.messages, passed.missed);
+    }
+    Ok(Ending::Held)
+}
+
+fn ways(arguments: &LiveArguments) -> miette::Result<Ways> {
+    let other = arguments.udp.is_some() || arguments.zenoh.is_some();
+    let foxglove = arguments.foxglove.or((!other).then_some(FOXGLOVE));
+    let name = arguments
+        .run
+        .file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    let taken = |address: SocketAddr| move |error: std::io::Error| miette::miette!("{address} cannot be used: {error}");
+    let mut ways = Ways::default();
+    if let Some(address) = foxglove {
+        let server = Server::open(address, &name).map_err(taken(address))?;
+        crate::complain!("Foxglove: ws://{}", server.address);
+        ways.foxglove = Some(server);
+    }
+    if let Some(address) = arguments.udp {
+        let any = if address.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
+        let socket = UdpSocket::bind(any).map_err(taken(address))?;
+        ways.udp = Some((socket, address));
+    }
+    #[cfg(feature = "bridge")]
+    if let Some(endpoint) = &arguments.zenoh {
+        let end = anhyst_bridge::End::Listen(endpoint.clone());
+        let keys = anhyst_bridge::LiveKeys::open(&end, &name).map_err(|error| miette::miette!("{error}"))?;
+        crate::complain!("Zenoh: anhyst/live/{name}/** at {endpoint}");
+        ways.zenoh = Some(keys);
+    }
+    Ok(ways)
+}
+
+/// The run's folder, as soon as it goes on.
+fn awaited(arguments: &LiveArguments) -> Result<RunFolder, RunError> {
+    let start = Instant::now();
+    loop {
+        match running(&arguments.run) {
+            Err(_) if start.elapsed().as_secs_f64() < arguments.wait_s && !anhyst_ipc::stop_requested() => sleep(WAIT),
+            found => return found,
+        }
+    }
+}
+
+impl Ways {
+    fn pass(&mut self, heard: Heard) {
+        // Nobody has to listen: what cannot be sent is lost, as datagrams are.
+        if let Some((socket, address)) = &self.udp {
+            let _ = socket.send_to(heard.datagram().as_bytes(), address);
+        }
+        #[cfg(feature = "bridge")]
+        if let Some(keys) = &self.zenoh {
+            let _ = keys.put(heard.channel, &heard.json);
+        }
+        if let Some(server) = &self.foxglove {
+            server.send(&Arc::new(heard));
+        }
+    }
+
+    fn close(&mut self) {
+        if let Some(server) = self.foxglove.take() {
+            server.close();
+        }
+    }
+}
