@@ -18,12 +18,13 @@ fn text(bytes: &[u8]) -> String {
 }
 
 /// Commands and options that this build may lack.
-const BY_FEATURE: [&str; 9] = [
+const BY_FEATURE: [&str; 10] = [
     "view",
     "export",
     "bridge",
     "--live",
     "--here",
+    "--zenoh",
     "--listen",
     "--connect",
     "--budget-us",
