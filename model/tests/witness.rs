@@ -15,7 +15,9 @@ fn drawn(effects: Vec<witness::Effect>, seed: u64) -> witness::Made {
         gap_over_noise: None,
         rows: 8_000,
     };
-    Rig::draw(seed, &wanted).unwrap_or_else(|refusal| panic!("{refusal}"))
+    Rig::NOMINAL
+        .draw(seed, &wanted)
+        .unwrap_or_else(|refusal| panic!("{refusal}"))
 }
 
 /// Rms of model minus witness: displacement (m) and field (A/m).

@@ -11,4 +11,6 @@ pub enum StudyError {
     Measured(#[from] MeasuredError),
     #[error(transparent)]
     Diagnosis(#[from] DiagnosisError),
+    #[error("no rig can be made of the model \"{model}\": it needs {lacking}")]
+    NoRig { model: String, lacking: &'static str },
 }

@@ -1,7 +1,7 @@
 //! A handful of short runs of the blind study, always tested; `anhyst study blind` is the whole of it.
 
 use anhyst_model::ActuatorModel;
-use anhyst_studies::blind::{Family, Outcome, Plan, StudyRun, study};
+use anhyst_studies::blind::{Family, Outcome, Plan, StudyRun, Subject, study};
 use anhyst_witness::{Drive, Effect, Nuisance};
 
 /// A broadband run of a second with an effect of twenty noises, or nothing; seeds of their own.
@@ -20,14 +20,15 @@ fn run(nuisance: Nuisance, effect: Option<Effect>) -> StudyRun {
         Some(effect) if effect.is_listed() => Family::Single,
         Some(_) => Family::Unlisted,
     };
-    let mut cases = plan.cases().into_iter();
+    let subject = Subject::of(ActuatorModel::terfenol_d()).unwrap();
+    let mut cases = plan.cases(&subject).into_iter();
     let mut case = cases
         .find(|case| case.family == family && case.nuisance == nuisance)
         .expect("a case");
     case.wanted.effects = effect.into_iter().collect();
     case.wanted.gap_over_noise = effect.map(|_| 20.0);
     case.wanted.drive = Some(Drive::Broadband);
-    let run = study(&case, &ActuatorModel::terfenol_d());
+    let run = study(&case, &subject);
     println!("{} under {}: {}", run.truth(), run.nuisance, run.answer());
     run
 }

@@ -64,6 +64,11 @@ impl Preisach {
         &self.levels
     }
 
+    /// Weights of all cells, row by row, row i with columns 0 to i.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
     /// The weights that are free: of every cell, or the amplitude.
     pub(super) fn free_weights(&self) -> &[f64] {
         match &self.density {

@@ -3,6 +3,7 @@
 //! Effects come round in turn, so that each is hidden equally often; everything else is drawn by the rig. A class is a nuisance with a
 //! family. Its seeds do not depend on how many runs the others have: a longer study begins with the runs of a shorter.
 
+use super::subject::Subject;
 use anhyst_witness::{Effect, Nuisance, Wanted};
 use serde::{Deserialize, Serialize};
 
@@ -66,12 +67,19 @@ pub struct Plan {
 
 impl Plan {
     /// Every run, class by class.
-    pub fn cases(&self) -> Vec<Case> {
+    pub fn cases(&self, subject: &Subject) -> Vec<Case> {
+        let [listed, unlisted, of_two_laws] =
+            [&Effect::LISTED[..], &Effect::UNLISTED, &Effect::OF_TWO_LAWS].map(|all| subject.effects(all));
         let classes = Nuisance::ALL.into_iter().enumerate();
         let classes = classes.flat_map(|(place, nuisance)| Family::ALL.map(|family| (place, nuisance, family)));
         classes
             .flat_map(|(place, nuisance, family)| {
-                (0..self.runs(nuisance, family)).map(move |index| self.case(place, nuisance, family, index))
+                let effects = match (nuisance, family) {
+                    (_, Family::Unlisted) => &unlisted,
+                    (Nuisance::OtherLaw, _) => &of_two_laws,
+                    _ => &listed,
+                };
+                (0..self.runs(nuisance, family)).map(move |index| self.case(place, nuisance, family, index, effects))
             })
             .collect()
     }
@@ -88,12 +96,7 @@ impl Plan {
         }
     }
 
-    fn case(&self, place: usize, nuisance: Nuisance, family: Family, index: u64) -> Case {
-        let effects: &[Effect] = match (nuisance, family) {
-            (_, Family::Unlisted) => &Effect::UNLISTED,
-            (Nuisance::OtherLaw, _) => &Effect::OF_TWO_LAWS,
-            _ => &Effect::LISTED,
-        };
+    fn case(&self, place: usize, nuisance: Nuisance, family: Family, index: u64, effects: &[Effect]) -> Case {
         let level = index as usize % LIMIT_GAPS.len();
         let (turn, gap_over_noise) = match family {
             Family::Limit => (index as usize / LIMIT_GAPS.len(), Some(LIMIT_GAPS[level])),
@@ -126,6 +129,11 @@ impl Plan {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use anhyst_model::ActuatorModel;
+
+    fn usual() -> Subject {
+        Subject::of(ActuatorModel::terfenol_d()).unwrap()
+    }
 
     fn plan(singles: u64) -> Plan {
         Plan {
@@ -142,7 +150,7 @@ mod tests {
     /// Guards resuming: a longer study must hold the runs of a shorter unchanged, and no seed twice.
     #[test]
     fn a_longer_study_continues_a_shorter() {
-        let (short, long) = (plan(5).cases(), plan(70).cases());
+        let (short, long) = (plan(5).cases(&usual()), plan(70).cases(&usual()));
         assert!(short.iter().all(|case| long.contains(case)));
         let mut seeds: Vec<u64> = long.iter().map(|case| case.seed).collect();
         seeds.sort_unstable();
@@ -153,7 +161,7 @@ mod tests {
     /// Guards fairness: under every nuisance every effect is hidden that can be, and pairs are of two.
     #[test]
     fn every_effect_is_hidden_under_every_nuisance() {
-        let cases = plan(Effect::LISTED.len() as u64).cases();
+        let cases = plan(Effect::LISTED.len() as u64).cases(&usual());
         let there = |nuisance: Nuisance, family: Family, effect: &Effect| {
             let mut own = cases
                 .iter()

@@ -1,6 +1,6 @@
 //! A blind study of the diagnosis: rigs that share no code with it hide effects behind nuisances, judged without mercy.
 //!
-//! A [`Plan`] lists [`Case`]s, each with a seed that decides effect, size, drive and nuisance (`case.rs`, `tests/witness`). [`study`]
+//! A [`Plan`] lists [`Case`]s, each with a seed that decides effect, size, drive and nuisance (`case.rs`, `tests/witness`), of a [`Subject`]. [`study`]
 //! makes one run and diagnoses it: the workflow is given the nominal model and the columns, nothing else. [`Results`] sums up against the
 //! [`Bar`]s; [`markdown`] and [`page`] write it down.
 
@@ -13,9 +13,8 @@ mod places;
 mod results;
 mod run;
 mod share;
+mod subject;
 mod tables;
-
-use anhyst_model::ActuatorModel;
 
 pub use bars::Bar;
 pub use case::{Case, Family, LIMIT_GAPS, Plan};
@@ -26,21 +25,23 @@ pub use places::{Axis, Places};
 pub use results::{Bin, ConfusionRow, Results};
 pub use run::{Hidden, Said, StudyRun};
 pub use share::Share;
+pub use subject::Subject;
 pub use tables::{markdown, summary};
 
 use crate::error::StudyError;
 use anhyst_diagnosis::{DiagnoseOptions, Diagnosed, diagnose};
 use anhyst_measured::{MeasuredRun, Quantity};
-use anhyst_witness::{Made, Rig};
+use anhyst_model::ActuatorModel;
+use anhyst_witness::Made;
 
 /// Draws a case's rig, has its run diagnosed on one thread, and judges the diagnosis.
-pub fn study(case: &Case, nominal: &ActuatorModel) -> StudyRun {
-    let made = match Rig::draw(case.seed, &case.wanted) {
-        Ok(made) => made,
+pub fn study(case: &Case, subject: &Subject) -> StudyRun {
+    let made = match subject.rig().draw(case.seed, &case.wanted) {
+        Ok(made) => subject.in_its_units(made),
         Err(refusal) => return StudyRun::failed(case, refusal.to_string()),
     };
     let begin = std::time::Instant::now();
-    let found = diagnosed(case, &made, nominal);
+    let found = diagnosed(case, &made, subject.model());
     let found = found.map(|own| (own, begin.elapsed().as_secs_f64()));
     StudyRun::made(case, &made, found.map_err(|error| error.to_string()))
 }

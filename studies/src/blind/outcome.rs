@@ -163,7 +163,9 @@ fn is_of(nuisance: Nuisance, name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::super::case::Plan;
+    use super::super::subject::Subject;
     use super::*;
+    use anhyst_model::ActuatorModel;
     use anhyst_witness::Effect::{self, EddyCurrent, Friction, XDrag};
 
     fn outcome(nuisance: Nuisance, hidden: &[Effect], verdict: Verdict, names: &[&str], ties: &[&str]) -> Outcome {
@@ -182,7 +184,9 @@ mod tests {
             [_] => Family::Single,
             _ => Family::Pair,
         };
-        let mut cases = plan.cases().into_iter();
+        let mut cases = plan
+            .cases(&Subject::of(ActuatorModel::terfenol_d()).unwrap())
+            .into_iter();
         let mut case = cases
             .find(|case| case.family == family && case.nuisance == nuisance)
             .unwrap();

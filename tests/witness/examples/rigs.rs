@@ -48,7 +48,7 @@ fn run(first: u64, index: u64, each: u64) -> Option<(String, Made)> {
         gap_over_noise: None,
         rows: ROWS,
     };
-    match Rig::draw(first + index, &wanted) {
+    match Rig::NOMINAL.draw(first + index, &wanted) {
         Ok(made) => {
             let (truth, own) = (&made.truth, made.truth.parts.first());
             println!(

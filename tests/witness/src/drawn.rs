@@ -131,13 +131,13 @@ struct Ground {
 }
 
 impl Rig {
-    /// Draws a run.
+    /// Draws a run of this rig, which is the nominal one.
     ///
     /// # Errors
     /// None of 40 drives can make what is wanted.
-    pub fn draw(seed: u64, wanted: &Wanted) -> Result<Made, NotMade> {
+    pub fn draw(&self, seed: u64, wanted: &Wanted) -> Result<Made, NotMade> {
         (0..MAX_ATTEMPTS)
-            .find_map(|attempt| attempted(seed, wanted, attempt))
+            .find_map(|attempt| attempted(self, seed, wanted, attempt))
             .ok_or_else(|| NotMade {
                 seed,
                 wanted: wanted.clone(),
@@ -145,9 +145,9 @@ impl Rig {
     }
 }
 
-fn attempted(seed: u64, wanted: &Wanted, attempt: u64) -> Option<Made> {
+fn attempted(nominal: &Rig, seed: u64, wanted: &Wanted, attempt: u64) -> Option<Made> {
     let stream = ATTEMPT_STREAM * (attempt + 1);
-    let ground = Ground::drawn(seed, wanted, stream);
+    let ground = Ground::drawn(nominal, seed, wanted, stream);
     let free = wanted.nuisance.frees_constants();
     let mut grown: Vec<Grown> = Vec::new();
     for (place, effect) in wanted.effects.iter().enumerate() {
@@ -164,25 +164,25 @@ fn attempted(seed: u64, wanted: &Wanted, attempt: u64) -> Option<Made> {
         let found = ground.grow(&grown, *effect, shape, gap * ground.noise_m, close)?;
         grown.push(found);
     }
-    ground.told(&grown, wanted, attempt)
+    ground.told(nominal, &grown, wanted, attempt)
 }
 
 impl Ground {
-    fn drawn(seed: u64, wanted: &Wanted, stream: u64) -> Self {
+    fn drawn(nominal: &Rig, seed: u64, wanted: &Wanted, stream: u64) -> Self {
         let mut draw = Draw::new(seed, stream);
         let mut rig = Rig {
             field_noise_a_per_m: draw.log_between(0.5, 2.0),
             field_resolution_a_per_m: draw.one_of(&[0.01, 0.1, 1.0]),
             substeps: SUBSTEPS,
             seed: seed ^ stream,
-            ..Rig::NOMINAL
+            ..nominal.clone()
         };
         rig.sensor.noise_m = draw.log_between(1e-8, 4e-8);
         wanted.nuisance.disturb(&mut rig, &mut Draw::new(seed, stream + 1));
         let mut draw = Draw::new(seed, stream + 2);
         let drawn = [Drive::Broadband, draw.one_of(&Drive::ALL)][usize::from(draw.sign() > 0.0)];
         let drive = wanted.drive.unwrap_or(drawn);
-        let command = drive.command(&mut draw, wanted.rows, TICK_S);
+        let command = drive.command(&mut draw, wanted.rows, TICK_S, rig.is_one_sided());
         let answer = rig.answer(TICK_S, command.clone());
         let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |most, value| most.max(value.abs()));
         Ground {
@@ -200,7 +200,7 @@ impl Ground {
 
     /// The rig with these in it.
     fn with<'a>(&self, grown: impl Iterator<Item = &'a Grown>) -> Rig {
-        let mut rig = self.rig;
+        let mut rig = self.rig.clone();
         for own in grown {
             own.hide(&mut rig, &self.peaks);
         }
@@ -240,15 +240,15 @@ impl Ground {
     }
 
     /// The run and the truth about it; none where effects undo each other.
-    fn told(self, grown: &[Grown], wanted: &Wanted, attempt: u64) -> Option<Made> {
+    fn told(self, nominal: &Rig, grown: &[Grown], wanted: &Wanted, attempt: u64) -> Option<Made> {
         let full = self.with(grown.iter());
         let substeps = full.plant(TICK_S).substeps();
         // Another number of steps would be other noise before a filter.
         let stepped = |rig: Rig| Rig { substeps, ..rig };
         let rig = stepped(full);
         let record = self.read(&rig);
-        let bare = self.read(&stepped(self.rig));
-        let nominal_m = stepped(Rig::NOMINAL)
+        let bare = self.read(&stepped(self.rig.clone()));
+        let nominal_m = stepped(nominal.clone())
             .answer(TICK_S, self.command.clone())
             .displacement_m;
         let gap = minus(&record.displacement_m, &nominal_m);
@@ -268,7 +268,7 @@ impl Ground {
             }
             parts.push(Part {
                 effect: own.effect,
-                values: own.hide(&mut { Rig::NOMINAL }, &self.peaks),
+                values: own.hide(&mut nominal.clone(), &self.peaks),
                 share: dot(&contribution_m, &gap) / dot(&gap, &gap),
                 contribution_a_per_m: minus(&record.field_a_per_m, &without.field_a_per_m),
                 contribution_m,

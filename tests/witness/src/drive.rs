@@ -80,8 +80,8 @@ impl Drive {
         }
     }
 
-    /// A command in A/m of 7 to 13 kA/m.
-    pub(crate) fn command(self, draw: &mut Draw, rows: usize, tick_s: f64) -> Vec<f64> {
+    /// A command in A/m of 7 to 13 kA/m; one-sided about half of that.
+    pub(crate) fn command(self, draw: &mut Draw, rows: usize, tick_s: f64, one_sided: bool) -> Vec<f64> {
         let amplitude = draw.between(7e3, 13e3);
         let duration_s = rows as f64 * tick_s;
         let shape: Shape = match self {
@@ -112,8 +112,15 @@ impl Drive {
                 })
             }
         };
+        let sided = |t: f64| {
+            if one_sided {
+                0.5 * (eased(t, duration_s) + shape(t))
+            } else {
+                shape(t)
+            }
+        };
         (0..rows)
-            .map(|row| (100.0 * amplitude * shape(row as f64 * tick_s)).round() / 100.0)
+            .map(|row| (100.0 * amplitude * sided(row as f64 * tick_s)).round() / 100.0)
             .collect()
     }
 }

@@ -1,7 +1,7 @@
 //! Rigs to judge by: an actuator of the same physics as `model/`, written apart from it, so that what judges shares no
 //! code and no method with what is judged. Tests and studies only; it depends on nothing.
 //!
-//! `material.rs` holds the algebraic form of the hysteresis where `model/` integrates its derivative, `amplifier.rs` and `plant.rs` one
+//! `material.rs` holds the algebraic form of the hysteresis where `model/` integrates its derivative, `operator.rs` other laws by their definitions, `amplifier.rs` and `plant.rs` one
 //! system of differential equations from command to tip, by Runge and Kutta's fourth order, where `model/` has a chain of exact
 //! propagators, `hidden.rs` what can be hidden there, `sensor.rs` what is said of the tip, `surroundings.rs` what a rig has beside (hum,
 //! 1/f noise, a wrong probe, a past), `rig.rs` a recorded run, `drive.rs` the commands. `effect.rs` and `nuisance.rs` draw what is
@@ -18,6 +18,7 @@ mod labels;
 mod material;
 mod noise;
 mod nuisance;
+mod operator;
 mod plant;
 mod rig;
 mod sensor;
@@ -32,6 +33,7 @@ pub use labels::write_runs;
 pub use material::{Curve, Material};
 pub use noise::Noise;
 pub use nuisance::Nuisance;
+pub use operator::{Element, Law, Operator, Warp};
 pub use plant::{Plant, Rod};
 pub use rig::{Record, Rig};
 pub use sensor::{Mode, Sensor, Shaking};

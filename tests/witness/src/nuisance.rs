@@ -160,7 +160,12 @@ impl Nuisance {
             off(0.005),
         ];
         if self.holds(Nuisance::OffNominal) {
-            material.saturation_a_per_m *= factors[0];
+            if let Some(law) = &mut rig.law {
+                law.magnetization_per_output *= factors[0];
+                law.input_per_field /= factors[1];
+            } else {
+                material.saturation_a_per_m *= factors[0];
+            }
             material.shape_a_per_m *= factors[1];
             material.pinning_a_per_m *= factors[2];
             material.reversible_share *= factors[3];

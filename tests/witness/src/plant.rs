@@ -1,7 +1,7 @@
 //! From the command to what the sensor looks at, one system of ordinary differential equations:
 //!
-//! τ_A Ḣ_c = H_d − H_c,   τ_E Ḣ = H_c − H,   M from `material.rs` at H + H_b,   τ_i ż_i = M − z_i,
-//! M' = (M + (f/3) Σ z_i)(1 + r sin(M/M_r)),   Θ̇ = (H_c/H₀)² − Θ/τ,   a = a₀(1 + r_d Θ/T₀),   k = k₀(1 ± r_a)(1 + g(|Ḣ|/R₀)^p),
+//! τ_A Ḣ_c = H_d − H_c,   τ_E Ḣ = H_c − H,   τ_i ż_i = M − z_i,
+//! M from `material.rs` or `operator.rs` at H + H_b, M' = (M + (f/3) Σ z_i)(1 + r sin(M/M_r)),   Θ̇ = (H_c/H₀)² − Θ/τ,   a = a₀(1 + r_d Θ/T₀),   k = k₀(1 ± r_a)(1 + g(|Ḣ|/R₀)^p),
 //! A = w(M' + q M'²/M_s) + ĉ l r_e Θ,   (1 + μ)ü + k̂ u̇ + D u̇|u̇| + (1 + e(M/M_s)²)(ĉ(1 + κ)u − A) + ĉ(β u³ + B(u) + d n) = 0,
 //! n = tanh(u̇/v₀),   y ← min(max(y, u − g/2), u + g/2).
 //!
@@ -16,6 +16,7 @@
 use crate::amplifier::{Amplifier, HEATING_FIELD_A_PER_M};
 use crate::hidden::{Hidden, Laws};
 use crate::material::Material;
+use crate::operator::{Law, Memory};
 
 /// Steps of integration a tick.
 const SUBSTEPS: usize = 16;
@@ -87,6 +88,8 @@ pub struct Plant {
     creeps: Vec<(f64, f64)>,
     bias: f64,
     plays_m: [f64; 3],
+    /// In the place of the material.
+    law: Option<Memory>,
 }
 
 /// A straight line within a substep, and its slope.
@@ -116,6 +119,8 @@ struct Inputs {
     shape: Line,
     bias: Line,
     h: f64,
+    /// M of another law at begin, middle and end.
+    law_a_per_m: Option<[f64; 3]>,
 }
 
 impl Plant {
@@ -151,8 +156,17 @@ impl Plant {
                 .collect(),
             bias: 0.0,
             plays_m: play_widths(&hidden).map(|width| 0.5 * width * own.play_start),
+            law: None,
         }
         .with_substeps(SUBSTEPS)
+    }
+
+    /// With a law in the place of the material, whose curves then count for nothing; its saturation still is what M is measured by.
+    pub fn with_law(self, law: Option<Law>) -> Self {
+        Plant {
+            law: law.map(Memory::new),
+            ..self
+        }
     }
 
     /// With at least so many steps of integration a tick; more where friction needs them.
@@ -192,13 +206,15 @@ impl Plant {
         for substep in 0..self.substeps {
             let left = (self.substeps - substep - 1) as f64 / self.substeps as f64;
             let (from, to) = self.amplifier.line(&self.hidden, left, h);
-            let inputs = Inputs {
+            let mut inputs = Inputs {
                 drive: Line::between(from, to, h),
                 shape: part(shape_from, shape, substep),
                 bias: part(bias_from, self.hidden.bias_a_per_m, substep),
                 h,
+                law_a_per_m: None,
             };
-            self.substep(&inputs);
+            self.magnetize(&mut inputs);
+            self.state = self.ahead(&inputs);
             let tip = self.state[TIP];
             for (end, width) in self.plays_m.iter_mut().zip(play_widths(&self.hidden)) {
                 *end = end.max(tip - 0.5 * width).min(tip + 0.5 * width);
@@ -209,17 +225,56 @@ impl Plant {
         self.bias = self.hidden.bias_a_per_m;
     }
 
-    fn substep(&mut self, inputs: &Inputs) {
+    /// What another law makes of the way of the field, which nothing behind it acts back on.
+    fn magnetize(&mut self, inputs: &mut Inputs) {
+        let Some(mut law) = self.law.take() else { return };
+        let (h, mut ignored) = (inputs.h, [0.0; STATES]);
+        inputs.law_a_per_m = Some([law.magnetization_a_per_m(); 3]);
+        let (_, from, from_rate) = self.field(&self.state, inputs, 0.0, &mut ignored);
+        let (_, to, to_rate) = self.field(&self.ahead(inputs), inputs, h, &mut ignored);
+        // The cubic through both ends.
+        let middle = 0.5 * (from + to) + 0.125 * h * (from_rate - to_rate);
+        let begin = law.magnetization_a_per_m();
+        inputs.law_a_per_m = Some([begin, law.go(middle, 0.5 * h), law.go(to, 0.5 * h)]);
+        self.law = Some(law);
+    }
+
+    /// The state a substep on.
+    fn ahead(&self, inputs: &Inputs) -> State {
         let (x, h) = (self.state, inputs.h);
         let k1 = self.rates(&x, inputs, 0.0);
         let k2 = self.rates(&moved(&x, &k1, 0.5 * h), inputs, 0.5 * h);
         let k3 = self.rates(&moved(&x, &k2, 0.5 * h), inputs, 0.5 * h);
         let k4 = self.rates(&moved(&x, &k3, h), inputs, h);
-        self.state = std::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]));
+        let mut ahead: State = std::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]));
         // Where there is no lag the state follows exactly.
         if self.hidden.amplifier_lag_s == 0.0 {
-            self.state[COIL] = inputs.drive.at(h);
+            ahead[COIL] = inputs.drive.at(h);
         }
+        ahead
+    }
+
+    /// Fields in the coil and in the material, and the rate of the latter; with the rates of what they follow from.
+    fn field(&self, x: &State, inputs: &Inputs, time_s: f64, rates: &mut State) -> (f64, f64, f64) {
+        let drive = inputs.drive.at(time_s);
+        let coil = match (self.hidden.amplifier_lag_s > 0.0, self.hidden.laws) {
+            (false, _) => {
+                rates[COIL] = inputs.drive.rate;
+                drive
+            }
+            (true, Laws::Usual) => {
+                rates[COIL] = (drive - x[COIL]) / self.hidden.amplifier_lag_s;
+                x[COIL]
+            }
+            (true, Laws::Other) => {
+                let angular = 2.0 * LOOP_DAMPING / self.hidden.amplifier_lag_s;
+                rates[COIL] = x[COIL_RATE];
+                rates[COIL_RATE] = angular * (angular * (drive - x[COIL]) - 2.0 * LOOP_DAMPING * x[COIL_RATE]);
+                x[COIL]
+            }
+        };
+        let (inside, inside_rate) = self.inside(x, (coil, rates[COIL]), inputs.h, rates);
+        (coil, inside + inputs.bias.at(time_s), inside_rate + inputs.bias.rate)
     }
 
     fn rates(&self, x: &State, inputs: &Inputs, time_s: f64) -> State {
@@ -227,26 +282,7 @@ impl Plant {
         let usual = hidden.laws == Laws::Usual;
         let mut rates = [0.0; STATES];
 
-        let drive = inputs.drive.at(time_s);
-        let coil = match (hidden.amplifier_lag_s > 0.0, usual) {
-            (false, _) => {
-                rates[COIL] = inputs.drive.rate;
-                drive
-            }
-            (true, true) => {
-                rates[COIL] = (drive - x[COIL]) / hidden.amplifier_lag_s;
-                x[COIL]
-            }
-            (true, false) => {
-                let angular = 2.0 * LOOP_DAMPING / hidden.amplifier_lag_s;
-                rates[COIL] = x[COIL_RATE];
-                rates[COIL_RATE] = angular * (angular * (drive - x[COIL]) - 2.0 * LOOP_DAMPING * x[COIL_RATE]);
-                x[COIL]
-            }
-        };
-        let (inside, inside_rate) = self.inside(x, (coil, rates[COIL]), inputs.h, &mut rates);
-        let (field, field_rate) = (inside + inputs.bias.at(time_s), inside_rate + inputs.bias.rate);
-
+        let (coil, field, field_rate) = self.field(x, inputs, time_s, &mut rates);
         rates[WARM] = (coil / HEATING_FIELD_A_PER_M).powi(2) - x[WARM] / own.loss_time_s;
         rates[WARM_FAST] = (coil / HEATING_FIELD_A_PER_M).powi(2) - x[WARM_FAST] * FAST_RATIO / own.loss_time_s;
         let warm = if usual {
@@ -260,9 +296,14 @@ impl Plant {
             pinning_a_per_m: self.material.pinning_a_per_m * self.pinning_factor(field_rate),
             ..self.material
         };
-        let (m, anhysteretic) = material.magnetization(field, x[IRREVERSIBLE]);
-        rates[IRREVERSIBLE] =
-            material.irreversible_rate((m, anhysteretic), x[IRREVERSIBLE], field_rate, hidden.relaxing_share);
+        let m = if let Some(law) = inputs.law_a_per_m {
+            law[(2.0 * time_s / inputs.h).round() as usize]
+        } else {
+            let (m, anhysteretic) = material.magnetization(field, x[IRREVERSIBLE]);
+            rates[IRREVERSIBLE] =
+                material.irreversible_rate((m, anhysteretic), x[IRREVERSIBLE], field_rate, hidden.relaxing_share);
+            m
+        };
         let mut driving = m;
         for (place, (time_s, share)) in (CREEP..).zip(&self.creeps) {
             rates[place] = (m - x[place]) / time_s;
@@ -345,6 +386,9 @@ impl Plant {
 
     /// M without creep, A/m.
     pub fn magnetization_a_per_m(&self) -> f64 {
+        if let Some(law) = &self.law {
+            return law.magnetization_a_per_m();
+        }
         let mut ignored = [0.0; STATES];
         let (field, _) = self.inside(&self.state, (self.state[COIL], 0.0), self.substep_s(), &mut ignored);
         self.material

@@ -3,14 +3,17 @@
 use crate::hidden::Hidden;
 use crate::material::Material;
 use crate::noise::Noise;
+use crate::operator::Law;
 use crate::plant::{Plant, Rod};
 use crate::sensor::Sensor;
 use crate::surroundings::Surroundings;
 
 /// Everything that a run depends on beside its command.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Rig {
     pub material: Material,
+    /// In the place of the material's curves.
+    pub law: Option<Law>,
     pub rod: Rod,
     pub hidden: Hidden,
     pub sensor: Sensor,
@@ -36,6 +39,7 @@ impl Rig {
     /// Nothing hidden: the paper's material and rod, good sensors.
     pub const NOMINAL: Rig = Rig {
         material: Material::TERFENOL_D,
+        law: None,
         rod: Rod::PRINTED,
         hidden: Hidden::NOTHING,
         sensor: Sensor::GOOD,
@@ -81,7 +85,7 @@ impl Rig {
     pub fn answer(&self, tick_s: f64, command_a_per_m: Vec<f64>) -> Record {
         let shape = self.material.shape_a_per_m;
         let mut plant = self.plant(tick_s);
-        for command in self.surroundings.before(tick_s) {
+        for command in self.surroundings.before(tick_s, self.is_one_sided()) {
             plant.advance(self.surroundings.commanded(command), shape, &mut |_| ());
         }
         let (points, h) = (plant.substeps(), plant.substep_s());
@@ -121,7 +125,14 @@ impl Rig {
     }
 
     pub(crate) fn plant(&self, tick_s: f64) -> Plant {
-        Plant::new(self.material, self.rod, self.hidden, tick_s).with_substeps(self.substeps)
+        Plant::new(self.material, self.rod, self.hidden, tick_s)
+            .with_law(self.law.clone())
+            .with_substeps(self.substeps)
+    }
+
+    /// Whether it is driven from 0 upwards only.
+    pub(crate) fn is_one_sided(&self) -> bool {
+        self.law.as_ref().is_some_and(|law| law.one_sided)
     }
 }
 

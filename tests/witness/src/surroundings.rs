@@ -103,13 +103,21 @@ impl Surroundings {
     }
 
     /// Loops, a way back to nothing, and a rest, before the first row.
-    pub(crate) fn before(&self, tick_s: f64) -> Vec<f64> {
+    pub(crate) fn before(&self, tick_s: f64, one_sided: bool) -> Vec<f64> {
         let Some(past) = self.past else {
             // Only as long as a zero and a bias need to settle.
             return vec![0.0; (0.02 / tick_s) as usize];
         };
         let ticks = |seconds: f64| (seconds / tick_s) as usize;
-        let looped = |tick: usize| past.amplitude_a_per_m * (TAU * past.hz * tick as f64 * tick_s).sin();
+        let looped = |tick: usize| {
+            let phase = TAU * past.hz * tick as f64 * tick_s;
+            let share = if one_sided {
+                0.5 * (1.0 - phase.cos())
+            } else {
+                phase.sin()
+            };
+            past.amplitude_a_per_m * share
+        };
         let (loops, back, rest) = (ticks(0.4), ticks(0.04), ticks(0.06));
         let last = looped(loops);
         (0..loops)

@@ -12,7 +12,9 @@ fn drawn(effects: Vec<Effect>, nuisance: Nuisance, seed: u64) -> Made {
         gap_over_noise: None,
         rows: 5_000,
     };
-    Rig::draw(seed, &wanted).unwrap_or_else(|refusal| panic!("{refusal}"))
+    Rig::NOMINAL
+        .draw(seed, &wanted)
+        .unwrap_or_else(|refusal| panic!("{refusal}"))
 }
 
 fn rms(values: &[f64]) -> f64 {

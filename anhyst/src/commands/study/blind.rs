@@ -8,9 +8,9 @@ use crate::commands::{Ending, count_bar, json, save};
 use anhyst_identify::parallel;
 use anhyst_launch::error::RunError;
 use anhyst_launch::say::quoted;
-use anhyst_model::ActuatorModel;
-use anhyst_scenario::load_model;
-use anhyst_studies::blind::{Case, Plan, Results, StudyRun, markdown, page, study, summary};
+use anhyst_model::{ActuatorModel, AmplifierConstants};
+use anhyst_scenario::{load, load_model};
+use anhyst_studies::blind::{Case, Plan, Results, StudyRun, Subject, markdown, page, study, summary};
 use anhyst_sweep::Journal;
 use clap::Args;
 use std::collections::HashMap;
@@ -23,9 +23,13 @@ const RUNS: &str = "runs.jsonl";
 /// `study blind`
 #[derive(Debug, Args)]
 pub struct BlindArguments {
-    /// Nominal model (RON), as scenarios/models/nominal.ron (default: the same numbers, built in).
+    /// Nominal model (RON), of whose numbers the rigs are made: any material or law with a rod (default: that of
+    /// scenarios/models/nominal.ron, built in).
     #[arg(long, value_name = "FILE")]
     pub model: Option<PathBuf>,
+    /// Instead of a model what the controller's side of a scenario believes: its material or law, and its rod.
+    #[arg(long, value_name = "FILE", conflicts_with = "model")]
+    pub scenario: Option<PathBuf>,
     /// Runs with one effect of the library, under each nuisance.
     #[arg(long, default_value_t = 23)]
     pub singles: u64,
@@ -66,9 +70,14 @@ pub struct BlindArguments {
 /// # Errors
 /// A bad model, or a result that cannot be written.
 pub fn run(arguments: &BlindArguments) -> miette::Result<Ending> {
-    let model = match &arguments.model {
-        Some(file) => load_model(file)?,
-        None => ActuatorModel::terfenol_d(),
+    let model = match (&arguments.model, &arguments.scenario) {
+        (Some(file), _) => load_model(file)?,
+        (None, Some(file)) => ActuatorModel {
+            // The rigs' amplifiers pass commands on as they are.
+            amplifier: AmplifierConstants::default(),
+            ..load(file, &[])?.believed_model().map_err(refused)?
+        },
+        (None, None) => ActuatorModel::terfenol_d(),
     };
     let plan = Plan {
         singles: arguments.singles,
@@ -79,8 +88,9 @@ pub fn run(arguments: &BlindArguments) -> miette::Result<Ending> {
         first_seed: arguments.first_seed,
         rows: arguments.samples as usize,
     };
-    let runs = all_runs(arguments, &model, &plan)?;
-    let results = Results::new(plan, &model.name, runs);
+    let subject = Subject::of(model).map_err(refused)?;
+    let runs = all_runs(arguments, &subject, &plan)?;
+    let results = Results::new(plan, &subject.model().name, runs);
     let (made, command) = (json(&results)?, command(arguments));
     let files = [
         ("study.json", format!("{made}\n")),
@@ -117,10 +127,12 @@ fn command(arguments: &BlindArguments) -> String {
         samples,
         ..
     } = arguments;
-    let model = arguments
-        .model
-        .as_ref()
-        .map_or(String::new(), |file| format!(" --model {}", quoted(file)));
+    let told = [("--model", &arguments.model), ("--scenario", &arguments.scenario)];
+    let told = told.map(|(option, file)| {
+        file.as_ref()
+            .map_or(String::new(), |file| format!(" {option} {}", quoted(file)))
+    });
+    let model = told.concat();
     let sweep = if *limits > 0 {
         format!(" --limits {limits}")
     } else {
@@ -132,7 +144,7 @@ fn command(arguments: &BlindArguments) -> String {
 }
 
 /// Those that the folder holds, and the rest made now; in the order of the plan.
-fn all_runs(arguments: &BlindArguments, model: &ActuatorModel, plan: &Plan) -> miette::Result<Vec<StudyRun>> {
+fn all_runs(arguments: &BlindArguments, subject: &Subject, plan: &Plan) -> miette::Result<Vec<StudyRun>> {
     let out = &arguments.out;
     std::fs::create_dir_all(out).map_err(|cause| RunError::Write {
         path: out.clone(),
@@ -143,7 +155,7 @@ fn all_runs(arguments: &BlindArguments, model: &ActuatorModel, plan: &Plan) -> m
         present.insert((run.seed, run.rows), run);
     });
     let mut journal = journal.map_err(told)?;
-    let cases = plan.cases();
+    let cases = plan.cases(subject);
     let mut runs: HashMap<u64, StudyRun> = cases
         .iter()
         .filter_map(|case| present.remove(&(case.seed, plan.rows)).filter(|run| run.is_of(case)))
@@ -155,7 +167,7 @@ fn all_runs(arguments: &BlindArguments, model: &ActuatorModel, plan: &Plan) -> m
     parallel::each(
         arguments.threads.count(),
         missing.into_iter(),
-        |case| studied(case, model),
+        |case| studied(case, subject),
         |run| {
             kept = journal.append(&run);
             runs.insert(run.seed, run);
@@ -171,8 +183,12 @@ fn all_runs(arguments: &BlindArguments, model: &ActuatorModel, plan: &Plan) -> m
     Ok(cases.iter().filter_map(|case| runs.remove(&case.seed)).collect())
 }
 
+fn refused(error: impl std::fmt::Display) -> miette::Report {
+    miette::miette!("{error}")
+}
+
 /// A panic is a failed run, not the end of the study.
-fn studied(case: &Case, model: &ActuatorModel) -> StudyRun {
-    catch_unwind(AssertUnwindSafe(|| study(case, model)))
+fn studied(case: &Case, subject: &Subject) -> StudyRun {
+    catch_unwind(AssertUnwindSafe(|| study(case, subject)))
         .unwrap_or_else(|_| StudyRun::failed(case, "the diagnosis panicked".to_owned()))
 }

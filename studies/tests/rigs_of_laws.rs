@@ -1,0 +1,158 @@
+//! Guards the study of other laws by a second opinion: the rig that the witness makes of a model's law computes what the model does,
+//! with the same numbers and without its code.
+
+use anhyst_model::{
+    ActuatorInputs, ActuatorModel, ActuatorOutputs, BoucWen, Density, Effect, EffectKind, Law, LawModel, Material,
+    MaterialLaw, PlayGroup, PlaySum, SlowLag, TwoPole, Warp, simulate,
+};
+use anhyst_studies::blind::Subject;
+use anhyst_witness as witness;
+use anhyst_witness::{Drive, Made, NotMade, Nuisance, Wanted};
+
+const TICK_S: f64 = 1e-4;
+/// Ticks of the model in one of the record.
+const FINER: usize = 8;
+
+/// 40 to 80 um over `extent` before a resonance at 500 Hz.
+fn stage(extent: [f64; 2], laws: Vec<Law>) -> ActuatorModel {
+    let law = MaterialLaw {
+        input_unit: "V".into(),
+        output_unit: "m".into(),
+        input_extent: extent,
+        model: LawModel {
+            offset: 0.0,
+            slope: 1e-7,
+            laws,
+            creep: vec![SlowLag {
+                time_constant_s: 0.5,
+                weight: 2e-8,
+            }],
+        },
+    };
+    let omega = std::f64::consts::TAU * 500.0;
+    ActuatorModel {
+        material: Material::of_law("a law", "made up", law).unwrap(),
+        rod: Some(TwoPole {
+            gain: omega * omega,
+            damping_per_s: 2.0 * 0.1 * omega,
+            stiffness_per_s2: omega * omega,
+            force_gain_per_kg: 0.0,
+        }),
+        ..ActuatorModel::terfenol_d()
+    }
+}
+
+fn group(warp: Warp, radii: &[f64], weights: &[f64]) -> PlayGroup {
+    PlayGroup {
+        warp,
+        radii: radii.to_vec(),
+        weights: weights.to_vec(),
+    }
+}
+
+fn subjects() -> Vec<ActuatorModel> {
+    let bent = Warp::Quadratic {
+        bend: 0.1,
+        middle: 50.0,
+        half_span: 50.0,
+    };
+    let groups = vec![
+        group(bent, &[0.0, 5.0, 15.0], &[2e-7, 5e-8, 5e-8]),
+        group(Warp::Tanh { scale: 60.0 }, &[2.0], &[1e-7]),
+    ];
+    let plays = Law::Plays(PlaySum { groups });
+    let density = Density::Lorentz {
+        amplitude: 8e-5,
+        coercivity: 0.0,
+        width: 60.0,
+        reach: 130.0,
+        rows: 40,
+    };
+    let yielding = Law::BoucWen(BoucWen {
+        amplitude: 1e-5,
+        yield_input: 30.0,
+        exponent: 1.5,
+        loading_share: 0.6,
+        stiffens: false,
+    });
+    vec![
+        stage([0.0, 100.0], vec![plays]),
+        stage([-100.0, 100.0], vec![Law::Preisach(density.into())]),
+        stage([-100.0, 100.0], vec![yielding]),
+    ]
+}
+
+fn drawn(subject: &Subject, effects: Vec<witness::Effect>, seed: u64) -> Result<Made, NotMade> {
+    let wanted = Wanted {
+        effects,
+        nuisance: Nuisance::Clean,
+        drive: Some(Drive::Broadband),
+        gap_over_noise: Some(30.0),
+        rows: 8_000,
+    };
+    subject.rig().draw(seed, &wanted)
+}
+
+/// Rms of model minus witness, m, and that of the witness.
+fn apart(model: &ActuatorModel, subject: &Subject, made: Made) -> [f64; 2] {
+    let answer = made.rig.answer(TICK_S, made.record.command_a_per_m.clone());
+    let made = subject.in_its_units(Made { record: answer, ..made });
+    let mut outputs = ActuatorOutputs::default();
+    // Straight between the samples: the model takes its outputs' way between its ticks for straight, too.
+    let command = &made.record.command_a_per_m;
+    let between = |at: usize, part: usize| {
+        let next = command.get(at + 1).unwrap_or(&command[at]);
+        command[at] + (next - command[at]) * part as f64 / FINER as f64
+    };
+    let fine: Vec<f64> = (0..command.len() * FINER)
+        .map(|row| between(row / FINER, row % FINER))
+        .collect();
+    simulate(
+        model,
+        TICK_S / FINER as f64,
+        ActuatorInputs::commands(&fine),
+        &mut outputs,
+    )
+    .unwrap();
+    outputs.displacement_m = outputs.displacement_m.into_iter().step_by(FINER).collect();
+    let rms = |values: &mut dyn Iterator<Item = f64>| {
+        let (mut sum, mut count) = (0.0, 0.0);
+        values.for_each(|value| (sum, count) = (sum + value * value, count + 1.0));
+        f64::sqrt(sum / count)
+    };
+    let seen = &made.record.displacement_m;
+    let mut both = outputs.displacement_m.iter().zip(seen).map(|(one, other)| one - other);
+    [rms(&mut both), rms(&mut seen.iter().copied())]
+}
+
+#[test]
+fn a_law_is_the_one_of_the_library_and_so_is_what_hides_beside_it() {
+    for (place, model) in subjects().into_iter().enumerate() {
+        let subject = Subject::of(model.clone()).unwrap();
+        let [bare_m, size_m] = apart(&model, &subject, drawn(&subject, Vec::new(), 1).unwrap());
+        println!("law {place}: {:.3} nm of {:.1} um", 1e9 * bare_m, 1e6 * size_m);
+        assert!(bare_m < 2e-5 * size_m, "law {place}");
+        let mut compared = 0;
+        for effect in subject.effects(&witness::Effect::LISTED) {
+            let kind = EffectKind::ALL.into_iter().find(|kind| kind.name() == effect.name());
+            let mut hidden = Effect::typical(kind.unwrap());
+            let Ok(made) = drawn(&subject, vec![effect], 100 + place as u64) else {
+                println!("  {}: cannot show", effect.name());
+                continue;
+            };
+            compared += 1;
+            let truth = subject.in_its_units(made.clone()).truth;
+            for value in &truth.parts[0].values {
+                hidden = hidden.with(value.name, value.value).unwrap();
+            }
+            let [apart_m, _] = apart(&model.clone().with_effect(hidden), &subject, made);
+            let gap_m = truth.parts[0].gap_m;
+            println!("  {}: {:.2} nm of {:.0} nm", effect.name(), 1e9 * apart_m, 1e9 * gap_m);
+            // The reading of an answer is not rounded.
+            if effect != witness::Effect::Quantisation {
+                assert!(apart_m < 0.005 * gap_m + 1.5 * bare_m, "law {place}, {}", effect.name());
+            }
+        }
+        assert!(compared >= 12, "law {place}: {compared} effects");
+    }
+}
