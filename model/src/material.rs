@@ -82,6 +82,8 @@ impl MaterialLaw {
     }
 }
 
+/// Ms over what a magnet keeps of saturation, roughly.
+const KEPT: f64 = 2.5;
 /// Ms over the largest output of another law.
 const LAW_ROOM: f64 = 2.0;
 
@@ -125,6 +127,35 @@ impl Material {
             },
             law: Some(law),
         })
+    }
+
+    /// What another law gives on the first way to an input, from rest; of the domain wall law what a field of 0 has, 0.
+    pub fn on_first_way(&self, field: f64) -> f64 {
+        self.law.as_ref().map_or(0.0, |law| {
+            let mut state = law.model.rest();
+            let zero = law.model.output(&state);
+            let [input_scale, output_scale] = law.scales();
+            law.model
+                .advance(&mut state, input_scale / self.hysteresis.shape_a_per_m * field);
+            let size = self.hysteresis.saturation_magnetization_a_per_m / output_scale;
+            size * (law.model.output(&state) - zero)
+        })
+    }
+
+    /// What a run's unknown first magnetization is measured by: Ms; of another law 2.5 times what it keeps at input 0 of an extreme.
+    pub fn start_scale(&self) -> f64 {
+        self.law
+            .as_ref()
+            .map_or(self.hysteresis.saturation_magnetization_a_per_m, |law| {
+                let rest = law.model.rest();
+                let kept = law.input_extent.map(|end| {
+                    let mut state = rest.clone();
+                    law.model.advance(&mut state, end);
+                    law.model.advance(&mut state, 0.0);
+                    (law.model.output(&state) - law.model.output(&rest)).abs()
+                });
+                KEPT * kept[0].max(kept[1])
+            })
     }
 
     /// Units of what drives it and of what it gives: A/m and m of a magnetostrictive rod.

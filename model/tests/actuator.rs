@@ -4,7 +4,8 @@ mod drive;
 
 use anhyst_model::{
     Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutputs, AmplifierConstants, Drive, Effect,
-    EffectKind, Hysteresis, MagneticState, Magnetostriction, simulate,
+    EffectKind, Hysteresis, Law, LawModel, MagneticState, Magnetostriction, Material, MaterialLaw, PlayGroup, PlaySum,
+    Warp, simulate,
 };
 
 const TICK_S: f64 = 1e-4;
@@ -369,4 +370,62 @@ fn an_even_strain_law_drives_the_rod() {
         let expected = model.rod.unwrap().dc_gain() * m * m / saturation;
         assert!((output.displacement_m - expected).abs() < 1e-15);
     }
+}
+
+/// Guards a run's unknown past under another law: what an extreme left at the first sample is found again from its magnetization
+/// alone, and what no past can have left becomes what is nearest to it.
+#[test]
+fn a_law_starts_where_an_extreme_left_it() {
+    let plays = PlaySum {
+        groups: vec![PlayGroup {
+            warp: Warp::Straight,
+            radii: vec![0.0, 5.0, 15.0, 40.0],
+            weights: vec![2e-7, 1e-7, 5e-8, 5e-8],
+        }],
+    };
+    let law = MaterialLaw {
+        input_unit: "V".into(),
+        output_unit: "m".into(),
+        input_extent: [-100.0, 100.0],
+        model: LawModel {
+            laws: vec![Law::Plays(plays)],
+            ..LawModel::default()
+        },
+    };
+    let model = ActuatorModel {
+        material: Material::of_law("plays", "made up", law).unwrap(),
+        rod: None,
+        ..ActuatorModel::terfenol_d()
+    };
+    let end = |actuator: &mut Actuator, inputs: &[f64]| {
+        for input in inputs {
+            actuator.step(ActuatorInput::command(*input));
+        }
+        actuator.magnetic_state()
+    };
+    for (extreme, first) in [(70.0, 0.0), (-25.0, 10.0), (90.0, 60.0)] {
+        let mut lived = Actuator::quasi_static(&model).unwrap();
+        let left = end(&mut lived, &[extreme, first]);
+        let mut told = Actuator::quasi_static(&model).unwrap().starting_at(left);
+        assert!(
+            rms_between(
+                &[told.magnetic_state().magnetization_a_per_m],
+                &[left.magnetization_a_per_m]
+            ) < 1e-15
+        );
+        for after in [[20.0, -5.0, 30.0], [-30.0, 35.0, 0.0]] {
+            let (one, other) = (end(&mut lived, &after), end(&mut told, &after));
+            assert!(
+                (one.magnetization_a_per_m - other.magnetization_a_per_m).abs() < 1e-15,
+                "{extreme} {after:?}"
+            );
+        }
+    }
+    let impossible = MagneticState {
+        field_a_per_m: 0.0,
+        magnetization_a_per_m: 1.0,
+    };
+    let told = Actuator::quasi_static(&model).unwrap().starting_at(impossible);
+    let most = end(&mut Actuator::quasi_static(&model).unwrap(), &[100.0, 0.0]);
+    assert!((told.magnetic_state().magnetization_a_per_m - most.magnetization_a_per_m).abs() < 1e-15);
 }

@@ -1,11 +1,11 @@
 //! Guards the study of other laws by a second opinion: the rig that the witness makes of a model's law computes what the model does,
-//! with the same numbers and without its code.
+//! with the same numbers and without its code; and what is hidden in it is named.
 
 use anhyst_model::{
     ActuatorInputs, ActuatorModel, ActuatorOutputs, BoucWen, Density, Effect, EffectKind, Law, LawModel, Material,
     MaterialLaw, PlayGroup, PlaySum, SlowLag, TwoPole, Warp, simulate,
 };
-use anhyst_studies::blind::Subject;
+use anhyst_studies::blind::{Family, Outcome, Plan, StudyRun, Subject, study};
 use anhyst_witness as witness;
 use anhyst_witness::{Drive, Made, NotMade, Nuisance, Wanted};
 
@@ -155,4 +155,44 @@ fn a_law_is_the_one_of_the_library_and_so_is_what_hides_beside_it() {
         }
         assert!(compared >= 12, "law {place}: {compared} effects");
     }
+}
+
+/// A broadband run of a second of the plays' stage, with an effect of twenty noises or nothing.
+fn run(nuisance: Nuisance, effect: Option<witness::Effect>) -> StudyRun {
+    let plan = Plan {
+        none: 1,
+        singles: 1,
+        pairs: 0,
+        unlisted: 0,
+        limits: 0,
+        first_seed: 31_000_000,
+        rows: 10_000,
+    };
+    let subject = Subject::of(subjects().swap_remove(0)).unwrap();
+    let family = effect.map_or(Family::None, |_| Family::Single);
+    let mut cases = plan.cases(&subject).into_iter();
+    let mut case = cases
+        .find(|case| case.family == family && case.nuisance == nuisance)
+        .unwrap();
+    case.wanted.effects = effect.into_iter().collect();
+    case.wanted.gap_over_noise = effect.map(|_| 20.0);
+    case.wanted.drive = Some(Drive::Broadband);
+    let run = study(&case, &subject);
+    println!("{} under {}: {}", run.truth(), run.nuisance, run.answer());
+    run
+}
+
+/// Guards the diagnosis of other laws, whose past is no one magnetization.
+#[test]
+fn what_hides_beside_a_law_is_named() {
+    for (nuisance, effect) in [
+        (Nuisance::Clean, witness::Effect::Friction),
+        (Nuisance::History, witness::Effect::AmplifierBandwidth),
+        (Nuisance::All, witness::Effect::SensorSaturation),
+    ] {
+        let run = run(nuisance, Some(effect));
+        assert!(run.outcome.is_right(), "{run:#?}");
+    }
+    let run = run(Nuisance::History, None);
+    assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
 }

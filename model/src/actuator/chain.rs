@@ -93,9 +93,10 @@ impl Actuator {
         })
     }
 
-    /// The same, but the first sample finds the material in this state instead of demagnetised.
+    /// The same, but the first sample finds the material in this state instead of demagnetised. Another law than the domain wall's has
+    /// been at one extreme of its input before, the one that leaves this output or comes nearest to it.
     pub fn starting_at(mut self, state: MagneticState) -> Self {
-        self.magnetizer.state = state;
+        self.magnetizer.start(state);
         self
     }
 

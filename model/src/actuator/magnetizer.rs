@@ -39,6 +39,9 @@ pub(super) struct Magnetizer {
     pub state: MagneticState,
 }
 
+/// Of the extent of a law's input, to an extreme before a start.
+const HALVINGS: usize = 48;
+
 /// Another law in motion.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct OtherLaw {
@@ -48,6 +51,8 @@ struct OtherLaw {
     zero: f64,
     /// Of the input and of the output, where a calibration has moved the scales that stand for them (a and Ms).
     gains: [f64; 2],
+    /// Lowest and highest input.
+    extent: [f64; 2],
     /// 0 for sweeps without time.
     tick_s: f64,
 }
@@ -64,8 +69,30 @@ impl OtherLaw {
             ],
             law: of.model.clone(),
             state,
+            extent: of.input_extent,
             tick_s: if tick_s.is_finite() { tick_s } else { 0.0 },
         }
+    }
+
+    /// Somewhere the input has been before: from rest to an extreme and from there to the state's input, so that the state's output, or what comes
+    /// nearest to it, stands there. What comes out, from rest.
+    fn start(&mut self, state: MagneticState) -> f64 {
+        let (rest, input) = (self.law.rest(), self.gains[0] * state.field_a_per_m);
+        let wanted = state.magnetization_a_per_m / self.gains[1] + self.zero;
+        let [mut low, mut high] = self.extent.map(|end| end - input);
+        // A larger extreme leaves more: the output rises with it.
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            self.state = rest.clone();
+            self.law.advance(&mut self.state, input + middle);
+            self.law.advance(&mut self.state, input);
+            if self.law.output(&self.state) < wanted {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        self.gains[1] * (self.law.output(&self.state) - self.zero)
     }
 
     /// A part of a tick passes, and the input moves; what comes out, from rest.
@@ -101,6 +128,14 @@ impl Magnetizer {
                 .map(|law| Box::new(OtherLaw::new(law, &nominal, tick_s))),
             straight: false,
             state: MagneticState::default(),
+        }
+    }
+
+    /// The first sample finds the material in this state.
+    pub fn start(&mut self, state: MagneticState) {
+        self.state = state;
+        if let Some(other) = &mut self.other {
+            self.state.magnetization_a_per_m = other.start(state);
         }
     }
 
