@@ -6,7 +6,8 @@
 
 use anhyst_identify::engine::Coordinate;
 use anhyst_model::{
-    ActuatorModel, Effect, EffectKind, MagneticState, ModelError, NominalParameter, ParameterRole, ParameterSpec,
+    ActuatorModel, Effect, EffectKind, MagneticState, Material, ModelError, NominalParameter, ParameterRole,
+    ParameterSpec,
 };
 
 use crate::acquisition::LowPass;
@@ -100,16 +101,16 @@ impl Composition {
                 own.unknowns.push(calibrated(parameter, &spec, fitted));
             }
         }
-        let saturation = model.material.hysteresis.saturation_magnetization_a_per_m;
+        let size = model.material.start_scale();
         own.unknowns.extend(starts.iter().map(|run| Unknown {
             slot: Slot::Start(*run),
             value: 0.0,
             coordinate: Coordinate {
-                lower: -START_BOUND * saturation,
-                upper: START_BOUND * saturation,
-                scale: 0.01 * saturation,
+                lower: -START_BOUND * size,
+                upper: START_BOUND * size,
+                scale: 0.01 * size,
                 logarithmic: false,
-                prior: Some((0.0, START_DEVIATION * saturation)),
+                prior: Some((0.0, START_DEVIATION * size)),
             },
         }));
         own
@@ -271,12 +272,12 @@ impl Composition {
         Ok(model)
     }
 
-    /// Where the material was before a run's first sample.
-    pub fn start(&self, run: usize, field_a_per_m: f64) -> Option<MagneticState> {
+    /// Where the material was before a run's first sample: so far from the first way there.
+    pub fn start(&self, run: usize, field_a_per_m: f64, material: &Material) -> Option<MagneticState> {
         let own = self.unknowns.iter().find(|own| own.slot == Slot::Start(run))?;
         Some(MagneticState {
             field_a_per_m,
-            magnetization_a_per_m: own.value,
+            magnetization_a_per_m: own.value + material.on_first_way(field_a_per_m),
         })
     }
 

@@ -12,7 +12,7 @@ use anhyst_identify::parallel;
 
 use crate::acquisition::FROM;
 use crate::channel::ChannelKind;
-use crate::composition::{Composition, Slot};
+use crate::composition::{Composition, Slot, Unknown};
 use crate::evidence::{Evidence, noise_rms};
 use crate::joining::{at_a_bound, sort, unbent};
 use crate::leaving::TIES;
@@ -32,6 +32,10 @@ const NAMELESS: (f64, f64) = (60.0, 1.25);
 const STARTS: [f64; 12] = [
     -0.4, -0.26, -0.18, -0.11, -0.06, -0.02, 0.02, 0.06, 0.11, 0.18, 0.26, 0.4,
 ];
+/// Of another law so many each way, each so many times the next, and then these ratios to the best.
+const LAW_STARTS: i32 = 24;
+const LAW_RATIO: f64 = 1.2;
+const CLOSER: [f64; 6] = [0.87, 0.91, 0.95, 1.05, 1.1, 1.15];
 const MAX_LINES: usize = 8;
 /// A line that is not the mains' is a disturbance of the plant from this multiple of the noise on, and nuisance below: the
 /// output alone does not tell which.
@@ -235,28 +239,49 @@ impl Search<'_> {
     /// A composition from the best of some first magnetizations, run by run.
     fn started(&self, mut composition: Composition, starts: &[usize]) -> Option<Composition> {
         let bench = self.bench;
-        let saturation = self.model.material.hysteresis.saturation_magnetization_a_per_m;
+        let size = self.model.material.start_scale();
         let mut least = bench.point(&composition)?;
+        let shares = self.starts();
         for run in starts {
-            let others: Vec<Composition> = STARTS
-                .iter()
-                .map(|share| {
+            let started = |own: &&mut Unknown| own.slot == Slot::Start(*run);
+            let mut look = |values: Vec<f64>| {
+                let others = values.into_iter().map(|value| {
                     let mut tried = composition.clone();
-                    if let Some(own) = tried.unknowns.iter_mut().find(|own| own.slot == Slot::Start(*run)) {
-                        own.value = share * saturation;
+                    if let Some(own) = tried.unknowns.iter_mut().find(started) {
+                        own.value = value;
                     }
                     tried
-                })
-                .collect();
-            let points = parallel::map(bench.threads, &others, |tried| bench.point(tried));
-            for point in points.into_iter().flatten() {
-                if point.cost < least.cost {
-                    composition = point.composition.clone();
-                    least = point;
+                });
+                let others: Vec<Composition> = others.collect();
+                let points = parallel::map(bench.threads, &others, |tried| bench.point(tried));
+                for point in points.into_iter().flatten() {
+                    if point.cost < least.cost {
+                        composition = point.composition.clone();
+                        least = point;
+                    }
                 }
+                composition
+                    .unknowns
+                    .iter_mut()
+                    .find(started)
+                    .map_or(0.0, |own| own.value)
+            };
+            let found = look(shares.iter().map(|share| share * size).collect());
+            if self.model.material.law.is_some() {
+                look(CLOSER.iter().map(|ratio| ratio * found).collect());
             }
         }
         Some(composition)
+    }
+
+    /// First magnetizations that are tried, per saturation. Plays forget at once what a law's run began with, so that only what is
+    /// close to the truth shows it.
+    fn starts(&self) -> Vec<f64> {
+        if self.model.material.law.is_none() {
+            return STARTS.to_vec();
+        }
+        let sizes = (0..LAW_STARTS).map(|place| STARTS[STARTS.len() - 1] * LAW_RATIO.powi(-place));
+        sizes.flat_map(|size| [-size, size]).collect()
     }
 
     /// Takes lines into a fit as nuisance; the frequencies of those that may be an effect.

@@ -10,6 +10,9 @@ use crate::channel::ChannelKind;
 use crate::composition::{Composition, Slot};
 use crate::plant::Plant;
 
+/// Creep of a law that is faster, by the row, is over when a run begins.
+const MIN_CREEP_ROWS: f64 = 10.0;
+
 /// What enters linearly.
 #[derive(Clone, Default)]
 pub(crate) struct Nuisance {
@@ -116,15 +119,21 @@ fn shapes(plant: &Plant, composition: &Composition, index: usize) -> Vec<(Nuisan
         .filter(|own| matches!(own.slot, Slot::Effect(EffectKind::AfterEffect, place) if place > 0))
         .map(|own| own.value)
         .collect();
-    if let [shortest, longest] = times[..] {
-        let creeps = [longest, (shortest * longest).sqrt()];
-        let creeps = creeps.into_iter().filter(|time_s| *time_s < 3.0 * tick_s * rows);
-        shapes.extend(
-            creeps
-                .enumerate()
-                .map(|(own, time_s)| (NuisanceKind::CreepMemory(index, own), Shape::Decay(tick_s / time_s))),
-        );
-    }
+    let of_effect = match times[..] {
+        [shortest, longest] => vec![longest, (shortest * longest).sqrt()],
+        _ => Vec::new(),
+    };
+    let law = plant.model.material.law.iter();
+    let of_law = law.flat_map(|law| law.model.creep.iter().map(|lag| lag.time_constant_s));
+    // One beyond the run is a ramp.
+    let of_law = of_law.filter(|time_s| (MIN_CREEP_ROWS * tick_s..tick_s * rows).contains(time_s));
+    let creeps = of_effect.into_iter().chain(of_law);
+    let creeps = creeps.filter(|time_s| *time_s < 3.0 * tick_s * rows);
+    shapes.extend(
+        creeps
+            .enumerate()
+            .map(|(own, time_s)| (NuisanceKind::CreepMemory(index, own), Shape::Decay(tick_s / time_s))),
+    );
     shapes
 }
 

@@ -78,7 +78,7 @@ impl Plant {
         let simulated = self.runs.iter().enumerate().map(|(index, run)| {
             let first = run.drive_a_per_m.first().copied().unwrap_or(0.0);
             let mut outputs = ActuatorOutputs::default();
-            let start = composition.start(index, first);
+            let start = composition.start(index, first, &model.material);
             let asked = (index, start, model.magnetic_half());
             let magnetize = || {
                 self.memory.magnetized.count();
