@@ -43,7 +43,7 @@ pub use law::domain_wall::{
 };
 pub use law::{
     BoucWen, Density, HysteresisLaw, Law, LawModel, LawModelState, LawParameter, LawState, PlayGroup, PlaySum,
-    PlaySumState, PrandtlIshlinskiiInverse, Preisach, PreisachState, ScaledDomainWall, SlowLag, Warp,
+    PlaySumState, Preisach, PreisachState, ScaledDomainWall, SlowLag, Warp,
 };
 pub use magnetostriction::Magnetostriction;
 pub use material::{Material, MaterialLaw};

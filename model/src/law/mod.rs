@@ -19,7 +19,7 @@ mod sums;
 pub use bouc_wen::BoucWen;
 pub use composite::{Law, LawModel, LawModelState, LawState, SlowLag};
 pub use density::Density;
-pub use plays::{PlayGroup, PlaySum, PlaySumState, PrandtlIshlinskiiInverse, Warp};
+pub use plays::{PlayGroup, PlaySum, PlaySumState, Warp};
 pub use preisach::{Preisach, PreisachState};
 pub use scaled_domain_wall::ScaledDomainWall;
 

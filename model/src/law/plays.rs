@@ -66,29 +66,6 @@ impl Warp {
         }
     }
 
-    /// v with g(v) = a value; infinite where g never comes there.
-    fn inverse(&self, value: f64) -> f64 {
-        match *self {
-            Warp::Straight => value,
-            Warp::Quadratic {
-                bend,
-                middle,
-                half_span,
-            } => {
-                let from_middle = (value - middle) / half_span;
-                if from_middle.abs() > 1.0 + bend * from_middle.signum() {
-                    let end = from_middle.signum();
-                    middle + half_span * (from_middle + bend) / (1.0 + 2.0 * bend * end)
-                } else {
-                    // x + a x² = u, in the form that holds for a = 0.
-                    let root = libm::sqrt(1.0 + 4.0 * bend * from_middle);
-                    middle + half_span * (2.0 * from_middle / (1.0 + root))
-                }
-            }
-            Warp::Tanh { scale } => scale * libm::atanh(value / scale),
-        }
-    }
-
     fn parameters(&self) -> Vec<LawParameter> {
         let any = [f64::NEG_INFINITY, f64::INFINITY];
         match *self {
@@ -220,43 +197,6 @@ impl PlaySum {
             plays = rest;
         }
     }
-
-    /// The inverse in closed form of one group with a play of radius 0.
-    ///
-    /// r'ᵢ = Σ_{j≤i} wⱼ(rᵢ − rⱼ), w'₀ = 1/w₀, w'ᵢ = −wᵢ/(WᵢWᵢ₋₁), Wᵢ = w₀ + … + wᵢ, then g⁻¹.
-    /// None for other sums. Source: Kuhnen, European Journal of Control 9 (2003) 407.
-    pub fn inverse(&self) -> Option<PrandtlIshlinskiiInverse> {
-        let [group] = &self.groups[..] else { return None };
-        let first = *group.weights.first()?;
-        let ordered = group.radii.is_sorted() && group.radii.first() == Some(&0.0);
-        if !ordered || first <= 0.0 {
-            return None;
-        }
-        let (mut sum, mut moment) = (0.0, 0.0);
-        let (mut radii, mut weights) = (Vec::new(), Vec::new());
-        for (radius, weight) in group.radii.iter().zip(&group.weights) {
-            let before = sum;
-            sum += weight;
-            moment += weight * radius;
-            radii.push(sum * radius - moment);
-            weights.push(if before == 0.0 {
-                1.0 / sum
-            } else {
-                -weight / (sum * before)
-            });
-        }
-        let plays = PlaySum {
-            groups: vec![PlayGroup {
-                warp: Warp::Straight,
-                radii,
-                weights,
-            }],
-        };
-        Some(PrandtlIshlinskiiInverse {
-            forward: group.clone(),
-            plays,
-        })
-    }
 }
 
 impl HysteresisLaw for PlaySum {
@@ -353,32 +293,5 @@ impl HysteresisLaw for PlaySum {
             plays = rest;
         }
         slope
-    }
-}
-
-/// The closed-form inverse of a sum of plays: itself plays, of demands.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PrandtlIshlinskiiInverse {
-    forward: PlayGroup,
-    plays: PlaySum,
-}
-
-impl PrandtlIshlinskiiInverse {
-    /// The inverse's memory that belongs to the forward law's: s'ᵢ = Σ_{j≤i} wⱼsᵢ + Σ_{j>i} wⱼsⱼ.
-    pub fn state_of(&self, forward: &PlaySumState) -> PlaySumState {
-        let weights = &self.forward.weights;
-        let beyond = |i: usize| -> f64 { (i + 1..weights.len()).map(|j| weights[j] * forward.plays[j]).sum() };
-        let within = |i: usize| -> f64 { weights[..=i].iter().sum() };
-        let plays: Vec<f64> = (0..weights.len())
-            .map(|i| within(i) * forward.plays[i] + beyond(i))
-            .collect();
-        let all: f64 = weights.iter().zip(&forward.plays).map(|(w, s)| w * s).sum();
-        PlaySumState { input: all, plays }
-    }
-
-    /// The input that brings the forward law's output to a demand; the memory moves along.
-    pub fn input_for(&self, state: &mut PlaySumState, output_to: f64) -> f64 {
-        self.plays.follow(state, output_to);
-        self.forward.warp.inverse(self.plays.output(state))
     }
 }
