@@ -7,21 +7,12 @@
 //! Source: `weights.rs`.
 
 use crate::law::{Correction, is_credible};
-use crate::models::Taught;
+use crate::taught::{Taught, Weight};
 use crate::weights::{Regression, WeightBelief, WeightFit};
 use crate::{EstimatorError, LawSettings, WeightSettings};
 use anhyst_ipc::Invalid;
 use anhyst_model::{HysteresisLaw, LawModel, LawModelState, MaterialLaw};
 use serde::{Deserialize, Serialize};
-
-/// One of a law's weights.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Weight {
-    /// Which, as [`LawModel::weights`] has them.
-    pub index: u64,
-    /// Output per what it is multiplied with.
-    pub value: f64,
-}
 
 /// The input's recent ends, which creep towards where it is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

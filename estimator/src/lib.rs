@@ -35,6 +35,7 @@ mod sampled_modes;
 mod scalar;
 mod settings;
 mod smooth;
+mod taught;
 mod washout;
 mod weights;
 
@@ -49,7 +50,6 @@ pub use folded::Folded;
 pub use gauss_newton::GaussNewton;
 pub use grid::Grid;
 pub use law::{Correction, Law, Prediction};
-pub use law_weights::Weight;
 pub use matrix::{Matrix, MatrixConstants};
 pub use matrix_law::MatrixLaw;
 pub use modes::{Mode, Modes};
@@ -61,4 +61,5 @@ pub use settings::{
     MultiParameterSettings, OutlierSettings, ParameterSettings, Tuning, WeightSettings,
 };
 pub use smooth::SmoothPoint;
+pub use taught::Weight;
 pub use weights::{WeightBelief, WeightEstimator};

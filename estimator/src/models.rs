@@ -6,9 +6,10 @@
 
 use crate::any_law::AnyLaw;
 use crate::excitation::{Excitation, ExcitationMonitor};
-use crate::law::{Correction, Law, Prediction, is_credible};
-use crate::law_weights::{LawWeights, Weight};
-use crate::multi_parameter::{COLUMNS, MultiParameter, ParameterEstimates};
+use crate::law::{Law, Prediction, is_credible};
+use crate::law_weights::LawWeights;
+use crate::multi_parameter::{COLUMNS, MultiParameter};
+use crate::taught::Taught;
 use crate::washout::Washout;
 use crate::{EstimatorError, EstimatorSettings, Grid, LawSettings, MinMaxSettings};
 use anhyst_model::{Bank, Magnetostriction, Material, TwoPole};
@@ -32,20 +33,6 @@ pub(crate) struct BankModels {
     strain_washout: Option<Washout>,
     monitor: Option<ExcitationMonitor>,
     law: AnyLaw,
-}
-
-/// What one measurement has taught.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Taught {
-    pub correction: Correction,
-    pub excitation: Excitation,
-    /// M at the estimate, A/m.
-    pub magnetization_a_per_m: f64,
-    pub parameters: Option<ParameterEstimates>,
-    /// By how much of its derivatives the first column is to move.
-    pub change: Option<[f64; COLUMNS - 1]>,
-    /// One of another law's weights.
-    pub weight: Option<Weight>,
 }
 
 impl Models {

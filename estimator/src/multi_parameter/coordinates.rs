@@ -5,10 +5,12 @@
 //! step linear in θ leaves them by its square. Logarithms keep positive parameters positive, too. α may have either
 //! sign and stays linear. A parameter with d = 0 never moves.
 
-use super::COUNT;
 use crate::MultiParameterSettings;
 use anhyst_model::{Hysteresis, HysteresisParameter};
 use serde::{Deserialize, Serialize};
+
+/// Ms, a, k, c and α.
+pub(crate) const COUNT: usize = HysteresisParameter::COUNT;
 
 /// One parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

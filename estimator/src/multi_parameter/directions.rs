@@ -5,7 +5,7 @@
 //! zero of the displacement taken off. The directions are found anew every [`BLOCK`] ticks.
 //! Source: the excitation monitor of `excitation.rs` for one parameter, in every direction.
 
-use super::COUNT;
+use super::coordinates::COUNT;
 use nalgebra::{SMatrix, SymmetricEigen};
 use serde::{Deserialize, Serialize};
 

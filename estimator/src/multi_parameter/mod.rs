@@ -23,11 +23,10 @@ mod directions;
 use crate::law::is_credible;
 use crate::{Correction, EstimatorError, Excitation, MultiParameterSettings};
 use anhyst_model::{Hysteresis, HysteresisParameter, Magnetostriction, SensitiveState};
-use coordinates::Coordinates;
+use coordinates::{COUNT, Coordinates};
 use directions::{BLOCK, Directions};
 use serde::{Deserialize, Serialize};
 
-pub(crate) const COUNT: usize = HysteresisParameter::COUNT;
 /// A value and its derivatives by all five parameters.
 pub(crate) const COLUMNS: usize = 1 + COUNT;
 const SHAPE: usize = HysteresisParameter::Shape.index();
