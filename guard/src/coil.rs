@@ -6,6 +6,7 @@
 //! Assumptions: the probe is right within 5 %; z is anything.
 
 use crate::Event;
+use crate::believed::BelievedCoil;
 use crate::following::Following;
 use serde::{Deserialize, Serialize};
 
@@ -30,17 +31,6 @@ const MOTION: f64 = 0.02;
 const GAIN: f64 = 0.05;
 const SHIFT_TICKS: f64 = 0.75;
 const DEVIATIONS: f64 = 3.0;
-
-/// What is believed of the amplifier, beside a gain of 1.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct BelievedCoil {
-    /// More ticks from command to coil than the two of computing and hold.
-    pub delay_ticks: u32,
-    /// Time constant; 0: none.
-    pub lag_s: f64,
-    /// Whether late and early are events: not where ticks may be missed.
-    pub timing: bool,
-}
 
 /// Ticks until `event` is raised, where the field is large enough and moves.
 pub(crate) fn detection_ticks(event: Event) -> u64 {

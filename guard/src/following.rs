@@ -3,7 +3,7 @@
 //! p: the field given, late by the believed delay and behind the believed lag, exact for straight lines between ticks. Gain g, shift s (ticks) and
 //! zero z (A/m) by least squares of y on (p, d = p_k − p_{k−1}, d_k − d_{k−1}, 1) that forgets exponentially; deviations from its own residual.
 
-use crate::BelievedCoil;
+use crate::believed::BelievedCoil;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 

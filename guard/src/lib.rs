@@ -1,5 +1,6 @@
 //! The last stage on our side: limits, watchdog, and the way to the safe field. Knows nothing of control.
 
+mod believed;
 mod coil;
 mod event;
 mod following;
@@ -11,7 +12,7 @@ mod response;
 mod settings;
 mod watch;
 
-pub use coil::BelievedCoil;
+pub use believed::BelievedCoil;
 pub use event::Event;
 pub use following::{Following, GainAndShift};
 pub use guard::{Guard, Rearm, State};

@@ -2,10 +2,12 @@
 
 use crate::coil;
 use crate::monitors::CoilWatching;
-use crate::watch::DIVERGING_TICKS;
 use crate::{Event, Monitors, Reaction, Responses, WayBack};
 use anhyst_ipc::Invalid;
 use serde::{Deserialize, Serialize};
+
+/// Memory of the mean square of the error; an error of 1.26 times the reference is noticed within it.
+pub(crate) const DIVERGING_TICKS: u64 = 100;
 
 /// Settings of the guard.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -1,7 +1,9 @@
 //! The checks of what the guard hears. No feedback, no model: finite, fresh, not jumping, not stuck, within bounds.
 
-use crate::coil::{BelievedCoil, CoilWatch};
+use crate::believed::BelievedCoil;
+use crate::coil::CoilWatch;
 use crate::monitors::{EstimateMonitor, TrackingMonitor};
+use crate::settings::DIVERGING_TICKS;
 use crate::{Event, GuardSettings};
 use serde::{Deserialize, Serialize};
 
@@ -69,9 +71,6 @@ pub(crate) struct Watch {
     coil: Option<CoilWatch>,
     uninformed_ticks: u64,
 }
-
-/// Memory of the mean square of the error; an error of 1.26 times the reference is noticed within it.
-pub(crate) const DIVERGING_TICKS: u64 = 100;
 
 /// Errors count as no more than this multiple of the reference.
 const MOST: f64 = 2.0;
