@@ -18,21 +18,23 @@
 //! Ports: in error e at t_k (m), turns at t_k and t_{k+2}; out u for t_{k+2} (m of quasi-static displacement). Source: higher harmonic control, with
 //! local identification (Johnson, NASA TP-1996, 1982).
 
+mod harmonic;
+mod kept;
 mod memory;
 mod settings;
 mod speeds;
 mod way;
 
+pub(crate) use kept::HIGHEST;
 pub use settings::LearningSettings;
-pub(crate) use speeds::HIGHEST;
 
 use crate::complex::Complex;
 use crate::loop_shape::LoopShape;
 use crate::trajectory::blend;
+use harmonic::Harmonic;
+use kept::{KEPT_SPEEDS, Kept};
 use serde::{Deserialize, Serialize};
-use speeds::{KEPT_SPEEDS, Kept};
 use std::f64::consts::{SQRT_2, TAU};
-use way::Way;
 
 /// Two turns at least, so that the window tells neighbours apart, and this long, so that the loop's transients die in an eighth of it.
 const MIN_CYCLE: (f64, f64) = (2.0, 0.03);
@@ -62,21 +64,6 @@ const LEAST_GAIN: f64 = 0.1;
 const RECOVERS: f64 = 1.1;
 /// Largest step: this multiple of what the model's way would need.
 const LONGEST_STEP: f64 = 2.5;
-
-/// One harmonic.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-struct Harmonic {
-    way: Way,
-    /// C, the one before it, and that of the best cycle.
-    amplitude_m: Complex,
-    before_m: Complex,
-    best_m: Complex,
-    /// Σ w·e·e^{−jnθ}.
-    sum_m: Complex,
-    /// E of the cycle before, while nothing is learned yet.
-    heard_m: Complex,
-    gain: f64,
-}
 
 /// What is gathered over a cycle.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -388,18 +375,5 @@ impl Learner {
             let wanted = if best { own.best_m } else { Complex::ZERO };
             own.move_to(wanted, self.limit_m);
         }
-    }
-}
-
-impl Harmonic {
-    fn move_to(&mut self, wanted_m: Complex, limit_m: f64) {
-        let size_m = wanted_m.magnitude();
-        let new_m = if size_m > limit_m {
-            wanted_m.scaled(limit_m / size_m)
-        } else {
-            wanted_m
-        };
-        self.way.changed(new_m.minus(self.amplitude_m));
-        self.amplitude_m = new_m;
     }
 }

@@ -1,30 +1,10 @@
 //! From one speed to another: what was learnt at it, or as near as can be told from what was learnt at the one before.
 
+use super::Learner;
+use super::kept::HIGHEST;
 use super::way::Way;
-use super::{Harmonic, Learner};
 use crate::complex::Complex;
 use crate::loop_shape::LoopShape;
-use serde::{Deserialize, Serialize};
-
-/// Harmonics end here, as a part of the sampling rate.
-pub(crate) const HIGHEST: f64 = 0.1;
-/// And this far from one it was at, what was learnt there holds.
-const NEAR_SPEED: f64 = 1e-2;
-pub(super) const KEPT_SPEEDS: usize = 8;
-
-/// What was learnt at a speed.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Kept {
-    pub turns_per_s: f64,
-    pub harmonics: Vec<Harmonic>,
-}
-
-impl Kept {
-    /// What was learnt here holds there.
-    pub fn is_near(&self, turns_per_s: f64) -> bool {
-        (self.turns_per_s / turns_per_s - 1.0).abs() < NEAR_SPEED
-    }
-}
 
 impl Learner {
     /// Makes the harmonics those of a speed; true if it was there before and has its amplitudes again.
