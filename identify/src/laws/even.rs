@@ -5,13 +5,8 @@
 //! what is kept back is kept back from both.
 //! Source: the paper's (8) and its next even term.
 
-use anhyst_model::LawModel;
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
-
-use super::predict::run_along;
-use super::search::FittedLaw;
-use super::{LawData, LawOptions};
 
 /// y₀, γ₁, γ₂.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,7 +18,7 @@ pub struct EvenCurve {
 }
 
 /// How many numbers a curve is.
-const NUMBERS: usize = 3;
+pub(super) const NUMBERS: usize = 3;
 
 impl EvenCurve {
     /// At an output of the law whose zero is `zero`.
@@ -33,7 +28,7 @@ impl EvenCurve {
     }
 
     /// By least squares over pairs (output of the law, measured).
-    fn fitted(pairs: &[(f64, f64)], zero: f64) -> Option<Self> {
+    pub(super) fn fitted(pairs: &[(f64, f64)], zero: f64) -> Option<Self> {
         let scale = pairs
             .iter()
             .map(|(output, _)| (output - zero).abs())
@@ -56,58 +51,4 @@ impl EvenCurve {
             .all(|number| number.is_finite())
             .then_some(own)
     }
-}
-
-/// What the law without a fold makes of every record.
-fn runs(model: &LawModel, law: &FittedLaw, beneath: &LawData) -> Vec<Vec<f64>> {
-    let records = beneath.records.iter();
-    records
-        .map(|record| run_along(model, law.start, record, beneath.input_extent))
-        .collect()
-}
-
-/// A law that was fitted to what lies beneath, judged by what it makes of the data; as it was where there is no such curve.
-pub(super) fn through(mut law: FittedLaw, beneath: &LawData, data: &LawData, options: &LawOptions) -> FittedLaw {
-    let folds = super::parts::folds(data, options);
-    let pairs = |runs: &[Vec<f64>], keep: &dyn Fn(Option<usize>) -> bool| {
-        let mut pairs = Vec::new();
-        for ((run, record), folds) in runs.iter().zip(&data.records).zip(&folds) {
-            let all = run.iter().zip(&record.output).zip(folds);
-            pairs.extend(
-                all.filter(|(_, fold)| keep(**fold))
-                    .map(|((made, measured), _)| (*made, *measured)),
-            );
-        }
-        pairs
-    };
-    let squares = |curve: &EvenCurve, pairs: &[(f64, f64)], zero: f64| -> f64 {
-        let each = pairs
-            .iter()
-            .map(|(made, measured)| (curve.at(*made, zero) - measured).powi(2));
-        each.sum()
-    };
-    let whole = pairs(&runs(&law.model, &law, beneath), &|fold| fold.is_some());
-    let zero = law.model.offset;
-    let Some(curve) = EvenCurve::fitted(&whole, zero) else {
-        return law;
-    };
-    let (mut kept_back, mut count) = (0.0, 0);
-    for (fold, model) in law.folds.iter().enumerate() {
-        let made = runs(model, &law, beneath);
-        let (others, own) = (
-            pairs(&made, &|of| of.is_some_and(|of| of != fold)),
-            pairs(&made, &|of| of == Some(fold)),
-        );
-        if let Some(curve) = EvenCurve::fitted(&others, model.offset) {
-            kept_back += squares(&curve, &own, model.offset);
-            count += own.len();
-        }
-    }
-    let range = data.output_range();
-    law.nrmse = (squares(&curve, &whole, zero) / whole.len() as f64).sqrt() / range;
-    law.held_out_nrmse = (kept_back / count.max(1) as f64).sqrt() / range;
-    law.held_out_own_nrmse = law.held_out_nrmse;
-    law.parameters += NUMBERS;
-    law.curve = Some(curve);
-    law
 }

@@ -2,9 +2,10 @@
 
 use anhyst_measured::sweep;
 
-use super::search::SMALLEST;
 use super::{LawData, LawOptions, LawRecord};
 
+/// Of the whole range: no record counts as smaller.
+pub(super) const SMALLEST: f64 = 0.1;
 /// Segments of a single record that are kept back alternately.
 const SEGMENTS: usize = 20;
 /// Parts of motions of one size.

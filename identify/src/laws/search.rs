@@ -12,38 +12,10 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use super::even::EvenCurve;
 use super::family::Skeleton;
 use super::gram::Gram;
-use super::parts::Parts;
+use super::options::LawOptions;
+use super::parts::{Parts, SMALLEST};
 use super::start::Start;
 use super::{Family, LawData, LawRecord};
-
-/// How hard to look.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LawOptions {
-    /// Parts that are kept back in turn.
-    pub folds: usize,
-    /// Places that are tried before the search closes in, for each inner number.
-    pub draws: usize,
-    /// Steps of the search.
-    pub steps: u64,
-    /// More samples than this are thinned for the search, turning points kept.
-    pub samples: usize,
-    pub seed: u64,
-}
-
-impl Default for LawOptions {
-    fn default() -> Self {
-        LawOptions {
-            folds: 5,
-            draws: 8,
-            steps: 50,
-            samples: 20_000,
-            seed: 1,
-        }
-    }
-}
-
-/// Of the whole range: no record counts as smaller.
-pub(super) const SMALLEST: f64 = 0.1;
 
 /// A form with its numbers.
 #[derive(Clone, Debug)]

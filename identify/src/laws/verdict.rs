@@ -4,9 +4,9 @@ use anhyst_measured::sweep;
 use anhyst_model::HysteresisLaw;
 use serde::Serialize;
 
-use super::even::through;
 use super::predict::run_along;
 use super::search::{FittedLaw, fit_law};
+use super::through::through;
 use super::{Family, LawData, LawError, LawFile, LawOptions, Reaction, Start};
 use crate::parallel;
 use std::sync::atomic::{AtomicUsize, Ordering};
