@@ -1,8 +1,8 @@
 //! From a file to a material or a model of an actuator.
 
 use super::ScenarioError;
-use super::load::{is_built_in, misread, options, parse, place_of, read};
 use super::source;
+use super::text::{is_built_in, misread, options, parse, place_of, read};
 use anhyst_identify::laws::LawFile;
 use anhyst_measured::Quantity;
 use anhyst_model::{

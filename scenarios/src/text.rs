@@ -1,0 +1,116 @@
+//! From a file, or what is in the program, to a text, and from a RON text to our structs or a sentence.
+
+use super::{ScenarioError, misread, source};
+use ron::error::SpannedError;
+use ron::extensions::Extensions;
+use ron::ser::PrettyConfig;
+use serde::de::DeserializeOwned;
+use std::path::Path;
+
+/// RON as we read it: `Some` may be left out, and a variant may hold its struct's fields directly.
+pub(crate) fn options() -> ron::Options {
+    ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME | Extensions::UNWRAP_VARIANT_NEWTYPES)
+}
+
+/// Any of our structs as a RON text that [`parse`] reads.
+///
+/// # Errors
+/// If the value has no RON form (a number that is not finite has one, so ours always do).
+pub fn to_ron<T: serde::Serialize>(value: &T) -> Result<String, ron::Error> {
+    options().to_string_pretty(value, PrettyConfig::new().depth_limit(8))
+}
+
+/// What `verify-amplifier` takes unless it is told another scenario.
+pub const BUILT_IN_AMPLIFIER: &str = "built-in/amplifier.ron";
+
+/// Scenarios that are in the program, so that it needs no repository around it: where no file is.
+pub(crate) const BUILT_IN: [(&str, &str); 8] = [
+    (BUILT_IN_AMPLIFIER, include_str!("../amplifier.ron")),
+    ("built-in/milling.ron", include_str!("../milling.ron")),
+    (
+        "built-in/materials/terfenol_nealis_smith.ron",
+        include_str!("../materials/terfenol_nealis_smith.ron"),
+    ),
+    (
+        "built-in/materials/terfenol_d_measured.ron",
+        include_str!("../materials/terfenol_d_measured.ron"),
+    ),
+    (
+        "built-in/materials/piezo_stage_plays.ron",
+        include_str!("../materials/piezo_stage_plays.ron"),
+    ),
+    (
+        "built-in/materials/piezo_stage_preisach.ron",
+        include_str!("../materials/piezo_stage_preisach.ron"),
+    ),
+    (
+        "built-in/materials/magnet_plays.ron",
+        include_str!("../materials/magnet_plays.ron"),
+    ),
+    (
+        "built-in/materials/magnet_preisach.ron",
+        include_str!("../materials/magnet_preisach.ron"),
+    ),
+];
+
+pub(crate) fn is_built_in(file: &Path) -> bool {
+    BUILT_IN.iter().any(|(name, _)| file == Path::new(name))
+}
+
+/// The text of a scenario, a model or a material, without the mark that some editors put before it.
+pub(crate) fn read(path: &Path) -> Result<String, ScenarioError> {
+    let text = match (
+        std::fs::read_to_string(path),
+        BUILT_IN.iter().find(|(name, _)| path == Path::new(name)),
+    ) {
+        (Ok(text), _) => text,
+        (Err(_), Some((_, text))) => (*text).to_owned(),
+        (Err(cause), None) => {
+            return Err(ScenarioError::Unreadable {
+                path: path.to_owned(),
+                cause,
+            });
+        }
+    };
+    Ok(match text.strip_prefix('\u{feff}') {
+        Some(text) => text.to_owned(),
+        None => text,
+    })
+}
+
+/// Any of our structs from a RON text, of which `path` is what to call it.
+///
+/// # Errors
+/// The first thing that is wrong, with line and column.
+pub fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<T, ScenarioError> {
+    options().from_str(text).map_err(|error| misread(path, text, &error))
+}
+
+pub(crate) fn misread(path: &Path, text: &str, error: &SpannedError) -> ScenarioError {
+    let start = byte_of(text, error.span.start.line, error.span.start.col);
+    // The reader stops before the blanks in front of the value.
+    let rest = &text[start..];
+    let start = start + (rest.len() - rest.trim_start_matches([' ', '\t']).len());
+    ScenarioError::at(
+        path,
+        text,
+        start..start + 1,
+        misread::sentence(text, start, &error.code),
+    )
+}
+
+pub(crate) fn place_of(text: &str, path: &str) -> std::ops::Range<usize> {
+    source::read(text).map_or(0..0, |place| place.nearest(path).value.clone())
+}
+
+fn byte_of(text: &str, line: usize, column: usize) -> usize {
+    let start: usize = text
+        .split_inclusive('\n')
+        .take(line.saturating_sub(1))
+        .map(str::len)
+        .sum();
+    text[start..]
+        .char_indices()
+        .nth(column.saturating_sub(1))
+        .map_or(text.len(), |(byte, _)| start + byte)
+}
