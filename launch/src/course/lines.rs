@@ -1,7 +1,7 @@
 //! Line by line: how far the way is from straight. On a line the reference is straight in time, so the error is fitted by
 //! e = offset + slope·t, and what is left at most is the nonlinearity.
 
-use super::Instant;
+use super::instant::Instant;
 use crate::any_number;
 use crate::any_number::exceeds;
 use anhyst_controller::Scan;

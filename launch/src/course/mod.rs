@@ -1,6 +1,7 @@
 //! What a trajectory is judged by beyond its error: settling and overshoot of steps, straightness of lines, gain and phase over
 //! frequency. One file per kind; all listen tick by tick, to the reference and the true displacement.
 
+mod instant;
 mod lines;
 mod multisine;
 mod response;
@@ -8,6 +9,7 @@ mod show;
 mod steps;
 mod sweep;
 
+pub(crate) use instant::Instant;
 pub use lines::LinesVerdict;
 pub use multisine::{LineResponse, MultisineVerdict};
 pub use steps::{StepVerdict, StepsVerdict};
@@ -20,14 +22,6 @@ use multisine::MultisineJudge;
 use serde::{Deserialize, Serialize};
 use steps::StepsJudge;
 use sweep::SweepJudge;
-
-/// One instant: reference and true displacement.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Instant {
-    pub time_s: f64,
-    pub reference_m: f64,
-    pub displacement_m: f64,
-}
 
 /// Who listens.
 #[derive(Debug, Clone, Serialize, Deserialize)]

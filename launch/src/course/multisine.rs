@@ -1,6 +1,6 @@
 //! Line by line: gain and phase of the response, over whole periods, in which the lines do not see each other.
 
-use super::Instant;
+use super::instant::Instant;
 use super::response::Response;
 use anhyst_controller::Multisine;
 use serde::{Deserialize, Serialize};

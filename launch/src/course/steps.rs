@@ -1,7 +1,7 @@
 //! Step by step: settling time, from the step's beginning until the displacement stays within the tolerance of the new level,
 //! and overshoot, how far it goes beyond that level.
 
-use super::Instant;
+use super::instant::Instant;
 use crate::any_number;
 use crate::any_number::exceeds;
 use anhyst_controller::{Step, Steps};

@@ -1,6 +1,6 @@
 //! Over frequency, in thirds of an octave: the largest error, gain and phase of the response, and up to where the gain stays above −3 dB.
 
-use super::Instant;
+use super::instant::Instant;
 use super::response::Response;
 use crate::any_number;
 use crate::any_number::exceeds;
