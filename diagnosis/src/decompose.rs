@@ -13,10 +13,12 @@ use anhyst_identify::parallel;
 use crate::acquisition::FROM;
 use crate::channel::ChannelKind;
 use crate::composition::{Composition, Slot, Unknown};
+use crate::decomposition::{Decomposition, cost};
 use crate::evidence::{Evidence, noise_rms};
+use crate::fitting::Fitted;
 use crate::joining::{at_a_bound, sort, unbent};
 use crate::leaving::TIES;
-use crate::likelihood::{Fitted, Point};
+use crate::likelihood::Point;
 use crate::lines::lines;
 use crate::recorder::{of_output, seen};
 use crate::screening::Screened;
@@ -41,34 +43,9 @@ const MAX_LINES: usize = 8;
 /// output alone does not tell which.
 const LOUD: f64 = 3.0;
 
-/// What came out.
-pub(crate) struct Decomposition {
-    /// The model as given, with its zero, nothing fitted.
-    pub nominal: Point,
-    /// Constants and nuisance, no term.
-    pub base: Fitted,
-    /// With all terms.
-    pub last: Fitted,
-    /// Fits that explain as well, each with one term in the place of another.
-    pub ties: Vec<Fitted>,
-    /// Fits that were tried at each stage.
-    pub tried: Vec<Fitted>,
-    /// What the free curves gain beside the last fit.
-    pub unlisted: Vec<Unlisted>,
-    /// A free curve ended the search.
-    pub nameless: bool,
-    /// The first screening.
-    pub screened: Vec<Screened>,
-}
-
 /// A free curve gains so much more than the library that what is missing has no name.
 fn beats(free: f64, gain: f64) -> bool {
     free > gain + NAMELESS.0 && free > NAMELESS.1 * gain
-}
-
-/// By how much a fit explains the measurement worse than another: J, and what each term more has to earn.
-pub(crate) fn cost(fit: &Fitted) -> f64 {
-    fit.point.cost + JOINS * fit.point.composition.terms().len() as f64
 }
 
 /// What was come across on the way.

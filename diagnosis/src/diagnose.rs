@@ -8,7 +8,7 @@ use anhyst_model::ActuatorModel;
 use crate::channel::ChannelKind;
 use crate::composition::Composition;
 use crate::cost::Meter;
-use crate::decompose::Decomposition;
+use crate::decomposition::Decomposition;
 use crate::diagnosis::{Candidate, DataSource, Diagnosed, Diagnosis, RunSeries, Verdict};
 use crate::error::DiagnosisError;
 use crate::experiment::{Comparison, Experiment, advise};

@@ -14,6 +14,8 @@
 use crate::channel::Channel;
 use crate::likelihood::{Bench, Point};
 
+/// What is left may be this multiple of the noise that the measurement itself shows where nothing is said to be missing.
+pub(crate) const LACK_OF_FIT: f64 = 3.0;
 /// A misfit of this share of the noise's energy is one.
 const MISFIT: f64 = 0.5;
 /// M: independent numbers of a channel's misfit.

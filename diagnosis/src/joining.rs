@@ -4,7 +4,8 @@ use anhyst_identify::parallel;
 use anhyst_model::{ActuatorModel, EffectKind, Stage};
 
 use crate::composition::{Composition, Slot, Unknown};
-use crate::likelihood::{Bench, Fitted};
+use crate::fitting::Fitted;
+use crate::likelihood::Bench;
 use crate::linearised::{Linearised, PROMISES};
 use crate::probes::Surroundings;
 use crate::screening::{Screened, screen};

@@ -3,8 +3,8 @@
 use anhyst_identify::parallel;
 
 use crate::evidence::Evidence;
+use crate::fitting::Fitted;
 use crate::joining::unbent;
-use crate::likelihood::Fitted;
 use crate::search::{JOINS, Search, values_of};
 use crate::term::Term;
 

@@ -4,39 +4,20 @@
 //! It is −ln of Whittle's likelihood (1953) with the noise level of every band profiled out, so noise of any colour costs
 //! nothing and a misfit weighs by what it stands out of its own band. The nuisance that enters linearly (drift, lines, gain of the
 //! field probe, what creep remembers of before the run) is profiled out too, by least squares under the same levels.
-//! Minimised by Gauss-Newton steps with Marquardt's damping: H = AᵀS⁻¹A + 1/σ², S the band's level, reweighted at each step;
-//! a step counts only if J itself falls. A is a forward difference of free simulations, carried on by Broyden's rule (1965).
 
 use std::sync::Arc;
 
-use anhyst_identify::parallel;
-use anhyst_model::{ActuatorOutputs, EffectKind};
-use nalgebra::DMatrix;
+use anhyst_model::ActuatorOutputs;
 
 use crate::bands::{ERRORS, bands};
 use crate::channel::Channel;
-use crate::composition::{Composition, Slot, Unknown};
-use crate::evidence::Evidence;
-use crate::normal::Normal;
+use crate::composition::Composition;
 use crate::nuisance::{Nuisance, linear};
 use crate::plant::Plant;
 use crate::products::Products;
 
 /// Rounds in which levels and linear nuisance settle on each other.
 const ROUNDS: usize = 2;
-/// Dampings that are tried for one step.
-const MAX_DAMPINGS: usize = 6;
-const MAX_STEPS: usize = 20;
-/// A step that lowers J by less is the last one.
-const WORTH: f64 = 0.05;
-/// Of a rough fit.
-const ROUGH_STEPS: usize = 12;
-/// A rough fit that leaves a misfit ends when J falls by less than this share of its fall so far.
-const VAIN: f64 = 3e-3;
-/// Derivatives are good enough as long as J has fallen by less than this since they were taken.
-const SETTLED: f64 = 1.0;
-/// A coordinate by ratio moves by at most this a step.
-const MAX_LOG_STEP: f64 = 1.0;
 
 /// A plant and its measurement, ready to be fitted.
 pub(crate) struct Bench {
@@ -66,52 +47,8 @@ pub(crate) struct Point {
     pub cost: f64,
 }
 
-/// A fitted composition.
-#[derive(Clone)]
-pub(crate) struct Fitted {
-    pub point: Point,
-    /// Derivative of the spectra by each unknown's free coordinate.
-    pub columns: Vec<Arc<Vec<f64>>>,
-}
-
-/// Broyden's rule: the least change of the derivatives, each in its own unit, under which the step would have been foreseen.
-fn carry(columns: &mut [Arc<Vec<f64>>], before: &Point, here: &Point, normal: &Normal) {
-    let unknowns = before.composition.unknowns.iter().zip(&here.composition.unknowns);
-    let steps: Vec<f64> = unknowns
-        .map(|(old, new)| new.coordinate.free(new.value) - old.coordinate.free(old.value))
-        .collect();
-    let mut unforeseen: Vec<f64> = here
-        .simulated
-        .iter()
-        .zip(&before.simulated)
-        .map(|(new, old)| new - old)
-        .collect();
-    for (column, step) in columns.iter().zip(&steps).filter(|(_, step)| **step != 0.0) {
-        for (own, slope) in unforeseen.iter_mut().zip(column.iter()) {
-            *own -= slope * step;
-        }
-    }
-    let scaled: Vec<f64> = (0..steps.len())
-        .map(|index| normal.matrix[(index, index)] * steps[index])
-        .collect();
-    let size: f64 = scaled.iter().zip(&steps).map(|(own, step)| own * step).sum();
-    for (column, own) in columns.iter_mut().zip(&scaled).filter(|(_, own)| **own != 0.0) {
-        let share = own / size;
-        for (slope, unforeseen) in Arc::make_mut(column).iter_mut().zip(&unforeseen) {
-            *slope += share * unforeseen;
-        }
-    }
-}
-
-impl Fitted {
-    /// What is left, derivatives and linear nuisance.
-    pub fn all(&self) -> Vec<&[f64]> {
-        self.point.with(&self.columns)
-    }
-}
-
 impl Point {
-    fn with<'a>(&'a self, columns: &'a [Arc<Vec<f64>>]) -> Vec<&'a [f64]> {
+    pub fn with<'a>(&'a self, columns: &'a [Arc<Vec<f64>>]) -> Vec<&'a [f64]> {
         let more = columns.iter().chain(&self.nuisance.columns);
         let left = std::iter::once(self.residual.as_slice());
         left.chain(more.map(|own| own.as_slice())).collect()
@@ -216,174 +153,8 @@ impl Bench {
         (residual, levels, coefficients)
     }
 
-    /// Derivatives by the free coordinates; those of `known` are taken from there.
-    pub fn columns(&self, here: &Point, known: Option<&Fitted>) -> Option<Vec<Arc<Vec<f64>>>> {
-        let unknowns = &here.composition.unknowns;
-        let indices: Vec<usize> = (0..unknowns.len()).collect();
-        let columns = parallel::map(self.threads, &indices, |&index| {
-            let unknown = &unknowns[index];
-            let own = known.and_then(|fit| {
-                let of = fit
-                    .point
-                    .composition
-                    .unknowns
-                    .iter()
-                    .position(|own| own.slot == unknown.slot)?;
-                let same = fit.point.composition.unknowns[of].coordinate.scale == unknown.coordinate.scale;
-                same.then(|| fit.columns[of].clone())
-            });
-            own.or_else(|| self.column(here, index).map(Arc::new))
-        });
-        columns.into_iter().collect()
-    }
-
-    fn column(&self, here: &Point, index: usize) -> Option<Vec<f64>> {
-        let Unknown {
-            value,
-            coordinate,
-            slot,
-        } = here.composition.unknowns[index];
-        if coordinate.lower >= coordinate.upper {
-            return Some(vec![0.0; here.simulated.len()]);
-        }
-        let free = coordinate.free(value);
-        let difference = |step: f64| {
-            let mut moved = here.composition.clone();
-            moved.unknowns[index].value = coordinate.value(free + step);
-            let inverse = 1.0 / (coordinate.free(moved.unknowns[index].value) - free);
-            let (_, mut column) = self.simulate(&moved)?;
-            for (own, base) in column.iter_mut().zip(&here.simulated) {
-                *own = (*own - base) * inverse;
-            }
-            for channel in &self.plant.channels {
-                column[channel.places.start] = 0.0;
-            }
-            inverse.is_finite().then_some(column)
-        };
-        let step = match slot {
-            // Frequencies aside, ratios answer smoothly to a hundredth.
-            Slot::Corner(_) => 0.01,
-            Slot::Effect(
-                EffectKind::AfterEffect
-                | EffectKind::Friction
-                | EffectKind::AmplifierSaturation
-                | EffectKind::SensorSaturation,
-                place,
-            ) if place > 0 => 0.05,
-            // It bites sample by sample.
-            Slot::Effect(kind, place) if kind.parameters()[place].is_limit() => 0.01,
-            _ => coordinate.step(value),
-        };
-        difference(step).or_else(|| difference(-step))
-    }
-
-    /// Fits the unknowns of a composition from their values; `known` lends its derivatives of all that it has in common, which a rough
-    /// fit keeps. Derivatives are carried from step to step by what each step has shown of them, and taken anew where it stalls.
-    pub fn fit(&self, composition: &Composition, known: Option<&Fitted>) -> Option<Fitted> {
-        let mut here = self.point(composition)?;
-        let mut columns = self.columns(&here, known)?;
-        let mut damping = 1e-3;
-        // Gained since the derivatives were taken; none where they are of here.
-        let mut carried: Option<f64> = None;
-        let (from, evidence) = (here.cost, Evidence::new(self, &here));
-        let steps = if known.is_some() { ROUGH_STEPS } else { MAX_STEPS };
-        for _ in 0..steps {
-            let (normal, surprise) = self.normal(&here, &columns);
-            let mut next = None;
-            let dampings = if carried.is_some() { 1 } else { MAX_DAMPINGS };
-            for _ in 0..dampings {
-                let tried = self.stepped(&here, &normal, &surprise, damping);
-                next = self.point(&tried).filter(|tried| tried.cost < here.cost);
-                if next.is_some() {
-                    damping = (damping * 0.1).max(1e-9);
-                    break;
-                }
-                damping *= 10.0;
-            }
-            let gained = next.as_ref().map_or(0.0, |next| here.cost - next.cost);
-            let before = next.map(|next| std::mem::replace(&mut here, next));
-            // What leaves a misfit however it is fitted is not worth the last of it.
-            let is_vain =
-                || known.is_some() && gained < VAIN * (from - here.cost) && evidence.is_misfit_at(&here.levels);
-            if gained < WORTH && carried.is_none_or(|carried| carried < SETTLED) || is_vain() {
-                break;
-            }
-            match before.filter(|_| known.is_none() && gained > SETTLED) {
-                Some(before) => {
-                    carry(&mut columns, &before, &here, &normal);
-                    carried = Some(carried.unwrap_or(0.0) + gained);
-                }
-                None => {
-                    columns = self.columns(&here, known)?;
-                    carried = None;
-                    damping = damping.min(1e-3);
-                }
-            }
-        }
-        Some(Fitted { point: here, columns })
-    }
-
-    /// Normal equations of unknowns and linear nuisance together, and the unknowns' pull by their priors.
-    fn normal(&self, here: &Point, columns: &[Arc<Vec<f64>>]) -> (Normal, Vec<f64>) {
-        let mut normal = Products::of(&self.bands, &here.with(columns)).normal(&self.weights(&here.levels));
-        let pull = normal.believe(&here.composition.unknowns);
-        (normal, pull)
-    }
-
-    fn stepped(&self, here: &Point, normal: &Normal, pull: &[f64], damping: f64) -> Composition {
-        let unknowns = &here.composition.unknowns;
-        let mut held = vec![false; pull.len()];
-        for _ in 0..unknowns.len() {
-            let step = normal.damped(pull, damping, unknowns.len(), &held);
-            let mut moved = here.composition.clone();
-            let mut leaves = None;
-            for (index, (unknown, step)) in moved.unknowns.iter_mut().zip(&step).enumerate() {
-                let coordinate = &unknown.coordinate;
-                let step = if coordinate.logarithmic {
-                    step.clamp(-MAX_LOG_STEP, MAX_LOG_STEP)
-                } else {
-                    *step
-                };
-                if !held[index] && unknown.leaves(step) {
-                    leaves = Some(index);
-                }
-                if !held[index] {
-                    unknown.value = coordinate.value(coordinate.free(unknown.value) + step);
-                }
-            }
-            match leaves {
-                // It stands at a bound and would leave: without it, again.
-                Some(index) => held[index] = true,
-                None => return moved,
-            }
-        }
-        here.composition.clone()
-    }
-
     /// What a channel's output has left, in its unit and by row.
     pub fn left(&self, point: &Point, channel: &Channel) -> Vec<f64> {
         channel.spectrum.back(&point.residual[channel.places.clone()])
-    }
-
-    /// Covariance of the free coordinates under some levels, the linear nuisance let free: H⁻¹ by noise and misfit, and K Kᵀ with
-    /// K = H⁻¹AᵀS⁻¹B by what nothing was fitted for, B the answer to a standard deviation of each ([`Plant::doubts`]).
-    pub fn covariance(&self, fit: &Fitted, levels: &[f64]) -> DMatrix<f64> {
-        let doubts = self.plant.doubts(&fit.point);
-        let mut all = fit.all();
-        let own = all.len() - 1;
-        all.extend(doubts.iter().map(Vec::as_slice));
-        let normal = Products::of(&self.bands, &all).normal(&self.weights(levels));
-        let across = normal.matrix.view((0, own), (own, doubts.len()));
-        let mut inner = Normal {
-            matrix: normal.matrix.view((0, 0), (own, own)).into_owned(),
-            right: normal.right.rows(0, own).into_owned(),
-        };
-        inner.believe(&fit.point.composition.unknowns);
-        let inverse = inner.inverse();
-        let moved = &inverse * across;
-        let size = fit.columns.len();
-        (inverse + &moved * moved.transpose())
-            .view((0, 0), (size, size))
-            .into_owned()
     }
 }

@@ -2,7 +2,8 @@
 
 use crate::channel::Channel;
 use crate::evidence::Evidence;
-use crate::likelihood::{Bench, Fitted};
+use crate::fitting::Fitted;
+use crate::likelihood::Bench;
 use crate::normal::Normal;
 use crate::products::Products;
 

@@ -9,6 +9,7 @@ use anhyst_model::EffectKind;
 use crate::channel::ChannelKind;
 use crate::composition::{Composition, Slot};
 use crate::plant::Plant;
+use crate::shape::Shape;
 
 /// Creep of a law that is faster, by the row, is over when a run begins.
 const MIN_CREEP_ROWS: f64 = 10.0;
@@ -28,26 +29,6 @@ impl Nuisance {
         let own = self.kinds.iter().zip(&self.coefficients);
         let squares = own.filter(|(kind, _)| matches!(kind, NuisanceKind::Line(line, _) if *line == place));
         (0.5 * squares.map(|(_, coefficient)| coefficient * coefficient).sum::<f64>()).sqrt()
-    }
-}
-
-/// The time course of a linear nuisance, by the row.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Shape {
-    Ramp(f64),
-    Cosine(f64),
-    Sine(f64),
-    Decay(f64),
-}
-
-impl Shape {
-    pub fn at(self, row: f64) -> f64 {
-        match self {
-            Shape::Ramp(per_row) => per_row * row,
-            Shape::Cosine(per_row) => (per_row * row).cos(),
-            Shape::Sine(per_row) => (per_row * row).sin(),
-            Shape::Decay(per_row) => (-per_row * row).exp(),
-        }
     }
 }
 

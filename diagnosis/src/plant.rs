@@ -12,9 +12,8 @@ use realfft::num_complex::Complex;
 use crate::acquisition::LowPass;
 use crate::channel::{Channel, ChannelKind};
 use crate::composition::Composition;
-use crate::likelihood::Point;
 use crate::memory::{Recent, Tally};
-use crate::nuisance::Shape;
+use crate::shape::Shape;
 use crate::spectrum::Spectrum;
 
 /// Magnetic halves that are kept, of each run: those of what is being fitted, and what it is held against.
@@ -24,8 +23,9 @@ const SHAPES: usize = 12;
 /// Low passes, and spectra of the field, that are kept of each run.
 const FIELDS: usize = 6;
 
-/// Standard deviations of the drive's gain and of its zero, A/m.
+/// Standard deviations of the drive's gain and of its zero, A/m where `a` is that of Terfenol-D, and in proportion.
 const DOUBTS: [(f64, f64); 2] = [(2e-3, 0.0), (0.0, 2.0)];
+const ZERO_IS_FOR_A_PER_M: f64 = 7012.0;
 
 /// A nominal model and the runs that it has to explain.
 #[derive(Clone)]
@@ -107,15 +107,16 @@ impl Plant {
 
     /// Changes of the spectra by what is not known of the drive, each by its standard deviation: gain and zero of the record of
     /// it. A fit cannot tell them from constants, limits and a bias, so that its numbers are known no better.
-    pub fn doubts(&self, point: &Point) -> Vec<Vec<f64>> {
+    pub fn doubts(&self, composition: &Composition, simulated: &[f64]) -> Vec<Vec<f64>> {
+        let relative = self.model.material.hysteresis.shape_a_per_m / ZERO_IS_FOR_A_PER_M;
         let answer = |(gain, zero): &(f64, f64)| {
             let mut moved = self.clone();
             moved.memory = Memory::of(self.runs.len(), self.channels.len());
             for drive in moved.runs.iter_mut().flat_map(|run| &mut run.drive_a_per_m) {
-                *drive += gain * *drive + zero;
+                *drive += gain * *drive + zero * relative;
             }
-            let mut spectra = moved.spectra(&moved.simulate(&point.composition)?)?;
-            for (own, without) in spectra.iter_mut().zip(&point.simulated) {
+            let mut spectra = moved.spectra(&moved.simulate(composition)?)?;
+            for (own, without) in spectra.iter_mut().zip(simulated) {
                 *own -= without;
             }
             Some(spectra)

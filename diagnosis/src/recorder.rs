@@ -11,13 +11,13 @@ use anhyst_identify::parallel;
 use crate::acquisition::{FROM, Likely, LowPass};
 use crate::channel::ChannelKind;
 use crate::composition::Composition;
-use crate::decompose::{Decomposition, cost};
-use crate::evidence::{Evidence, noise_rms};
+use crate::decomposition::{Decomposition, cost};
+use crate::evidence::{Evidence, LACK_OF_FIT, noise_rms};
+use crate::fitting::Fitted;
 use crate::leaving::REFITTED;
-use crate::likelihood::{Bench, Fitted, Point};
+use crate::likelihood::{Bench, Point};
 use crate::search::{Depth, JOINS, Search};
 use crate::shares::remainder_rms;
-use crate::verdict::LACK_OF_FIT;
 
 /// Forms that are searched with beyond the likeliest.
 const MAX_FORMS: usize = 3;

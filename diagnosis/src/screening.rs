@@ -6,7 +6,8 @@
 use anhyst_identify::engine::Coordinate;
 use anhyst_identify::parallel;
 
-use crate::likelihood::{Bench, Fitted};
+use crate::fitting::Fitted;
+use crate::likelihood::Bench;
 use crate::linearised::{Gain, Linearised};
 use crate::probes::{ProbeGroup, Surroundings};
 use crate::term::Term;

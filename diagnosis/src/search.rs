@@ -5,7 +5,8 @@ use anhyst_model::ActuatorModel;
 use crate::acquisition::LowPass;
 use crate::channel::ChannelKind;
 use crate::composition::{Composition, Slot};
-use crate::likelihood::{Bench, Fitted};
+use crate::fitting::Fitted;
+use crate::likelihood::Bench;
 use crate::statistics::rms;
 use crate::term::Term;
 

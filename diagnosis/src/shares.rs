@@ -9,7 +9,8 @@ use anhyst_model::ActuatorModel;
 
 use crate::channel::ChannelKind;
 use crate::composition::{Composition, Slot};
-use crate::likelihood::{Bench, Fitted, Point};
+use crate::fitting::Fitted;
+use crate::likelihood::{Bench, Point};
 use crate::nuisance::NuisanceKind;
 use crate::statistics::rms;
 use crate::term::Term;

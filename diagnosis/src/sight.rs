@@ -7,7 +7,7 @@
 use anhyst_model::{ActuatorModel, EffectKind};
 use serde::{Deserialize, Serialize};
 
-use crate::decompose::Decomposition;
+use crate::decomposition::Decomposition;
 use crate::joining::lacking;
 use crate::screening::{Screened, Seen};
 use crate::signals::Signals;

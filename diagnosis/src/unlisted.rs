@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::channel::ChannelKind;
 use crate::evidence::Evidence;
-use crate::likelihood::{Bench, Fitted};
+use crate::fitting::Fitted;
+use crate::likelihood::Bench;
 use crate::linearised::Linearised;
 use crate::statistics::{quantile, rms, sorted};
 

@@ -8,10 +8,11 @@ use anhyst_model::{ActuatorModel, EffectKind, NominalParameter, ParameterSpec};
 
 use crate::channel::ChannelKind;
 use crate::composition::{Composition, Slot};
-use crate::decompose::Decomposition;
+use crate::decomposition::Decomposition;
 use crate::diagnosis::{Candidate, FittedValue, FoundEffect, ScoreGroup, ScoreTest, Verdict};
-use crate::evidence::{Evidence, noise_rms};
-use crate::likelihood::{Bench, Fitted};
+use crate::evidence::{Evidence, LACK_OF_FIT, noise_rms};
+use crate::fitting::Fitted;
+use crate::likelihood::Bench;
 use crate::nuisance::NuisanceKind;
 use crate::search::{JOINS, values_of};
 use crate::shares::{
@@ -24,8 +25,6 @@ use crate::term::Term;
 const DRIFTS: f64 = 1.5;
 /// An output whose model moves by less than this many noises (rms) shows nothing.
 const OUT_OF_NOISE: f64 = 1.0;
-/// What is left may be this multiple of the noise that the measurement itself shows where nothing is said to be missing.
-pub(crate) const LACK_OF_FIT: f64 = 3.0;
 /// A constant counts as moved beyond this many standard deviations of its fit and half a one of its prior.
 const MOVED: f64 = 4.0;
 
