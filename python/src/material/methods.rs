@@ -1,16 +1,12 @@
-//! A material: its hysteresis and its strain.
+//! What a material can be asked.
 
+use super::Material;
 use crate::arrays::{Array, Given, array, row};
 use crate::law::Law;
 use crate::refusal::refused;
 use anhyst_scenario::{load_model, to_ron};
 use pyo3::prelude::*;
 use std::path::PathBuf;
-
-/// What describes a magnetostrictive material at one temperature and stress, or what stands in its place.
-#[pyclass(frozen, from_py_object, eq, module = "anhyst")]
-#[derive(Clone, PartialEq)]
-pub struct Material(pub anhyst_model::Material);
 
 #[pymethods]
 impl Material {
