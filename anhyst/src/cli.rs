@@ -1,8 +1,8 @@
 //! The command line: the commands, and how the help groups them.
 
 use crate::commands::{
-    bench, benchmark, check, data, diagnose, doctor, estimate, explain, fit, graph, interface, live, man, new, node,
-    predict, replay, run_arguments, study, sweep, tune, verify_amplifier,
+    bench, benchmark, check, data, diagnose, doctor, estimate, explain, fit_arguments, graph, interface, live, man,
+    new, node, predict, replay, run_arguments, study, sweep, tune, verify_amplifier,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
@@ -56,7 +56,7 @@ pub enum Command {
     /// Fit a material to measured loops, or with --law any hysteresis law to any input and output.
     ///
     /// Results: material.ron (without strain hysteresis.ron; with --law law.ron), fit.json, fit.svg.
-    Fit(Box<fit::FitArguments>),
+    Fit(Box<fit_arguments::FitArguments>),
     /// Run any model freely along a measured file, and tell how far it is.
     ///
     /// Results: predict.json, predict.csv, predict.svg.

@@ -1,31 +1,14 @@
 //! `anhyst fit --law`: hysteresis laws from measured data, chosen by what they predict of data that were kept back.
 
-use super::fit::FitArguments;
+use super::fit_arguments::FitArguments;
 use super::{Ending, json, save, stem};
 use crate::law_picture;
 use anhyst_identify::laws::{Family, LawData, LawError, LawFit, LawOptions, LawReport, fit_laws};
 use anhyst_launch::error::RunError;
-use anhyst_measured::{LAW_OUTPUTS, MeasuredError, MeasuredRun, Quantity};
+use anhyst_measured::{MeasuredError, MeasuredRun};
 use anhyst_report::table::Table;
 use anhyst_scenario::to_ron;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::path::Path;
-
-/// `auto`: all of them.
-pub const AUTO: &str = "auto";
-
-/// `auto`, and every law by its name.
-pub fn names() -> PossibleValuesParser {
-    PossibleValuesParser::new(std::iter::once(AUTO).chain(Family::ALL.map(Family::name)))
-}
-
-/// An output of a law by its key.
-pub fn outputs() -> impl TypedValueParser<Value = Quantity> {
-    PossibleValuesParser::new(LAW_OUTPUTS.map(Quantity::key)).try_map(|key| {
-        let named = LAW_OUTPUTS.into_iter().find(|quantity| quantity.key() == key);
-        named.ok_or("no output has this name")
-    })
-}
 
 /// Runs the command.
 ///

@@ -13,14 +13,14 @@ pub struct ManArguments {
     pub out: PathBuf,
 }
 
-/// Runs the command.
+/// Runs the command; `all` is the whole command line.
 ///
 /// # Errors
 /// A folder that cannot be written.
-pub fn run(arguments: &ManArguments) -> miette::Result<Ending> {
+pub fn run(arguments: &ManArguments, all: clap::Command) -> miette::Result<Ending> {
     let out = &arguments.out;
     std::fs::create_dir_all(out)
-        .and_then(|()| clap_mangen::generate_to(crate::cli::command(), out))
+        .and_then(|()| clap_mangen::generate_to(all, out))
         .map_err(|cause| RunError::Write {
             path: out.clone(),
             cause,

@@ -20,6 +20,7 @@ pub mod export;
 #[cfg(feature = "recorder")]
 mod export_fmu;
 pub mod fit;
+pub mod fit_arguments;
 pub mod fit_law;
 pub mod graph;
 pub mod interface;
