@@ -1,8 +1,11 @@
 //! The amplifiers of `examples/`, made ready to be started. What needs a tool that is not there is skipped, with the reason.
 
 use crate::{anhyst, repository};
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI16, Ordering};
 
 /// The interpreter that has iceoryx2: `ANHYST_PYTHON`, or `python3`.
 pub fn python() -> Option<String> {
@@ -66,4 +69,58 @@ pub fn iio_device(root: &Path) -> std::io::Result<PathBuf> {
     std::fs::write(device.join("out_voltage0_raw"), "32768\n")?;
     std::os::unix::fs::symlink("out_voltage0_raw", device.join("in_voltage0_raw"))?;
     Ok(device)
+}
+
+/// A board that is none.
+#[derive(Debug)]
+pub struct Board {
+    /// Folder of its streams.
+    pub streams: PathBuf,
+    /// What was put out last.
+    pub last: Arc<AtomicI16>,
+}
+
+/// Two devices of Linux' Industrial I/O with buffers, 16 bits and ±10 V, pipes in `root/streams` in the place of their character devices: what is put out
+/// comes in. `dac` and `adc` are their folders in `root`.
+///
+/// # Errors
+/// What the system says.
+///
+/// # Panics
+/// Without `mkfifo`.
+pub fn iio_buffers(root: &Path) -> std::io::Result<Board> {
+    let streams = root.join("streams");
+    std::fs::create_dir(&streams)?;
+    let device = |name: &str, channel: &str| -> std::io::Result<std::fs::File> {
+        let folder = root.join(name);
+        for part in ["scan_elements", "buffer"] {
+            std::fs::create_dir_all(folder.join(part))?;
+        }
+        let files = [
+            (format!("{channel}_scale"), "0.305175781"),
+            (format!("scan_elements/{channel}_en"), "0"),
+            (format!("scan_elements/{channel}_type"), "le:s16/16>>0"),
+            ("buffer/enable".to_owned(), "0"),
+            ("buffer/length".to_owned(), "128"),
+        ];
+        for (file, text) in files {
+            std::fs::write(folder.join(file), text)?;
+        }
+        let pipe = streams.join(name);
+        let made = Command::new("mkfifo").arg(&pipe).status()?;
+        assert!(made.success(), "mkfifo");
+        // To read and to write, so that opening waits for nobody.
+        std::fs::OpenOptions::new().read(true).write(true).open(pipe)
+    };
+    let (mut from, mut to) = (device("dac", "out_voltage0")?, device("adc", "in_voltage0")?);
+    let last = Arc::new(AtomicI16::new(i16::MAX));
+    let said = last.clone();
+    // It ends with the test's process.
+    std::thread::spawn(move || {
+        let mut sample = [0; 2];
+        while from.read_exact(&mut sample).is_ok() && to.write_all(&sample).is_ok() {
+            said.store(i16::from_le_bytes(sample), Ordering::Relaxed);
+        }
+    });
+    Ok(Board { streams, last })
 }

@@ -10,7 +10,7 @@ pub mod rough;
 mod witness;
 
 pub use command::{Finished, anhyst, children, digest, folders, repository, spawn, start, summary, wait_for};
-pub use example::{c_amplifier, iio_device, python};
+pub use example::{Board, c_amplifier, iio_buffers, iio_device, python};
 pub use hosts::Hosts;
 pub use identity::{assert_same, digest_history, first_difference};
 pub use real_time::{A_FEW, alone, summary_as_judged};

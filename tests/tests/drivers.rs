@@ -4,11 +4,12 @@
 
 use anhyst_ipc::{Channel, ExternalClock, ExternalNode, ExternalSettings, Received};
 use anhyst_tests::{
-    Finished, LIMIT, SharedMemory, anhyst, assert_same, c_amplifier, files_with, folders, iio_device, python, spawn,
-    summary,
+    Finished, LIMIT, SharedMemory, anhyst, assert_same, c_amplifier, files_with, folders, iio_buffers, iio_device,
+    python, spawn, summary,
 };
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 fn run(out: &Path, more: &[&str]) -> Finished {
@@ -153,6 +154,32 @@ fn an_amplifier_behind_iio_files_takes_part() {
     digest(&out, &more);
     let raw = std::fs::read_to_string(device.join("out_voltage0_raw")).unwrap();
     assert_eq!(raw.trim(), "32768", "the output is at zero after the run");
+}
+
+/// A driver behind triggered buffers: a sample out, a sample in, and both buffers off at the end. Its monitor may be of a tick before.
+#[test]
+fn an_amplifier_behind_iio_buffers_takes_part() {
+    let (root, [out]) = folders();
+    let board = iio_buffers(root.path()).unwrap();
+    let driver = anhyst().with_file_name("anhyst-amplifier-hardware");
+    let [dac, adc] = ["dac", "adc"].map(|name| root.path().join(name));
+    // In lockstep a tick takes no time, and a sample some.
+    let command = format!(
+        "amplifier={} --buffered --device {} --input-device {} --streams {} --stale-ticks 1000000 --following-time-s 10",
+        driver.display(),
+        dac.display(),
+        adc.display(),
+        board.streams.display()
+    );
+    let settings = ["duration_s=0.2", "expect.settling_s=0.1", "expect.tolerance_m=None"];
+    let mut more: Vec<&str> = settings.iter().flat_map(|setting| ["--set", *setting]).collect();
+    more.extend(["--set", "guard.monitors.coil=Off", "--external-command", &command]);
+    digest(&out, &more);
+    for device in [&dac, &adc] {
+        assert_eq!(std::fs::read_to_string(device.join("buffer/enable")).unwrap(), "0");
+    }
+    let raw = board.last.load(Ordering::Relaxed);
+    assert_eq!(raw, 0, "the output is at zero after the run");
 }
 
 /// A plant of somebody else's, here ours by hand: two channels, and the digest is still that of the run.

@@ -1,8 +1,8 @@
 //! millivolts = (raw + offset)·scale: converters of Linux' Industrial I/O, through their files in sysfs.
 //!
 //! raw integer of the converter, offset in the same counts (0 without a file), scale in mV per count. The folder is
-//! `/sys/bus/iio/devices/iio:deviceN`; any folder with the same files will do. Two files are opened a tick. A faster
-//! loop wants a buffer (libiio) or Comedi behind the same trait.
+//! `/sys/bus/iio/devices/iio:deviceN`; any folder with the same files will do. Two files are opened a tick: a faster
+//! loop wants the buffers of `iio_buffer.rs`, or Comedi behind the same trait.
 //! Source: kernel documentation, ABI/testing/sysfs-bus-iio.
 
 use crate::converter::{Converter, ConverterError};
@@ -14,6 +14,12 @@ use std::path::{Path, PathBuf};
 #[derive(Debug)]
 struct Channel {
     raw: PathBuf,
+    scale: Scale,
+}
+
+/// A channel's constants.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scale {
     scale_mv: f64,
     offset: f64,
 }
@@ -26,20 +32,20 @@ pub struct Iio {
 }
 
 impl Iio {
-    /// Opens `out_OUTPUT_raw` and `in_INPUT_raw` of the device in `folder`, with their scales and offsets.
+    /// Opens `out_OUTPUT_raw` in the folder of the output's device and `in_INPUT_raw` in that of the input's, with their scales and offsets.
     ///
     /// # Errors
     /// A file that is missing or holds no number.
-    pub fn open(folder: &Path, output: &str, input: &str) -> Result<Self, ConverterError> {
+    pub fn open(output: (&Path, &str), input: (&Path, &str)) -> Result<Self, ConverterError> {
         Ok(Self {
-            output: Channel::open(folder, &format!("out_{output}"))?,
-            input: Channel::open(folder, &format!("in_{input}"))?,
+            output: Channel::open(output.0, &format!("out_{}", output.1))?,
+            input: Channel::open(input.0, &format!("in_{}", input.1))?,
         })
     }
 }
 
-impl Channel {
-    fn open(folder: &Path, name: &str) -> Result<Self, ConverterError> {
+impl Scale {
+    pub fn open(folder: &Path, name: &str) -> Result<Self, ConverterError> {
         let file = |ending: &str| folder.join(format!("{name}_{ending}"));
         let scale = file("scale");
         let scale_mv = read_number(&scale)?;
@@ -51,16 +57,32 @@ impl Channel {
         }
         let offset = file("offset");
         let offset = if offset.exists() { read_number(&offset)? } else { 0.0 };
-        let raw = file("raw");
+        Ok(Self { scale_mv, offset })
+    }
+
+    /// Counts, not rounded.
+    pub fn raw(self, volts: f64) -> f64 {
+        volts * 1e3 / self.scale_mv - self.offset
+    }
+
+    pub fn volts(self, raw: f64) -> f64 {
+        (raw + self.offset) * self.scale_mv * 1e-3
+    }
+}
+
+impl Channel {
+    fn open(folder: &Path, name: &str) -> Result<Self, ConverterError> {
+        let scale = Scale::open(folder, name)?;
+        let raw = folder.join(format!("{name}_raw"));
         File::open(&raw).map_err(|cause| refused(&raw, cause))?;
-        Ok(Self { raw, scale_mv, offset })
+        Ok(Self { raw, scale })
     }
 }
 
 impl Converter for Iio {
     fn write_volts(&mut self, volts: f64) -> Result<(), ConverterError> {
         let channel = &self.output;
-        let raw = (volts * 1e3 / channel.scale_mv - channel.offset).round() as i64;
+        let raw = channel.scale.raw(volts).round() as i64;
         // On the stack: a step does not allocate.
         let mut text = [0_u8; 24];
         let mut free = &mut text[..];
@@ -74,7 +96,7 @@ impl Converter for Iio {
 
     fn read_volts(&mut self) -> Result<f64, ConverterError> {
         let channel = &self.input;
-        Ok((read_number(&channel.raw)? + channel.offset) * channel.scale_mv * 1e-3)
+        Ok(channel.scale.volts(read_number(&channel.raw)?))
     }
 }
 
@@ -88,7 +110,7 @@ fn read_number(path: &Path) -> Result<f64, ConverterError> {
         .ok_or_else(|| ConverterError::NotANumber { path: path.to_owned() })
 }
 
-fn refused(path: &Path, cause: std::io::Error) -> ConverterError {
+pub(crate) fn refused(path: &Path, cause: std::io::Error) -> ConverterError {
     ConverterError::File {
         path: path.to_owned(),
         cause,
@@ -119,7 +141,7 @@ mod tests {
     #[test]
     fn volts_become_counts_and_come_back() {
         let folder = device();
-        let mut iio = Iio::open(folder.path(), "voltage0", "voltage0").unwrap();
+        let mut iio = Iio::open((folder.path(), "voltage0"), (folder.path(), "voltage0")).unwrap();
         assert_eq!(iio.read_volts().unwrap(), 0.0);
         for (volts, raw) in [(5.0, "49152"), (-5.0, "16384"), (0.0, "32768"), (-9.9, "328")] {
             iio.write_volts(volts).unwrap();
@@ -135,12 +157,12 @@ mod tests {
     #[test]
     fn a_device_that_is_not_there_is_named() {
         let folder = device();
-        let missing = Iio::open(folder.path(), "voltage1", "voltage0")
+        let missing = Iio::open((folder.path(), "voltage1"), (folder.path(), "voltage0"))
             .unwrap_err()
             .to_string();
         assert!(missing.contains("out_voltage1_scale cannot be used"), "{missing}");
         std::fs::write(folder.path().join("out_voltage0_scale"), "0\n").unwrap();
-        let zero = Iio::open(folder.path(), "voltage0", "voltage0")
+        let zero = Iio::open((folder.path(), "voltage0"), (folder.path(), "voltage0"))
             .unwrap_err()
             .to_string();
         assert!(zero.contains("scale of 0 mV"), "{zero}");

@@ -1,35 +1,33 @@
 //! A real amplifier in the loop: safe fields in, volts out, the current monitor back. Copy it, and put your board behind
-//! [`converter::Converter`]; [`iio`] is one that exists.
+//! [`converter::Converter`]; `iio.rs`, `iio_buffer.rs` and `ethercat.rs` (cargo feature) are some that exist.
 //!
 //!     anhyst run SCENARIO --external-command \
 //!         amplifier='target/release/anhyst-amplifier-hardware --device /sys/bus/iio/devices/iio:device0'
 
+mod board;
 mod converter;
 mod drive;
+#[cfg(feature = "ethercat")]
+mod ethercat;
 mod iio;
+mod iio_buffer;
 
 use anhyst_ipc::{
     Channel, CoilField, ExternalClock, ExternalNode, ExternalSettings, LinkError, MAX_WORDS, Message, Received,
     SafeField,
 };
 use clap::Parser;
+use converter::Converter;
 use drive::{Constants, Drive, SILENT};
-use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
 /// Drives a current amplifier through a converter.
 #[derive(Debug, Parser)]
 struct Arguments {
-    /// Folder of the converter's files.
-    #[arg(long)]
-    device: PathBuf,
-    /// The output's name in them.
-    #[arg(long, default_value = "voltage0")]
-    output: String,
-    /// The input's name in them.
-    #[arg(long, default_value = "voltage0")]
-    input: String,
+    /// What it is reached by.
+    #[command(flatten)]
+    board: board::BoardArguments,
     /// After so long without a safe field the output goes to zero (default: the run's receive limit, because in lockstep time
     /// waits for the slowest process; on a rig give a few ticks).
     #[arg(long)]
@@ -66,8 +64,8 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         return Err(format!("a time of {wrong} s is outside [1e-6, 86400] s"));
     }
     let say = |error: LinkError| error.to_string();
-    let converter = iio::Iio::open(&arguments.device, &arguments.output, &arguments.input);
-    let drive = converter.and_then(|iio| Drive::start(iio, arguments.constants, tick_s));
+    let board = arguments.board.open()?;
+    let drive = Drive::start(board, arguments.constants, tick_s);
     let mut drive = drive.map_err(|error| error.to_string())?;
     let clock = std::env::var("ANHYST_CLOCK").unwrap_or_else(|_| "lockstep".into());
     let clock = ExternalClock::told(&clock, tick_s).map_err(say)?;
@@ -118,7 +116,7 @@ fn number(name: &str, default: Option<f64>) -> Result<f64, String> {
 }
 
 /// Answers every safe field until the run is over; `next` is the tick of the next answer.
-fn serve<C: converter::Converter>(
+fn serve<C: Converter>(
     node: &mut ExternalNode,
     drive: &mut Drive<C>,
     silence_limit: Duration,
