@@ -1,13 +1,17 @@
 //! v with h(v) = y for a law whose output does not fall with its input, the memory frozen at where it stands.
 //!
-//! Newton's step inside a bracket that every evaluation narrows; where the slope says nothing (a flat stretch, a kink) the
-//! bracket is halved. A sum of plays is straight between its kinks, so that two or three steps end it; others gain digits
-//! quadratically. It ends where the output is met to rounding or the bracket holds no other number.
+//! Newton's step, at first towards a limit of which nothing is known but that the input may not pass it: a sample moves little, and what a
+//! law would give at the limit costs some laws far more than all the rest. The step that goes beyond the demand closes a bracket, which
+//! every evaluation narrows; so does the limit, once a step would leave it or many have stayed short. Where the slope says nothing (a flat
+//! stretch, a kink) the bracket is halved. A sum of plays is straight between its kinks, so that two or three steps end it; others gain
+//! digits quadratically. It ends where the output is met to rounding or the bracket holds no other number.
 
 use super::HysteresisLaw;
 
 /// More halvings than a double has bits.
 const MAX_STEPS: usize = 128;
+/// So many steps may stay short of the demand before the limit is looked at.
+const MAX_SHORT: usize = 8;
 
 /// See [`HysteresisLaw::input_for`].
 pub(super) fn input_for<L: HysteresisLaw + ?Sized>(
@@ -27,60 +31,69 @@ pub(super) fn input_for<L: HysteresisLaw + ?Sized>(
     }
     let rising = output_to > present;
     let end = if rising { input_limit } else { -input_limit };
-    let sign = if rising { 1.0 } else { -1.0 };
-    let short_of = |output: f64| sign * (output_to - output);
-    let (at_end, _) = law.ahead(state, end);
-    if short_of(at_end) > 0.0 {
-        return (end, false);
-    }
-    let found = search(law, state, (here, present), (end, at_end), output_to, sign);
-    (found, true)
+    search(law, state, (here, present), end, output_to, rising)
 }
 
-/// Between a near input that is short of the demand and a far one that is not.
+/// From an input that is short of the demand towards a limit.
 fn search<L: HysteresisLaw + ?Sized>(
     law: &L,
     state: &L::State,
-    (mut near, at_near): (f64, f64),
-    (mut far, at_far): (f64, f64),
+    (here, present): (f64, f64),
+    end: f64,
     output_to: f64,
-    sign: f64,
-) -> f64 {
-    let rounding = 2.0 * f64::EPSILON * at_near.abs().max(at_far.abs()).max(output_to.abs());
-    let slope = law.slope(state, sign > 0.0);
-    let mut tried = within(near + (output_to - at_near) / slope, near, far);
+    rising: bool,
+) -> (f64, bool) {
+    let sign = if rising { 1.0 } else { -1.0 };
+    let slope = law.slope(state, rising);
+    // What the output changes by where the input's last digit does is no error; a slope that is no number says nothing.
+    let mut size = present.abs().max(output_to.abs()).max((slope * here).abs());
+    // The far one is not short of the demand; of the limit that is not known yet.
+    let (mut near, mut far, mut bounded) = (here, end, false);
     // The best so far, for a rounding that is never met.
-    let mut best = (far, (at_far - output_to).abs());
-    for _ in 0..MAX_STEPS {
+    let mut best = (here, (output_to - present).abs());
+    let mut newton = here + (output_to - present) / slope;
+    let mut tried = here;
+    for step in 0..MAX_STEPS {
+        if !bounded && (step == MAX_SHORT || !is_between(newton, near, far)) {
+            let (at_end, _) = law.ahead(state, end);
+            let error = output_to - at_end;
+            if sign * error > 0.0 {
+                return (end, false);
+            }
+            size = size.max(at_end.abs());
+            if error.abs() < best.1 {
+                best = (end, error.abs());
+            }
+            bounded = true;
+        }
+        let next = if is_between(newton, near, far) {
+            newton
+        } else {
+            0.5 * (near + far)
+        };
+        if next == tried || next == near || next == far {
+            break;
+        }
+        tried = next;
         let (output, slope) = law.ahead(state, tried);
         let error = output_to - output;
         if error.abs() < best.1 {
             best = (tried, error.abs());
         }
-        if error.abs() <= rounding {
+        if error.abs() <= 2.0 * f64::EPSILON * size {
             break;
         }
         if sign * error > 0.0 {
             near = tried;
         } else {
-            far = tried;
+            (far, bounded) = (tried, true);
         }
-        let newton = tried + error / slope;
-        let next = within(newton, near, far);
-        if next == tried || next == near || next == far {
-            break;
-        }
-        tried = next;
+        newton = tried + error / slope;
     }
-    best.0
+    (best.0, true)
 }
 
-/// A step, or the middle of the bracket where the step leaves it or is no number.
-fn within(step: f64, near: f64, far: f64) -> f64 {
+fn is_between(tried: f64, near: f64, far: f64) -> bool {
     let (low, high) = if near < far { (near, far) } else { (far, near) };
-    if step > low && step < high {
-        step
-    } else {
-        0.5 * (low + high)
-    }
+    tried > low && tried < high
 }
