@@ -49,7 +49,7 @@ pub fn run(arguments: &DataArguments) -> miette::Result<Ending> {
     let several = survey.tables.len() > 1;
     for table in survey.tables.iter().filter(|table| table.read) {
         let of = if several { "the table that is read: " } else { "" };
-        print(table, of);
+        print(table, of, &survey.file);
     }
     for table in survey.tables.iter().filter(|table| !table.read) {
         let own = table.channels.iter().map(|own| own.header.as_str());
@@ -68,7 +68,7 @@ fn sized(table: &SurveyedTable) -> String {
     format!("{} rows, {clock}", table.rows)
 }
 
-fn print(table: &SurveyedTable, of: &str) {
+fn print(table: &SurveyedTable, of: &str, file: &str) {
     crate::say!("{of}{}", sized(table));
     let mut listed = Table::new(["channel", "is", "least", "mean", "largest", "noise", "unit", "course"]);
     for channel in &table.channels {
@@ -92,17 +92,26 @@ fn print(table: &SurveyedTable, of: &str) {
         let mark = if own.reads { "" } else { "not read: " };
         crate::say!("{:<20}{mark}{}", own.commands, own.says);
     }
+    let reading: Vec<&str> = table
+        .uses
+        .iter()
+        .filter(|own| own.reads)
+        .map(|own| own.commands)
+        .collect();
     if !options.is_empty() {
-        let commands = table.uses.iter().filter(|own| own.reads).map(|own| own.commands);
-        let commands: Vec<&str> = commands.collect();
-        let to = if commands.is_empty() {
+        let to = if reading.is_empty() {
             "any of them".to_owned()
         } else {
-            commands.join(", ")
+            reading.join(", ")
         };
         crate::say!("\nto be given to {to}:\n  {}", options.join(" "));
-    } else if table.uses.iter().any(|own| own.reads) {
+    } else if !reading.is_empty() {
         crate::say!("\nits columns are known by their names: no --column is needed");
+    }
+    if reading.iter().any(|commands| commands.contains("--law")) {
+        let words = ["anhyst fit".to_owned(), quoted(file), "--law auto".to_owned()];
+        let line: Vec<String> = words.into_iter().chain(options).collect();
+        crate::say!("for instance, which law describes it:\n  {}", line.join(" "));
     }
 }
 

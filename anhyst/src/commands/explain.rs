@@ -122,6 +122,22 @@ fn first_heading(page: &str) -> &'static str {
     sections().find(|own| own.page == page).map_or("", |own| own.heading)
 }
 
+/// What the help of each command that has an option of this name says of it.
+fn options(topic: &str) -> String {
+    let name = topic.trim_start_matches('-').replace('_', "-");
+    let command = crate::cli::command();
+    let said = command.get_subcommands().flat_map(|own| {
+        let named = own
+            .get_arguments()
+            .filter(|option| option.get_long() == Some(name.as_str()));
+        named.filter_map(|option| {
+            let help = option.get_long_help().or(option.get_help())?;
+            Some(format!("anhyst {} --{name}: {help}\n", own.get_name()))
+        })
+    });
+    said.collect()
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -139,6 +155,7 @@ pub fn run(arguments: &ExplainArguments) -> miette::Result<Ending> {
         return Ok(Ending::Held);
     }
     let text = explained(&topic);
+    let text = if text.is_empty() { options(&topic) } else { text };
     if !text.is_empty() {
         crate::say!("{}", text.trim_end());
         return Ok(Ending::Held);
