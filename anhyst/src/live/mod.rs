@@ -96,7 +96,7 @@ impl Thinned {
 
     /// Whether a token is passed on.
     pub fn passes(&mut self, token: &RawToken) -> bool {
-        if token.tick() % self.every != 0 {
+        if !token.tick().is_multiple_of(self.every) {
             return false;
         }
         let next = &mut self.next[token.channel().number()];
