@@ -39,7 +39,7 @@ pub enum Command {
     Check(check::CheckArguments),
     /// Change settings of a run that goes on: gains, learning, amplitude, tolerance.
     Tune(tune::TuneArguments),
-    /// Pass the channels of a run that goes on to Foxglove, PlotJuggler or Zenoh.
+    /// Pass the channels of a run that goes on to Foxglove or PlotJuggler.
     Live(live::LiveArguments),
     /// Print the wiring of a scenario's processes as a Mermaid graph.
     Graph(graph::GraphArguments),

@@ -33,15 +33,7 @@ pub const OPTIONS: [(&str, &str, &str); 9] = [
 const FEATURES: [(&str, &[&str], bool); 2] = [
     (
         "bridge",
-        &[
-            "bridge",
-            "--here",
-            "--zenoh",
-            "--listen",
-            "--connect",
-            "--budget-us",
-            "--run-name",
-        ],
+        &["bridge", "--here", "--listen", "--connect", "--budget-us", "--run-name"],
         cfg!(feature = "bridge"),
     ),
     ("recorder", &["view", "export", "--live"], cfg!(feature = "recorder")),

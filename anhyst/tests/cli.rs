@@ -18,13 +18,12 @@ fn text(bytes: &[u8]) -> String {
 }
 
 /// Commands and options that this build may lack.
-const BY_FEATURE: [&str; 10] = [
+const BY_FEATURE: [&str; 9] = [
     "view",
     "export",
     "bridge",
     "--live",
     "--here",
-    "--zenoh",
     "--listen",
     "--connect",
     "--budget-us",

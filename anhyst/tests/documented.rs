@@ -107,7 +107,7 @@ fn every_documented_command_is_one() {
             let named_alone = words.len() == 2 || words.len() == 3 && words[1] == "study";
             let feature = words
                 .iter()
-                .any(|word| ["bridge", "--here", "--listen", "--connect", "--zenoh"].contains(&word.as_str()));
+                .any(|word| ["bridge", "--here", "--listen", "--connect"].contains(&word.as_str()));
             if words.iter().any(|word| is_pattern(word))
                 || named_alone && anhyst::cli::command().find_subcommand(name).is_some()
             {

@@ -27,8 +27,6 @@ mod crossing;
 #[cfg(feature = "zenoh")]
 mod heartbeat;
 #[cfg(feature = "zenoh")]
-mod live;
-#[cfg(feature = "zenoh")]
 mod meeting;
 #[cfg(feature = "zenoh")]
 mod session;
@@ -43,5 +41,3 @@ pub use settings::{BridgeSettings, End};
 
 #[cfg(feature = "zenoh")]
 pub use crossing::{Crossed, run};
-#[cfg(feature = "zenoh")]
-pub use live::LiveKeys;

@@ -39,10 +39,6 @@ pub struct LiveArguments {
     /// Send datagrams there, as PlotJuggler's UDP server takes them.
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub udp: Option<SocketAddr>,
-    /// Publish on Zenoh under anhyst/live/RUN/CHANNEL, and listen there for subscribers: tcp/127.0.0.1:7448.
-    #[cfg_attr(feature = "bridge", arg(long, value_name = "ENDPOINT"))]
-    #[cfg_attr(not(feature = "bridge"), arg(skip))]
-    pub zenoh: Option<String>,
     /// Ticks for each second of the run, at most.
     #[arg(long, default_value_t = 1000.0, value_name = "HZ", value_parser = rate_hz)]
     pub rate_hz: f64,
@@ -86,8 +82,6 @@ struct Passed {
 struct Ways {
     foxglove: Option<Server>,
     udp: Option<(UdpSocket, SocketAddr)>,
-    #[cfg(feature = "bridge")]
-    zenoh: Option<anhyst_bridge::LiveKeys>,
 }
 
 /// Runs the command.
@@ -135,8 +129,7 @@ pub fn run(arguments: &LiveArguments) -> miette::Result<Ending> {
 }
 
 fn ways(arguments: &LiveArguments) -> miette::Result<Ways> {
-    let other = arguments.udp.is_some() || arguments.zenoh.is_some();
-    let foxglove = arguments.foxglove.or((!other).then_some(FOXGLOVE));
+    let foxglove = arguments.foxglove.or(arguments.udp.is_none().then_some(FOXGLOVE));
     let name = arguments
         .run
         .file_name()
@@ -154,13 +147,6 @@ fn ways(arguments: &LiveArguments) -> miette::Result<Ways> {
         let any = if address.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
         let socket = UdpSocket::bind(any).map_err(taken(address))?;
         ways.udp = Some((socket, address));
-    }
-    #[cfg(feature = "bridge")]
-    if let Some(endpoint) = &arguments.zenoh {
-        let end = anhyst_bridge::End::Listen(endpoint.clone());
-        let keys = anhyst_bridge::LiveKeys::open(&end, &name).map_err(|error| miette::miette!("{error}"))?;
-        crate::complain!("Zenoh: anhyst/live/{name}/** at {endpoint}");
-        ways.zenoh = Some(keys);
     }
     Ok(ways)
 }
@@ -181,10 +167,6 @@ impl Ways {
         // Nobody has to listen: what cannot be sent is lost, as datagrams are.
         if let Some((socket, address)) = &self.udp {
             let _ = socket.send_to(heard.datagram().as_bytes(), address);
-        }
-        #[cfg(feature = "bridge")]
-        if let Some(keys) = &self.zenoh {
-            let _ = keys.put(heard.channel, &heard.json);
         }
         if let Some(server) = &self.foxglove {
             server.send(&Arc::new(heard));
