@@ -16,6 +16,21 @@ const MAX_ARGUMENT: f64 = 1e30;
 /// |x| up to which the wide rationals hold, squared.
 const WIDE_LIMIT_SQUARED: f64 = 400.0;
 
+const LANGEVIN_4_NUMERATOR: [f64; 5] = [
+    0.333333333333333,
+    0.02525634325929519,
+    0.0004913963723282908,
+    2.966380028168031e-06,
+    4.223309756550385e-09,
+];
+const LANGEVIN_4_DENOMINATOR: [f64; 6] = [
+    1.0,
+    0.1424356964445387,
+    0.004620695864110649,
+    4.7512537700242745e-05,
+    1.4438629231644064e-07,
+    6.17036844783086e-11,
+];
 const LANGEVIN_8_NUMERATOR: [f64; 7] = [
     0.33333333333333326,
     0.027366927413047314,
@@ -92,13 +107,41 @@ const TANH_20_DENOMINATOR: [f64; 13] = [
     1.0967931603971808e-31,
 ];
 
+/// By blocks of four (Estrin) and Horner's rule between them, half as long a chain of dependent operations as Horner's alone; in lanes by
+/// that, which has two operations less.
 #[inline(always)]
 fn polynomial<N: Number, const TERMS: usize>(coefficients: &[f64; TERMS], s: N) -> N {
-    let mut sum = N::splat(coefficients[TERMS - 1]);
-    let mut index = TERMS - 1;
-    while index > 0 {
-        index -= 1;
-        sum = sum * s + N::splat(coefficients[index]);
+    if N::SIDE_BY_SIDE {
+        let mut sum = N::splat(coefficients[TERMS - 1]);
+        let mut index = TERMS - 1;
+        while index > 0 {
+            index -= 1;
+            sum = sum * s + N::splat(coefficients[index]);
+        }
+        return sum;
+    }
+    let square = s * s;
+    let fourth = square * square;
+    let pair = |first: usize| {
+        let constant = N::splat(coefficients[first]);
+        if first + 1 < TERMS {
+            constant + N::splat(coefficients[first + 1]) * s
+        } else {
+            constant
+        }
+    };
+    let block = |first: usize| {
+        if first + 2 < TERMS {
+            pair(first) + pair(first + 2) * square
+        } else {
+            pair(first)
+        }
+    };
+    let mut first = (TERMS - 1) / 4 * 4;
+    let mut sum = block(first);
+    while first > 0 {
+        first -= 4;
+        sum = block(first) + sum * fourth;
     }
     sum
 }
@@ -133,6 +176,25 @@ fn within<N: Number>(x: N) -> N {
     let below = x.where_greater(limit, limit, x);
     let mirrored = N::splat(0.0) - below;
     mirrored.where_greater(limit, N::splat(0.0) - limit, below)
+}
+
+/// Langevin for |x| ≤ 4.
+pub(crate) struct LangevinToFour;
+impl<N: Number> Curve<N> for LangevinToFour {
+    #[inline(always)]
+    fn fraction(x: N) -> Fraction<N> {
+        let s = x * x;
+        langevin(
+            x,
+            s,
+            polynomial(&LANGEVIN_4_NUMERATOR, s),
+            polynomial(&LANGEVIN_4_DENOMINATOR, s),
+        )
+    }
+    #[inline(always)]
+    fn inverse(y: N) -> N {
+        inverse_langevin(y)
+    }
 }
 
 /// Langevin for |x| ≤ 8.

@@ -66,6 +66,10 @@ proptest! {
             / material.saturation_magnetization_a_per_m;
         // Without reversible part the field jumps across a phase in which M stands still: that demand is met at its edge.
         prop_assert!(answer.limited || error < 1e-12, "off by {error:.1e} Ms and not reported");
+        let forward = material.advance(state, answer.state.field_a_per_m);
+        let apart = (forward.magnetization_a_per_m - answer.state.magnetization_a_per_m).abs()
+            / material.saturation_magnetization_a_per_m;
+        prop_assert!(apart < 1e-12, "the forward step ends {apart:.1e} Ms elsewhere");
         if answer.limited {
             prop_assert_eq!(answer.state.field_a_per_m.abs(), limit);
         }

@@ -30,7 +30,7 @@ impl Default for GaussNewtonSettings {
             range_a_per_m: (6300.0, 7300.0),
             start_a_per_m: 6800.0,
             start_deviation_a_per_m: 289.0,
-            members: 33,
+            members: 32,
             noise_m: 10e-9,
             drift_variance_per_s: 100.0,
         }

@@ -41,7 +41,7 @@ impl MinMaxSettings {
         Self {
             range_a_per_m: (6300.0, 7300.0),
             start_a_per_m: 6800.0,
-            members: 33,
+            members: 32,
             zero_per_s: None,
             filter_per_s: 1000.0,
             dead_zone_m: 2e-9,

@@ -49,6 +49,7 @@ lane_operator!(Mul, mul);
 lane_operator!(Div, div);
 
 impl<const WIDTH: usize> Number for Lanes<WIDTH> {
+    const SIDE_BY_SIDE: bool = true;
     #[inline(always)]
     fn splat(value: f64) -> Self {
         Lanes([value; WIDTH])

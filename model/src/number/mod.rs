@@ -13,6 +13,8 @@ use std::ops::{Add, Div, Mul, Sub};
 pub(crate) trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
+    /// Many side by side, of which some go on while others wait: what counts is the number of operations, not how long they depend.
+    const SIDE_BY_SIDE: bool = false;
     fn splat(value: f64) -> Self;
     fn abs(self) -> Self;
     /// The larger of the two where they compare, else `other`.

@@ -129,7 +129,8 @@ impl<N: Number, C: Curve<N>, const CUBIC: bool> Coefficients<N, C, CUBIC> {
     /// Q·(Man − M).
     #[inline(always)]
     pub fn lag(&self, fraction: &Fraction<N>, magnetization: N) -> N {
-        self.saturation * (fraction.x * fraction.numerator) - magnetization * fraction.denominator
+        // Ms·x is known long before P.
+        (self.saturation * fraction.x) * fraction.numerator - magnetization * fraction.denominator
     }
 
     /// dM/dH with δ̂ = 1, from a curve already evaluated.
@@ -140,20 +141,42 @@ impl<N: Number, C: Curve<N>, const CUBIC: bool> Coefficients<N, C, CUBIC> {
         let q_squared = q * q;
         let wall = self.pinning * q - self.tangent_hat(magnetization) * lag;
         let bending = self.reversible_gain * fraction.derivative;
-        (lag * q_squared + bending * wall) / (wall * (q_squared - self.tangent(magnetization) * bending))
+        (lag * q_squared + bending * wall) / (wall * (q_squared - self.coupled(fraction, magnetization)))
     }
 
     /// dM/dH with δ̂ = 0.
     #[inline(always)]
     pub fn reversible_slope(&self, fraction: &Fraction<N>, magnetization: N) -> N {
         let bending = self.reversible_gain * fraction.derivative;
-        bending / (fraction.denominator * fraction.denominator - self.tangent(magnetization) * bending)
+        bending / (fraction.denominator * fraction.denominator - self.coupled(fraction, magnetization))
+    }
+
+    /// α·r.
+    #[inline(always)]
+    fn coupled(&self, fraction: &Fraction<N>, magnetization: N) -> N {
+        // The constants first: B is what is waited for.
+        (self.tangent(magnetization) * self.reversible_gain) * fraction.derivative
     }
 
     /// dM/dH with δ̂ = 1.
     #[inline(always)]
     pub fn slope(&self, field: N, magnetization: N) -> N {
         self.slope_from(&self.curve(field, magnetization), magnetization)
+    }
+
+    /// dM/dH with δ̂ = 1 at a field and at M = `magnetization` + `step`·`slope`; what does not wait for the slope is worked out apart.
+    #[inline(always)]
+    fn slope_along(&self, field: N, magnetization: N, step: N, slope: N) -> N {
+        let reached = magnetization + step * slope;
+        let known = (field + self.coupling * magnetization) * self.inverse_shape;
+        let linear = known + (step * (self.coupling * self.inverse_shape)) * slope;
+        let argument = if CUBIC {
+            let cubic = self.triple_cubic * N::splat(1.0 / 3.0);
+            linear + cubic * (reached * reached * reached) * self.inverse_shape
+        } else {
+            linear
+        };
+        self.slope_from(&C::fraction(argument), reached)
     }
 
     /// After a field step: M, and its mean over the step from the same slopes, M + (h/6)(k₁ + k₂ + k₃), fourth order.
@@ -166,9 +189,9 @@ impl<N: Number, C: Curve<N>, const CUBIC: bool> Coefficients<N, C, CUBIC> {
         } = from;
         let half = N::splat(0.5) * step;
         let middle = field + half;
-        let second = self.slope(middle, magnetization + half * first);
-        let third = self.slope(middle, magnetization + half * second);
-        let fourth = self.slope(field + step, magnetization + step * third);
+        let second = self.slope_along(middle, magnetization, half, first);
+        let third = self.slope_along(middle, magnetization, half, second);
+        let fourth = self.slope_along(field + step, magnetization, step, third);
         let sum = (first + fourth) + N::splat(2.0) * (second + third);
         let sixth = step * N::splat(1.0 / 6.0);
         (

@@ -184,7 +184,7 @@ impl<N: Number, C: Curve<N>, const CUBIC: bool> Coefficients<N, C, CUBIC> {
             magnetization = next;
             iterations += 1;
             // Newton converges quadratically: after a move of 1e-9 the next one is below rounding.
-            let left = moved.abs() - N::splat(1e-9) * spread;
+            let left = moved.abs() - N::splat(3e-7) * spread;
             if left.largest() <= 0.0 || iterations == 60 {
                 return solution;
             }

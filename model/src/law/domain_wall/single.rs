@@ -13,7 +13,7 @@ pub(super) struct Way<'a, N: Single, C: Kernel, const CUBIC: bool> {
     from: MagneticState,
     /// That of `from`, with what it carries.
     magnetization: N,
-    present: Fraction<N>,
+    pub present: Fraction<N>,
     direction: f64,
     to: f64,
     /// δ̂ = 0 where it begins.
@@ -67,7 +67,10 @@ impl Hysteresis {
     }
 
     pub(super) fn switch(&self, state: MagneticState) -> Switch {
-        let irreversible = self.irreversible(state);
+        self.switch_of(self.irreversible(state))
+    }
+
+    pub(super) fn switch_of(&self, irreversible: f64) -> Switch {
         let relative = irreversible / self.saturation_magnetization_a_per_m;
         Switch {
             field: self.shape_a_per_m * self.anhysteretic.inverse(relative) - self.coupling_field(irreversible),
