@@ -117,7 +117,8 @@ impl Axes {
     /// How far two points lie apart in the box.
     pub fn distance(&self, from: [f64; 2], to: [f64; 2]) -> f64 {
         let [(x, _), (y, _)] = self.maps();
-        ((to[0] - from[0]) * x).hypot((to[1] - from[1]) * y)
+        let [right, up] = [(to[0] - from[0]) * x, (to[1] - from[1]) * y];
+        (right * right + up * up).sqrt()
     }
 
     /// Writes transform, frame, grid and labels below `entity`; data belongs below `{entity}/raw`.

@@ -85,31 +85,39 @@ pub(crate) fn send(stream: &RecordingStream, run: &RunInfo, rows: &[Row]) -> Res
     stream.send_columns(ENTITY, [times], [column]).writing("tokens")
 }
 
+/// Ticks that are turned into planes at a time: their words stay in the nearest cache.
+const TILE: usize = 32;
+
 fn write_planes(rows: &[Row], planes: &mut [u8]) {
-    let mut words = vec![0; rows.len() * WIDTH];
-    for (row, words) in rows.iter().zip(words.chunks_exact_mut(WIDTH)) {
-        fn write<M: Message>(token: &M, words: &mut [u64]) {
-            token.write_words(&mut words[const { places(M::CHANNEL).start }..]);
+    let mut words = [[0; WIDTH]; TILE];
+    for (tile, rows_of_tile) in rows.chunks(TILE).enumerate() {
+        for (row, words) in rows_of_tile.iter().zip(&mut words) {
+            write_words(row, words);
         }
-        write::<Measurement>(&row.measurement, words);
-        write::<Truth>(&row.truth, words);
-        write::<Estimate>(&row.estimate, words);
-        write::<Demand>(&row.demand, words);
-        write::<FieldCommand>(&row.field_command, words);
-        write::<SafeField>(&row.safe_field, words);
-        write::<CoilField>(&row.coil_field, words);
-    }
-    let mut column = vec![0; rows.len()];
-    for (field, planes) in planes.chunks_exact_mut(rows.len() * WORD).enumerate() {
-        for (word, row) in column.iter_mut().zip(words.chunks_exact(WIDTH)) {
-            *word = row[field];
-        }
-        for (place, plane) in planes.chunks_exact_mut(rows.len()).enumerate() {
-            for (byte, word) in plane.iter_mut().zip(&column) {
-                *byte = (word >> (8 * place)) as u8;
+        let begun = tile * TILE;
+        for (field, planes) in planes.chunks_exact_mut(rows.len() * WORD).enumerate() {
+            let column: [u64; TILE] = std::array::from_fn(|at| words[at][field]);
+            for (place, plane) in planes.chunks_exact_mut(rows.len()).enumerate() {
+                let plane = &mut plane[begun..begun + rows_of_tile.len()];
+                for (byte, word) in plane.iter_mut().zip(&column) {
+                    *byte = (word >> (8 * place)) as u8;
+                }
             }
         }
     }
+}
+
+fn write_words(row: &Row, words: &mut [u64]) {
+    fn write<M: Message>(token: &M, words: &mut [u64]) {
+        token.write_words(&mut words[const { places(M::CHANNEL).start }..]);
+    }
+    write::<Measurement>(&row.measurement, words);
+    write::<Truth>(&row.truth, words);
+    write::<Estimate>(&row.estimate, words);
+    write::<Demand>(&row.demand, words);
+    write::<FieldCommand>(&row.field_command, words);
+    write::<SafeField>(&row.safe_field, words);
+    write::<CoilField>(&row.coil_field, words);
 }
 
 /// The tokens of one channel in a stretch that begins at `first`; the inverse of [`send`]. The time of sending is 0.
