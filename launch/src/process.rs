@@ -130,6 +130,9 @@ pub(crate) fn open(
         .unwrap_or_default();
     let realtime = scenario.clock.realtime();
     let rejoins = meeting.is_some_and(|meeting| meeting.rejoin);
+    if meeting.is_some() {
+        realtime::take_short_turns();
+    }
     let shared = meeting
         .map(|meeting| {
             let recorder_alone = nodes == [NodeId::Recorder];

@@ -22,6 +22,11 @@ use std::time::Duration;
 /// A sleeper looks up at least this often: for a request to stop, and should a notification be lost, which is counted.
 const MAX_SLEEP: Duration = Duration::from_millis(20);
 
+/// A yield that took longer has given the core to a program outside the run, which takes the whole of its turn.
+const CROWDED_NS: u64 = 200_000;
+/// So long after that a process sleeps at once: who is woken gets the core soon, who yields gets it last.
+const CROWDED_FOR_NS: u64 = 50_000_000;
+
 /// What the others find of a process and wake it by.
 pub struct Waker {
     pub status: OwnStatus,
@@ -29,6 +34,8 @@ pub struct Waker {
     /// A sleep found a token at its end that nobody had notified of; its sender may be just about to.
     unannounced: Cell<bool>,
     lost_notifications: Cell<u64>,
+    /// Until when yielding is not worth while.
+    crowded_until_ns: Cell<u64>,
 }
 
 impl Waker {
@@ -49,6 +56,7 @@ impl Waker {
             listener,
             unannounced: Cell::new(false),
             lost_notifications: Cell::new(0),
+            crowded_until_ns: Cell::new(0),
         })
     }
 
@@ -148,7 +156,25 @@ pub enum Rest<'a> {
     For(Duration),
 }
 
-/// Looks until something is found: polls and yields so often, then rests between two looks. None once it is `until_ns` of
+impl Rest<'_> {
+    /// Yielding has been found to take long.
+    fn is_crowded(&self, now_ns: u64) -> bool {
+        matches!(self, Rest::Notified(waker) if now_ns < waker.crowded_until_ns.get())
+    }
+
+    /// Gives the core away for a moment, and notes if that takes long.
+    fn give_way(&self, now_ns: u64) {
+        std::thread::yield_now();
+        if let Rest::Notified(waker) = self {
+            let back_ns = monotonic_ns();
+            if back_ns > now_ns + CROWDED_NS {
+                waker.crowded_until_ns.set(back_ns + CROWDED_FOR_NS);
+            }
+        }
+    }
+}
+
+/// Looks until something is found: polls and yields so often, unless others want the core, then rests between two looks. None once it is `until_ns` of
 /// the monotonic clock or, if `stoppable`, the run is told to stop.
 pub fn wait<T>(
     yields: u32,
@@ -168,9 +194,9 @@ pub fn wait<T>(
         }
         let left = Duration::from_nanos(until_ns - now_ns);
         match rest {
-            _ if polls < yields => {
+            _ if polls < yields && !rest.is_crowded(now_ns) => {
                 polls += 1;
-                std::thread::yield_now();
+                rest.give_way(now_ns);
             }
             Rest::Notified(waker) => {
                 if let Some(found) = waker.sleep(left, &mut look)? {
