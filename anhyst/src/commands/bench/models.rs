@@ -99,7 +99,7 @@ pub fn timed(steps: usize) -> Vec<Timed<'static>> {
                     .state;
             }
         })
-        .at_least("a step that confirms it", [(1.0, STEP)]),
+        .at_least("a forward step", [(1.0, STEP)]),
     ];
     let of_bank = |name: String, members: usize, instructions: Instructions| {
         let (fields, mut bank) = (fields(steps), bank(members));
