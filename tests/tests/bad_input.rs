@@ -124,7 +124,7 @@ fn bad_scenarios_are_refused_with_place_value_and_limit() {
             "trajectory:",
             &["magnetization", "A/m"],
         ),
-        ("members: 33", "members: 1", "members", &["2 to 512"]),
+        ("members: 32", "members: 1", "members", &["2 to 512"]),
         (
             "displacement_noise_m: 10e-9",
             "displacement_noise_m: -10e-9",
