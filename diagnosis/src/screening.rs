@@ -6,6 +6,7 @@
 use anhyst_identify::engine::Coordinate;
 use anhyst_identify::parallel;
 
+use crate::channel::ChannelKind;
 use crate::fitting::Fitted;
 use crate::likelihood::Bench;
 use crate::linearised::{Gain, Linearised};
@@ -16,7 +17,7 @@ const ROUNDS: usize = 3;
 /// A multiple within this factor of 1 ends the search: the fit takes over.
 const NEAR: f64 = 1.5;
 /// Of a term's places to begin at, those that are searched further.
-const SEARCHED: usize = 2;
+const SEARCHED: usize = 3;
 /// Golden sections between two levels of a limit.
 const SECTIONS: usize = 9;
 const GOLDEN: f64 = 0.618_033_988_749_895;
@@ -105,16 +106,27 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
         }
         let (gain, multiples, _) = linear.gain(&answers, 0.0, 1);
         let values = at(&group, &coordinates, &group.absent, &multiples);
-        // What is no multiple of a small trial (a play, a friction) is tried at the size of the gap, too.
-        let large = (linear.misfit() / linear.energy(&answers[0])).sqrt();
-        let at_the_gap = multiples.iter().map(|multiple| large.copysign(*multiple));
-        let at_the_gap = at(&group, &coordinates, &group.absent, &at_the_gap.collect::<Vec<f64>>());
-        let both = if large > LARGE {
-            vec![values, at_the_gap]
-        } else {
-            vec![values]
+        // What is no multiple of a small trial (a play, a friction) is tried at the size of the gap, too: by what it is over the noise, and
+        // as it is, because a small play answers to ripples of which a large one knows nothing.
+        let sized = |size: f64| {
+            let signed = multiples.iter().map(|multiple| size.copysign(*multiple));
+            let own = at(&group, &coordinates, &group.absent, &signed.collect::<Vec<f64>>());
+            if own == group.absent {
+                // Beside constants that imitate it, a small trial of what has one sign only may ask for the other.
+                at(&group, &coordinates, &group.absent, &vec![size; multiples.len()])
+            } else {
+                own
+            }
         };
-        starts.extend(both.into_iter().map(|values| (gain.likelihood, group.clone(), values)));
+        let over_noise = (linear.misfit() / linear.energy(&answers[0])).sqrt();
+        let as_it_is = output_energy(bench, &base.point.residual) / output_energy(bench, &answers[0]);
+        let mut all = vec![values];
+        for size in [over_noise, as_it_is.sqrt()] {
+            if size > LARGE && size.is_finite() {
+                all.push(sized(size));
+            }
+        }
+        starts.extend(all.into_iter().map(|values| (gain.likelihood, group.clone(), values)));
     }
     starts.sort_by(|one, other| other.0.total_cmp(&one.0));
     let mut best: Option<(f64, Vec<f64>)> = None;
@@ -246,4 +258,15 @@ fn at(group: &ProbeGroup, coordinates: &[Coordinate], values: &[f64], multiples:
         values[*place] = moved.clamp(coordinate.lower, coordinate.upper);
     }
     values
+}
+
+/// Σ |Z|² over the outputs.
+fn output_energy(bench: &Bench, spectra: &[f64]) -> f64 {
+    let outputs = bench
+        .plant
+        .channels
+        .iter()
+        .filter(|own| own.kind == ChannelKind::Output);
+    let numbers = outputs.flat_map(|own| &spectra[own.places.clone()]);
+    numbers.map(|z| z * z).sum()
 }
