@@ -111,7 +111,7 @@ pub fn perform(command: &Command) -> miette::Result<Ending> {
         Command::VerifyAmplifier(arguments) => commands::verify_amplifier::run(arguments),
         Command::Bench(arguments) => commands::bench::run(arguments),
         Command::Doctor(arguments) => commands::doctor::run(arguments),
-        Command::Explain(arguments) => commands::explain::run(arguments),
+        Command::Explain(arguments) => commands::explain::run(arguments, &cli::command()),
         Command::Man(arguments) => commands::man::run(arguments, cli::command()),
         Command::Completions { shell } => {
             clap_complete::generate(*shell, &mut cli::command(), "anhyst", &mut std::io::stdout());

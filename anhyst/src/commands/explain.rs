@@ -123,10 +123,9 @@ fn first_heading(page: &str) -> &'static str {
 }
 
 /// What the help of each command that has an option of this name says of it.
-fn options(topic: &str) -> String {
+fn options(all: &clap::Command, topic: &str) -> String {
     let name = topic.trim_start_matches('-').replace('_', "-");
-    let command = crate::cli::command();
-    let said = command.get_subcommands().flat_map(|own| {
+    let said = all.get_subcommands().flat_map(|own| {
         let named = own
             .get_arguments()
             .filter(|option| option.get_long() == Some(name.as_str()));
@@ -138,11 +137,11 @@ fn options(topic: &str) -> String {
     said.collect()
 }
 
-/// Runs the command.
+/// Runs the command; `all` is the whole command line.
 ///
 /// # Errors
 /// A topic of which the documentation says nothing.
-pub fn run(arguments: &ExplainArguments) -> miette::Result<Ending> {
+pub fn run(arguments: &ExplainArguments, all: &clap::Command) -> miette::Result<Ending> {
     let topic = arguments.topic.join(" ");
     if topic.trim().is_empty() {
         for (page, _) in PAGES {
@@ -155,7 +154,7 @@ pub fn run(arguments: &ExplainArguments) -> miette::Result<Ending> {
         return Ok(Ending::Held);
     }
     let text = explained(&topic);
-    let text = if text.is_empty() { options(&topic) } else { text };
+    let text = if text.is_empty() { options(all, &topic) } else { text };
     if !text.is_empty() {
         crate::say!("{}", text.trim_end());
         return Ok(Ending::Held);
