@@ -63,13 +63,18 @@ fn drift(law: LawSettings, from_a_per_m: f64, rate_a_per_m_s: f64) -> (f64, f64)
 }
 
 // Guards the consistency of both sides: with the true shape and no noise the error is rounding, with and without a
-// washout. 6800 A/m is a member of the bank, so nothing is interpolated.
+// washout. 6800 A/m is a member of a bank of 33, so nothing is interpolated.
 #[test]
 fn the_true_shape_leaves_no_error() {
     for washout_hz in [None, Some(5.0)] {
+        let law = LawSettings::Matrix(MinMaxSettings {
+            start_a_per_m: 6800.0,
+            members: 33,
+            ..MinMaxSettings::matrix()
+        });
         let settings = EstimatorSettings {
             washout_hz,
-            ..matrix(6800.0)
+            ..with(law)
         };
         let (mut error, mut moved) = (0.0_f64, 0.0_f64);
         run(
