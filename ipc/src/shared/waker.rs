@@ -66,7 +66,10 @@ impl Waker {
         left: Duration,
         look: &mut impl FnMut() -> Result<Option<T>, LinkError>,
     ) -> Result<Option<T>, LinkError> {
-        self.settle();
+        if self.unannounced.get() {
+            self.settle(left.min(MAX_SLEEP));
+            return Ok(None);
+        }
         self.status.set_asleep(true);
         // Pairs with the fence in `notify_sleepers`.
         fence(Ordering::SeqCst);
@@ -75,20 +78,28 @@ impl Waker {
             found = look();
             self.unannounced.set(matches!(found, Ok(Some(_))));
         }
-        self.status.set_asleep(false);
+        // Whoever is just about to notify of it shall find the flag up still.
+        self.status.set_asleep(self.unannounced.get());
         found
     }
 
-    /// The notification of what the last sleep found has come meanwhile, or is lost.
-    fn settle(&self) {
-        if self.unannounced.take() && !self.notified_within(Duration::ZERO) {
+    /// The notification of what the last sleep found has come meanwhile, or comes once its sender, which may have been kept from the core
+    /// between sending and notifying, has it again; or it is lost. The flag is up meanwhile.
+    fn settle(&self, limit: Duration) {
+        if !self.unannounced.get() {
+            return;
+        }
+        let heard = self.notified_within(limit);
+        if !heard && limit >= MAX_SLEEP {
             self.lost_notifications.set(self.lost_notifications.get() + 1);
         }
+        self.unannounced.set(!heard && limit < MAX_SLEEP);
+        self.status.set_asleep(self.unannounced.get());
     }
 
     /// How often a sleeper was not notified of a token, and found it when it looked up by itself.
     pub fn lost_notifications(&self) -> u64 {
-        self.settle();
+        self.settle(MAX_SLEEP);
         self.lost_notifications.get()
     }
 
