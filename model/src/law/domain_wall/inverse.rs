@@ -173,7 +173,7 @@ impl Hysteresis {
         let mut before = (near.x, rise(near));
         let mut x = near.x + missing(near) / before.1;
         for _ in 0..4 {
-            if !(x.abs() < 20.0) {
+            if x.is_nan() || x.abs() >= 20.0 {
                 break;
             }
             if x == before.0 {
