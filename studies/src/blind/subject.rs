@@ -4,6 +4,7 @@
 //! size is scaled to it and its records back: v = f H, y = g u, with f, g the ratios of the shapes (input scales) and of the displacements at
 //! saturation (output scales); 1 for Terfenol-D.
 
+use anhyst_measured::Quantity;
 use anhyst_model::{
     ActuatorModel, AmplifierConstants, Anhysteretic, EffectKind, Law, LawModel, Magnetostriction, Stage, Warp,
 };
@@ -33,7 +34,11 @@ impl Subject {
     ///
     /// # Errors
     /// What the witness has not: the first part of the model that it cannot be made of.
-    pub fn of(model: ActuatorModel) -> Result<Self, StudyError> {
+    pub fn of(mut model: ActuatorModel) -> Result<Self, StudyError> {
+        // As in the loop: whatever a law gives, a flux density, too, is called a displacement behind a rod.
+        if let Some(law) = &mut model.material.law {
+            law.output_unit = Quantity::Displacement.unit().to_owned();
+        }
         let refused = |lacking: &'static str| StudyError::NoRig {
             model: model.name.clone(),
             lacking,
