@@ -114,7 +114,10 @@ pub fn perform(command: &Command) -> miette::Result<Ending> {
         Command::Explain(arguments) => commands::explain::run(arguments, &cli::command()),
         Command::Man(arguments) => commands::man::run(arguments, cli::command()),
         Command::Completions { shell } => {
-            clap_complete::generate(*shell, &mut cli::command(), "anhyst", &mut std::io::stdout());
+            // Into a text first: clap's own writing panics where nobody reads on.
+            let mut script = Vec::new();
+            clap_complete::generate(*shell, &mut cli::command(), "anhyst", &mut script);
+            crate::say!("{}", String::from_utf8_lossy(&script).trim_end());
             Ok(Ending::Held)
         }
     }

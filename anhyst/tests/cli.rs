@@ -234,6 +234,15 @@ fn completions_are_made_for_every_shell() {
     }
 }
 
+    // `| head` reads a part of it.
+    let mut unread = Command::new(env!("CARGO_BIN_EXE_anhyst"))
+        .args(["completions", "bash"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    drop(unread.stdout.take());
+    assert!(unread.wait().unwrap().success());
 #[test]
 fn bad_arguments_end_with_status_2() {
     for arguments in [
