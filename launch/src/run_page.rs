@@ -13,6 +13,7 @@ use anhyst_report::number::Si;
 use anhyst_report::page::{Block, Page, Section};
 use anhyst_report::table::{Table, Verdict};
 use anhyst_scenario::Scenario;
+use std::path::Path;
 
 impl Summary {
     /// Of a run that has ended, written into its folder, with what was learned in it.
@@ -31,6 +32,19 @@ impl Summary {
         let page = page(scenario, &summary).html();
         std::fs::write(folder.page(), page).map_err(refuse(folder.page()))?;
         Ok(summary)
+    }
+
+    /// The charts of a run's page as one picture, SVG.
+    ///
+    /// # Errors
+    /// If it cannot be drawn or written.
+    pub fn draw(&self, scenario: &Scenario, path: &Path) -> Result<(), RunError> {
+        let drawn = page(scenario, self).charts().svg();
+        let svg = drawn.map_err(|error| RunError::Setup(error.to_string()))?;
+        std::fs::write(path, svg).map_err(|cause| RunError::Write {
+            path: path.to_owned(),
+            cause,
+        })
     }
 }
 

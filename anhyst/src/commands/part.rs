@@ -23,6 +23,9 @@ pub fn validate(arguments: &RunArguments, scenario: &Scenario) -> miette::Result
             "an embedded run has all nodes in one process: --here cannot name a part of it"
         ));
     }
+    if arguments.plot.is_some() {
+        return Err(miette::miette!("--plot is for a whole run: --here names a part of it"));
+    }
     validate_clock(scenario)
 }
 

@@ -2,7 +2,7 @@
 
 use super::run_arguments::{AloneArguments, RunArguments};
 use super::{Ending, progress_bar};
-use crate::arguments::{JsonArgument, SetArguments, YIELDS_SHARED};
+use crate::arguments::{SetArguments, YIELDS_SHARED};
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
@@ -23,7 +23,8 @@ const YIELDS_DEDICATED: u32 = 1000;
 /// Bad input; a process that fails is an [`Ending`].
 pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
     signals::install();
-    match (&arguments.scenarios[..], arguments.alone.given()) {
+    let of_one = arguments.plot.is_some().then_some("--plot");
+    match (&arguments.scenarios[..], arguments.alone.given().or(of_one)) {
         ([scenario], _) => alone(scenario, arguments),
         (several, Some(option)) => Err(miette::miette!(
             "{option} is for one scenario; {} are run embedded, in this process",
@@ -69,7 +70,7 @@ fn alone(scenario: &Path, all: &RunArguments) -> miette::Result<Ending> {
     let (folder, outcome) = perform(&scenario, arguments, all.out.out.as_deref())?;
     match outcome {
         Ok(reports) if arguments.across.is_part() => super::part::finish(&scenario, &folder, &reports, all.json.json),
-        Ok(reports) => finish(&scenario, &folder, &reports, all.json, arguments.latencies),
+        Ok(reports) => finish(&scenario, &folder, &reports, all),
         Err(error) => {
             crate::complain!("{error}");
             crate::complain!("what was recorded until then is in {}", folder.path().display());
@@ -151,11 +152,13 @@ fn finish(
     scenario: &Scenario,
     folder: &RunFolder,
     reports: &[ProcessReport],
-    json: JsonArgument,
-    with_latencies: bool,
+    arguments: &RunArguments,
 ) -> miette::Result<Ending> {
     let summary = Summary::written(scenario, reports, folder)?;
-    if json.json {
+    if let Some(path) = &arguments.plot {
+        summary.draw(scenario, path)?;
+    }
+    if arguments.json.json {
         let told = summary
             .for_programs()
             .map_err(|error| RunError::Setup(error.to_string()))?;
@@ -169,10 +172,13 @@ fn finish(
             crate::say!("warning: {warning}");
         }
         crate::say!("{}", summary.table());
-        if let Some(latencies) = summary.latencies().filter(|_| with_latencies) {
+        if let Some(latencies) = summary.latencies().filter(|_| arguments.alone.latencies) {
             crate::say!("\n{latencies}");
         }
         crate::say!("results: {} (report.html)", folder.path().display());
+        if let Some(path) = &arguments.plot {
+            crate::say!("picture: {}", path.display());
+        }
         if scenario.recording.on {
             crate::say!("look at it: anhyst view {}", quoted(folder.path()));
         }

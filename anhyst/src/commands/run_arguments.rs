@@ -24,6 +24,9 @@ pub struct RunArguments {
     /// Do not record.
     #[arg(long)]
     pub no_recording: bool,
+    /// Draw the charts of its page as one picture, .svg.
+    #[arg(long, value_name = "FILE", value_parser = picture)]
+    pub plot: Option<PathBuf>,
     /// What several scenarios leave no room for.
     #[command(flatten)]
     pub alone: AloneArguments,
@@ -33,6 +36,15 @@ pub struct RunArguments {
     /// How the summary is printed.
     #[command(flatten)]
     pub json: JsonArgument,
+}
+
+fn picture(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    if path.extension().is_some_and(|ending| ending == "svg") {
+        Ok(path)
+    } else {
+        Err("a picture ends in .svg; the page to zoom into is report.html of the run's folder".into())
+    }
 }
 
 /// What is said of the processes of one run.

@@ -87,6 +87,16 @@ impl Page {
         self
     }
 
+    /// Every chart of its figures, as one figure.
+    pub fn charts(&self) -> Figure {
+        let blocks = self.sections.iter().flat_map(|section| &section.blocks);
+        let charts = blocks.filter_map(|block| match block {
+            Block::Figure { figure, .. } => Some(figure.charts.iter().cloned()),
+            _ => None,
+        });
+        Figure::new(&self.title, charts.flatten().collect())
+    }
+
     /// A line of the footer.
     #[must_use]
     pub fn fact(mut self, name: &str, value: &str) -> Self {
