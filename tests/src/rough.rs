@@ -126,6 +126,7 @@ pub fn wild(seed: u64) -> Witness {
         gain: off() * Rod::PRINTED.gain,
         stiffness_per_s2: off() * Rod::PRINTED.stiffness_per_s2,
         damping_per_s: off() * Rod::PRINTED.damping_per_s,
+        ..Rod::PRINTED
     };
     let hidden = Hidden {
         eddy_current_s: within(own, [0.0, 200e-6]),

@@ -95,11 +95,13 @@ impl OtherLaw {
         self.gains[1] * (self.law.output(&self.state) - self.zero)
     }
 
-    /// A part of a tick passes, and the input moves; what comes out, from rest.
-    fn moved(&mut self, share: f64, input: f64) -> f64 {
+    /// A part of a tick passes, and the input moves; what comes out, from rest, halfway and at the end.
+    fn moved(&mut self, share: f64, [from, to]: [f64; 2]) -> [f64; 2] {
         self.law.pass(&mut self.state, share * self.tick_s);
-        self.law.advance(&mut self.state, self.gains[0] * input);
-        self.gains[1] * (self.law.output(&self.state) - self.zero)
+        [0.5 * (from + to), to].map(|input| {
+            self.law.advance(&mut self.state, self.gains[0] * input);
+            self.gains[1] * (self.law.output(&self.state) - self.zero)
+        })
     }
 }
 
@@ -231,11 +233,13 @@ impl Magnetizer {
     fn moved(&mut self, hysteresis: &Hysteresis, share: f64, field: f64) -> f64 {
         let from = self.state.magnetization_a_per_m;
         if let Some(other) = &mut self.other {
+            let [middle, to] = other.moved(share, [self.state.field_a_per_m, field]);
             self.state = MagneticState {
                 field_a_per_m: field,
-                magnetization_a_per_m: other.moved(share, field),
+                magnetization_a_per_m: to,
             };
-            return 0.5 * (from + self.state.magnetization_a_per_m);
+            // Simpson's rule.
+            return (from + 4.0 * middle + to) / 6.0;
         }
         let coarseness = if self.straight { 1.0 } else { COARSE };
         let (state, mean) = hysteresis.advance_with_mean(self.state, field, coarseness);

@@ -30,7 +30,7 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// Of a model: a material or law with a rod, and nothing found in it yet.
+    /// Of a model: a material with a rod or a law with or without, and nothing found in it yet.
     ///
     /// # Errors
     /// What the witness has not: the first part of the model that it cannot be made of.
@@ -43,7 +43,21 @@ impl Subject {
             model: model.name.clone(),
             lacking,
         };
-        let rod = model.rod.ok_or_else(|| refused("a rod (two poles)"))?;
+        let rod = match model.rod {
+            Some(rod) => Rod {
+                gain: rod.gain,
+                damping_per_s: rod.damping_per_s,
+                stiffness_per_s2: rod.stiffness_per_s2,
+                follows_at_once: false,
+            },
+            None if model.material.law.is_some() => Rod {
+                gain: Rod::PRINTED.stiffness_per_s2,
+                follows_at_once: true,
+                ..Rod::PRINTED
+            },
+            None => return Err(refused("a rod (two poles)")),
+        };
+        let dc_gain = rod.gain / rod.stiffness_per_s2;
         if !model.effects.is_empty() {
             return Err(refused("no effects in the nominal model"));
         }
@@ -57,12 +71,12 @@ impl Subject {
                 if !matches!(model.material.magnetostriction, Magnetostriction::Linearised { .. }) {
                     return Err(refused("a linearised magnetostriction"));
                 }
-                let relative = rod.dc_gain() / (Rod::PRINTED.gain / Rod::PRINTED.stiffness_per_s2);
+                let relative = dc_gain / (Rod::PRINTED.gain / Rod::PRINTED.stiffness_per_s2);
                 let saturation = own.saturation_magnetization_a_per_m / usual.saturation_a_per_m;
                 (own.shape_a_per_m / usual.shape_a_per_m, relative * saturation, None)
             }
             Some(law) => {
-                let operator = operator(&law.model).map_err(refused)?;
+                let operator = operator(&law.model);
                 let [low, high] = law.input_extent;
                 let [at_low, at_high] = law.reach();
                 let one_sided = low > -0.1 * high;
@@ -75,16 +89,13 @@ impl Subject {
                     magnetization_per_output: usual.saturation_a_per_m / own.saturation_magnetization_a_per_m,
                     one_sided,
                 };
-                (input_per_field, rod.dc_gain() * reach / REACH_M, Some(law))
+                (input_per_field, dc_gain * reach / REACH_M, Some(law))
             }
         };
         let saturation = own.saturation_magnetization_a_per_m / usual.saturation_a_per_m;
         let rig = Rig {
             material: Material {
-                curve: match own.anhysteretic {
-                    Anhysteretic::Langevin => witness::Curve::Langevin,
-                    Anhysteretic::Ising => witness::Curve::Ising,
-                },
+                curve: curve(own.anhysteretic),
                 pinning_a_per_m: own.pinning_a_per_m / input,
                 coupling: own.coupling * saturation / input,
                 reversible_share: own.reversibility,
@@ -93,8 +104,7 @@ impl Subject {
             law,
             rod: Rod {
                 gain: rod.gain * saturation / output,
-                damping_per_s: rod.damping_per_s,
-                stiffness_per_s2: rod.stiffness_per_s2,
+                ..rod
             },
             ..Rig::NOMINAL
         };
@@ -119,9 +129,12 @@ impl Subject {
     /// Those of `effects` that can be in it.
     pub fn effects(&self, effects: &[Effect]) -> Vec<Effect> {
         let law = self.model.material.law.is_some();
+        let rests = self.rig.rod.follows_at_once;
         let can_be = |effect: &Effect| {
             let kind = EffectKind::ALL.into_iter().find(|kind| kind.name() == effect.name());
             match kind {
+                None if rests && [Effect::XBump, Effect::XDrag].contains(effect) => false,
+                Some(kind) if rests && kind.needs_rod() => false,
                 // The pinning is the domain wall's.
                 None => !(law && *effect == Effect::XAsymmetry),
                 // What warms is given in fields and strains of a magnetostrictive rod.
@@ -170,8 +183,15 @@ impl Subject {
     }
 }
 
-/// The same law in the witness's words, or what it lacks.
-fn operator(law: &LawModel) -> Result<Operator, &'static str> {
+fn curve(own: Anhysteretic) -> witness::Curve {
+    match own {
+        Anhysteretic::Langevin => witness::Curve::Langevin,
+        Anhysteretic::Ising => witness::Curve::Ising,
+    }
+}
+
+/// The same law in the witness's words.
+fn operator(law: &LawModel) -> Operator {
     let mut parts = Vec::new();
     for own in &law.laws {
         match own {
@@ -192,19 +212,30 @@ fn operator(law: &LawModel) -> Result<Operator, &'static str> {
                 levels: own.levels().to_vec(),
                 weights: own.weights().to_vec(),
             }),
-            Law::BoucWen(own) if !own.stiffens => parts.push(Element::BoucWen {
+            Law::BoucWen(own) => parts.push(Element::BoucWen {
                 amplitude: own.amplitude,
                 yield_input: own.yield_input,
                 exponent: own.exponent,
                 loading_share: own.loading_share,
+                stiffens: own.stiffens,
             }),
-            Law::BoucWen(_) => return Err("a Bouc-Wen law that yields"),
-            Law::DomainWall(_) => return Err("the domain wall law as the material's own `hysteresis`"),
+            Law::DomainWall(own) => parts.push(Element::DomainWall {
+                material: Material {
+                    curve: curve(own.hysteresis.anhysteretic),
+                    saturation_a_per_m: own.hysteresis.saturation_magnetization_a_per_m,
+                    shape_a_per_m: own.hysteresis.shape_a_per_m,
+                    pinning_a_per_m: own.hysteresis.pinning_a_per_m,
+                    coupling: own.hysteresis.coupling,
+                    reversible_share: own.hysteresis.reversibility,
+                    cubic_coupling: own.hysteresis.cubic_coupling_m2_per_a2,
+                },
+                gain: own.gain,
+            }),
         }
     }
-    Ok(Operator {
+    Operator {
         slope: law.slope,
         parts,
         creep: law.creep.iter().map(|lag| (lag.time_constant_s, lag.weight)).collect(),
-    })
+    }
 }

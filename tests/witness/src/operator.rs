@@ -2,15 +2,19 @@
 //!
 //! o = b v + Σ w s + Σ w_ij s_ij + Y z + Σ d x;   plays s ← max(g(v) − r, min(s, g(v) + r));   Preisach's half plane in cells between levels l:
 //! s_ij ← up to p_i(v) where v rises, down to p_j(v) where it falls, p_i = (v − l_i)/(l_i+1 − l_i) within [0, 1], j ≤ i;
-//! Bouc-Wen dz/dv = (1 − |z|ⁿ (σ sgn(z dv) + 1 − σ))/w;   creep ẋ = (v − x)/τ.
+//! Bouc-Wen dz/dv = (1 − κ|z|ⁿ (σ sgn(z dv) + 1 − σ))/w, κ = −1 where it stiffens;   creep ẋ = (v − x)/τ;
+//! the domain wall's (`material.rs`) with v for the field, times G.
 //!
 //! g(v) = v, v + a h φ((v − c)/h) with φ(x) = x² within ±1 and its tangents beyond, or S tanh(v/S). At first v = 0, cells with l_i + l_j < 0 are up.
 //! A field H drives it by v = f H, and what it gives, counted from rest, is the magnetization M = g (o − o₀).
 
+use crate::material::Material;
 use std::sync::Arc;
 
 /// Steps of Runge and Kutta over the whole way to yielding.
 const STEPS_TO_YIELDING: f64 = 50.0;
+/// And as far as a.
+const STEPS_TO_SHAPE: f64 = 100.0;
 
 /// g of plays.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +55,10 @@ pub enum Element {
         yield_input: f64,
         exponent: f64,
         loading_share: f64,
+        stiffens: bool,
     },
+    /// With its G, unit of o per A/m.
+    DomainWall { material: Material, gain: f64 },
 }
 
 /// b, what remembers, and time (s) and weight of every creep.
@@ -129,7 +136,7 @@ impl Memory {
 }
 
 impl Element {
-    /// Plays; the sum of all cells before the cells; z.
+    /// Plays; the sum of all cells before the cells; z; M_irr and M.
     fn at_rest(&self) -> Vec<f64> {
         match self {
             Element::Plays { warp, radii, .. } => radii
@@ -150,6 +157,7 @@ impl Element {
                 state
             }
             Element::BoucWen { .. } => vec![0.0],
+            Element::DomainWall { .. } => vec![0.0; 2],
         }
     }
 
@@ -184,22 +192,28 @@ impl Element {
                 yield_input,
                 exponent,
                 loading_share,
+                stiffens,
                 ..
             } => {
                 let way = (to - from) / yield_input;
-                let steps = (way.abs() * STEPS_TO_YIELDING).ceil().max(1.0);
-                let h = way / steps;
-                let rate = |z: f64| {
+                // Where it unloads more steeply than it loads it goes the further.
+                let steepest = (1.0 - 2.0 * loading_share).max(1.0);
+                let kappa = if *stiffens { -1.0 } else { 1.0 };
+                let rate = |z: f64, _: f64| {
                     let loads = if z * way >= 0.0 { 1.0 } else { -1.0 };
-                    1.0 - z.abs().powf(*exponent) * (loading_share * loads + 1.0 - loading_share)
+                    1.0 - kappa * z.abs().powf(*exponent) * (loading_share * loads + 1.0 - loading_share)
                 };
-                for _ in 0..steps as usize {
-                    let k1 = rate(state[0]);
-                    let k2 = rate(state[0] + 0.5 * h * k1);
-                    let k3 = rate(state[0] + 0.5 * h * k2);
-                    let k4 = rate(state[0] + h * k3);
-                    state[0] += h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4);
-                }
+                integrate(&mut state[0], [0.0, way], STEPS_TO_YIELDING * steepest, rate);
+            }
+            Element::DomainWall { material, .. } => {
+                let rate = |irreversible: f64, field: f64| {
+                    let here = material.magnetization(field, irreversible);
+                    let direction = (to - from).signum();
+                    direction * material.irreversible_rate(here, irreversible, direction, 0.0)
+                };
+                let steps = STEPS_TO_SHAPE / material.shape_a_per_m;
+                integrate(&mut state[0], [from, to], steps, rate);
+                state[1] = material.magnetization(to, state[0]).0;
             }
         }
     }
@@ -209,7 +223,22 @@ impl Element {
             Element::Plays { weights, .. } => weights.iter().zip(state).map(|(weight, play)| weight * play).sum(),
             Element::Preisach { .. } => state[0],
             Element::BoucWen { amplitude, .. } => amplitude * state[0],
+            Element::DomainWall { gain, .. } => gain * state[1],
         }
+    }
+}
+
+/// Runge and Kutta along the way of x in so many steps a unit of it; dy/dx at y and x.
+fn integrate(y: &mut f64, [from, to]: [f64; 2], steps: f64, rate: impl Fn(f64, f64) -> f64) {
+    let steps = ((to - from).abs() * steps).ceil().max(1.0);
+    let h = (to - from) / steps;
+    for step in 0..steps as usize {
+        let x = from + h * step as f64;
+        let k1 = rate(*y, x);
+        let k2 = rate(*y + 0.5 * h * k1, x + 0.5 * h);
+        let k3 = rate(*y + 0.5 * h * k2, x + 0.5 * h);
+        let k4 = rate(*y + h * k3, x + h);
+        *y += h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4);
     }
 }
 

@@ -50,6 +50,8 @@ pub struct Rod {
     pub damping_per_s: f64,
     /// ĉ, 1/s².
     pub stiffness_per_s2: f64,
+    /// No rod: u = wA/ĉ at once, whatever would act on it.
+    pub follows_at_once: bool,
 }
 
 impl Rod {
@@ -58,6 +60,7 @@ impl Rod {
         gain: 1.3724e-2,
         damping_per_s: 7889.9,
         stiffness_per_s2: 6.4251e7,
+        follows_at_once: false,
     };
 }
 
@@ -242,14 +245,17 @@ impl Plant {
     /// The state a substep on.
     fn ahead(&self, inputs: &Inputs) -> State {
         let (x, h) = (self.state, inputs.h);
-        let k1 = self.rates(&x, inputs, 0.0);
-        let k2 = self.rates(&moved(&x, &k1, 0.5 * h), inputs, 0.5 * h);
-        let k3 = self.rates(&moved(&x, &k2, 0.5 * h), inputs, 0.5 * h);
-        let k4 = self.rates(&moved(&x, &k3, h), inputs, h);
+        let (k1, _) = self.rates(&x, inputs, 0.0);
+        let (k2, _) = self.rates(&moved(&x, &k1, 0.5 * h), inputs, 0.5 * h);
+        let (k3, _) = self.rates(&moved(&x, &k2, 0.5 * h), inputs, 0.5 * h);
+        let (k4, _) = self.rates(&moved(&x, &k3, h), inputs, h);
         let mut ahead: State = std::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]));
         // Where there is no lag the state follows exactly.
         if self.hidden.amplifier_lag_s == 0.0 {
             ahead[COIL] = inputs.drive.at(h);
+        }
+        if self.rod.follows_at_once {
+            (ahead[TIP], ahead[SPEED]) = (self.rates(&ahead, inputs, h).1, 0.0);
         }
         ahead
     }
@@ -277,7 +283,8 @@ impl Plant {
         (coil, inside + inputs.bias.at(time_s), inside_rate + inputs.bias.rate)
     }
 
-    fn rates(&self, x: &State, inputs: &Inputs, time_s: f64) -> State {
+    /// Of the state; and where the tip would rest that nothing but A acts on, m.
+    fn rates(&self, x: &State, inputs: &Inputs, time_s: f64) -> (State, f64) {
         let (hidden, own, rod) = (&self.hidden, &self.hidden.constants, &self.rod);
         let usual = hidden.laws == Laws::Usual;
         let mut rates = [0.0; STATES];
@@ -337,7 +344,7 @@ impl Plant {
             + rod.stiffness_per_s2 * (hidden.cubic_stiffness_per_m2 * u * u * u + bump + hidden.friction_m * held);
         rates[TIP] = speed;
         rates[SPEED] = -force / (1.0 + hidden.more_mass);
-        rates
+        (rates, pulling / rod.stiffness_per_s2)
     }
 
     /// Field in the material and its rate behind the eddy currents.
