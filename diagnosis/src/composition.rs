@@ -122,14 +122,14 @@ impl Composition {
         match term {
             Term::Effect(kind) => {
                 let known = model.effect(kind);
-                for (value, (place, spec)) in values.iter().zip(Term::fitted(kind)) {
+                for (value, (place, spec)) in values.iter().zip(Term::fitted(kind, model)) {
                     own.unknowns.push(Unknown {
                         slot: Slot::Effect(kind, place),
                         value: *value,
-                        coordinate: coordinate(term, spec, *value),
+                        coordinate: coordinate(term, &spec, *value),
                     });
                 }
-                for (place, spec) in kind.parameters().iter().enumerate() {
+                for (place, spec) in kind.parameters_of(&model.material).enumerate() {
                     if spec.role == ParameterRole::Fixed
                         && let Some(deviation) = spec.prior_deviation
                     {
@@ -255,7 +255,12 @@ impl Composition {
                 Slot::Nominal(parameter) => parameter.set(&mut model, unknown.value),
                 Slot::Effect(kind, place) => {
                     if effects.last().is_none_or(|effect| effect.kind() != kind) {
-                        effects.push(nominal.effect(kind).copied().unwrap_or_else(|| Effect::typical(kind)));
+                        effects.push(
+                            nominal
+                                .effect(kind)
+                                .copied()
+                                .unwrap_or_else(|| Effect::typical_of(kind, &nominal.material)),
+                        );
                     }
                     if let Some(effect) = effects.last_mut() {
                         effect.values_mut()[place] = unknown.value;
@@ -265,7 +270,7 @@ impl Composition {
             }
         }
         for effect in effects {
-            effect.validate()?;
+            effect.validate_in(&nominal.material)?;
             model = model.with_effect(effect);
         }
         model.validate()?;

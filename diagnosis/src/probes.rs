@@ -82,7 +82,7 @@ impl Surroundings<'_> {
     /// The model's own value of an effect's fitted row.
     fn known(&self, term: Term, row: usize) -> Option<f64> {
         let Term::Effect(kind) = term else { return None };
-        let (place, _) = Term::fitted(kind).nth(row)?;
+        let (place, _) = Term::fitted(kind, self.model).nth(row)?;
         Some(self.model.effect(kind)?.values()[place])
     }
 

@@ -72,8 +72,9 @@ pub(crate) fn values_of(composition: &Composition, term: Term) -> Vec<f64> {
     };
     match term {
         Term::Parameter(parameter) => of(Slot::Nominal(parameter)).into_iter().collect(),
-        Term::Effect(kind) => Term::fitted(kind)
-            .filter_map(|(place, _)| of(Slot::Effect(kind, place)))
-            .collect(),
+        Term::Effect(kind) => {
+            let fitted = kind.parameters().iter().enumerate().filter(|(_, own)| own.is_fitted());
+            fitted.filter_map(|(place, _)| of(Slot::Effect(kind, place))).collect()
+        }
     }
 }

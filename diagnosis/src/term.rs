@@ -28,14 +28,16 @@ impl Term {
     }
 
     /// The rows of an effect that are fitted, with their places among its values.
-    pub(crate) fn fitted(kind: EffectKind) -> impl Iterator<Item = (usize, &'static ParameterSpec)> {
-        kind.parameters().iter().enumerate().filter(|(_, own)| own.is_fitted())
+    pub(crate) fn fitted(kind: EffectKind, model: &ActuatorModel) -> impl Iterator<Item = (usize, ParameterSpec)> {
+        kind.parameters_of(&model.material)
+            .enumerate()
+            .filter(|(_, own)| own.is_fitted())
     }
 
     /// The rows that are fitted; none where the model has no such parameter.
     pub(crate) fn specs(self, model: &ActuatorModel) -> Option<Vec<ParameterSpec>> {
         match self {
-            Term::Effect(kind) => Some(Self::fitted(kind).map(|(_, own)| *own).collect()),
+            Term::Effect(kind) => Some(Self::fitted(kind, model).map(|(_, own)| own).collect()),
             Term::Parameter(parameter) => Some(vec![parameter.spec(model)?]),
         }
     }

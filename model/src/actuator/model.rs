@@ -153,7 +153,7 @@ impl ActuatorModel {
 /// The first value out of its bounds; an effect that stands twice or lacks its rod.
 pub fn validate_effects(effects: &[Effect], material: &Material, with_rod: bool) -> Result<(), ModelError> {
     for (index, effect) in effects.iter().enumerate() {
-        effect.validate()?;
+        effect.validate_in(material)?;
         let name = effect.kind().name();
         if effects[..index].iter().any(|other| other.kind() == effect.kind()) {
             return Err(ModelError::EffectRepeated { effect: name });

@@ -71,11 +71,12 @@ impl NonlinearRod {
     pub fn resting(model: &ActuatorModel, two_pole: TwoPole) -> Self {
         let values = |kind| model.effect(kind).map(|effect| effect.values());
         let saturation = model.material.hysteresis.saturation_magnetization_a_per_m;
+        let [_, size] = model.material.decades();
         NonlinearRod {
             two_pole,
             delta_e: values(EffectKind::DeltaE).map(|values| DeltaE::new(values, saturation)),
             stiffening: values(EffectKind::Stiffening).map(Stiffening::new),
-            friction: values(EffectKind::Friction).map(|values| Friction::new(values, two_pole.stiffness_per_s2)),
+            friction: values(EffectKind::Friction).map(|values| Friction::new(values, two_pole.stiffness_per_s2, size)),
             propagator: None,
             substeps: 0,
             response: RodState::default(),
@@ -98,10 +99,11 @@ impl NonlinearRod {
         let resting = Self::resting(model, two_pole);
         // Newton's error is the square of the move over the width of the bend: 1 μm of a spring, v₀ and z₀ of friction.
         let presliding_m = resting.friction.map_or(0.0, |friction| friction.presliding_m());
+        let spring_m = 1e-7 * model.material.decades()[1];
         let bend_m = if presliding_m > 0.0 {
-            presliding_m.min(1e-7)
+            presliding_m.min(spring_m)
         } else {
-            1e-7
+            spring_m
         };
         let by_displacement = 1e-2 * bend_m / response.displacement_m;
         let by_velocity = resting.friction.map_or(f64::INFINITY, |friction| {

@@ -1,6 +1,7 @@
 //! An effect with its values: what a model file holds, and what a fitter gets and sets as a slice.
 
 use super::EffectKind;
+use crate::Material;
 use crate::ModelError;
 use crate::parameter::ParameterSpec;
 
@@ -45,6 +46,18 @@ impl Effect {
     /// Every parameter at its typical value.
     pub fn typical(kind: EffectKind) -> Self {
         Effect::from_each(kind, |parameter| parameter.typical)
+    }
+
+    /// The same in an actuator of that material.
+    pub fn typical_of(kind: EffectKind, material: &Material) -> Self {
+        let mut effect = Effect::typical(kind);
+        let rows = kind.parameters_of(material);
+        effect
+            .values_mut()
+            .iter_mut()
+            .zip(rows)
+            .for_each(|(value, row)| *value = row.typical);
+        effect
     }
 
     /// Absent: each size at its identity, the other parameters at their typical value.
@@ -98,12 +111,25 @@ impl Effect {
             .all(|(parameter, value)| parameter.identity().is_none_or(|identity| value == identity))
     }
 
-    /// Checks every value against its bounds.
+    /// Checks every value against the bounds that it has in an actuator of that material.
     ///
     /// # Errors
     /// The first value outside its bounds, or not a number.
+    pub fn validate_in(&self, material: &Material) -> Result<(), ModelError> {
+        self.validate_within(material.decades())
+    }
+
+    /// Against the bounds that it has in a rod of Terfenol-D.
+    ///
+    /// # Errors
+    /// As [`Effect::validate_in`].
     pub fn validate(&self) -> Result<(), ModelError> {
-        for (parameter, &value) in self.kind.parameters().iter().zip(self.values()) {
+        self.validate_within([1.0; 2])
+    }
+
+    fn validate_within(&self, sizes: [f64; 2]) -> Result<(), ModelError> {
+        let rows = self.kind.parameters().iter().map(|own| own.sized(sizes));
+        for (parameter, &value) in rows.zip(self.values()) {
             // Written so that not-a-number is refused.
             if !(value >= parameter.lower && value <= parameter.upper) {
                 return Err(ModelError::EffectOutOfBounds {

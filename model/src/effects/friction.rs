@@ -47,11 +47,12 @@ pub(crate) struct Friction {
 }
 
 impl Friction {
-    pub fn new(values: &[f64], stiffness_per_s2: f64) -> Self {
+    /// `size`: of the motion, in those of a rod of Terfenol-D.
+    pub fn new(values: &[f64], stiffness_per_s2: f64, size: f64) -> Self {
         Friction {
             level: stiffness_per_s2 * values[0],
             per_speed: 1.0 / values[1],
-            presliding_m: if values[2] > FINEST_M { values[2] } else { 0.0 },
+            presliding_m: if values[2] > FINEST_M * size { values[2] } else { 0.0 },
             borne: 0.0,
         }
     }
@@ -112,7 +113,7 @@ mod tests {
     /// Guards the second law: whatever the speed, the force takes energy out, at most at its Coulomb level.
     #[test]
     fn it_never_gives_energy() {
-        let friction = Friction::new(&[1.5e-6, 1e-3, 1e-9], 6.4e7);
+        let friction = Friction::new(&[1.5e-6, 1e-3, 1e-9], 6.4e7, 1.0);
         for index in -400..=400 {
             let velocity = 1e-4 * f64::from(index);
             let (acceleration, _, slope) = friction.acceleration(1e-4 * velocity, velocity);
@@ -125,7 +126,7 @@ mod tests {
     #[test]
     fn what_sticks_bends_like_a_spring() {
         let (way_m, presliding_m) = (1e-8, 4e-7);
-        let mut friction = Friction::new(&[1e-6, 1e-5, presliding_m], 6.4e7);
+        let mut friction = Friction::new(&[1e-6, 1e-5, presliding_m], 6.4e7, 1.0);
         for step in 1..=400 {
             friction.slide(way_m, 1.0);
             let dahl = 1.0 - libm::exp(-way_m * f64::from(step) / presliding_m);

@@ -47,6 +47,7 @@ pub(crate) mod thermal_expansion;
 
 use serde::{Deserialize, Serialize};
 
+use crate::Material;
 use crate::parameter::ParameterSpec;
 
 pub use description::{CoilNeed, Description, Stage};
@@ -132,6 +133,12 @@ impl EffectKind {
     /// As in its [`Description`].
     pub fn parameters(self) -> &'static [ParameterSpec] {
         self.description().parameters
+    }
+
+    /// The same for an actuator of that material: fields and lengths count in what its law takes and gives.
+    pub fn parameters_of(self, material: &Material) -> impl Iterator<Item = ParameterSpec> {
+        let sizes = material.decades();
+        self.parameters().iter().map(move |own| own.sized(sizes))
     }
 
     /// As in its [`Description`].

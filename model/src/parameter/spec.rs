@@ -136,6 +136,29 @@ impl ParameterSpec {
         ParameterSpec { screening, ..self }
     }
 
+    /// The row for an actuator whose input and output are so many times those of a rod of Terfenol-D. What absence means stays.
+    pub(crate) fn sized(self, [input, output]: [f64; 2]) -> ParameterSpec {
+        let factor = match self.unit {
+            "A/m" | "A/(m s)" => input,
+            "m" | "m/s" => output,
+            "1/m²" => 1.0 / (output * output),
+            _ => return self,
+        };
+        let (mut lower, mut upper) = (factor * self.lower, factor * self.upper);
+        if self.is_limit() {
+            upper = self.upper;
+        } else if !self.is_fitted() {
+            // May be left out of a file, and is the usual one then.
+            (lower, upper) = (lower.min(self.lower), upper.max(self.upper));
+        }
+        ParameterSpec {
+            lower,
+            upper,
+            typical: factor * self.typical,
+            ..self
+        }
+    }
+
     /// The value at which it changes nothing; none unless it is a size.
     pub fn identity(&self) -> Option<f64> {
         match self.role {
