@@ -6,8 +6,8 @@
 
 use anhyst_identify::engine::Coordinate;
 use anhyst_model::{
-    ActuatorModel, Effect, EffectKind, MagneticState, Material, ModelError, NominalParameter, ParameterRole,
-    ParameterSpec,
+    ActuatorModel, Effect, EffectKind, MagneticStart, MagneticState, Material, ModelError, NominalParameter,
+    ParameterRole, ParameterSpec,
 };
 
 use crate::acquisition::LowPass;
@@ -21,6 +21,8 @@ const FREE_DEVIATION: f64 = 0.5;
 /// Standard deviation of what is believed of the first magnetization, and its bounds, as shares of saturation.
 const START_DEVIATION: f64 = 0.26;
 const START_BOUND: f64 = 0.9;
+/// Of where another law turned round before, as shares of the extent of its input.
+const TURN_DEVIATION: f64 = 0.5;
 /// Of the corner of a low pass, by ratio: of one that noise shows, and of one that is supposed.
 const CORNER_DEVIATION: [f64; 2] = [0.05, 0.3];
 
@@ -32,6 +34,8 @@ pub(crate) enum Slot {
     Effect(EffectKind, usize),
     /// Magnetization of a run's first sample, A/m.
     Start(usize),
+    /// Field at which another law had turned round before a run, A/m.
+    Turn(usize),
     /// Corner of the recorder's low pass on a kind of channel, Hz.
     Corner(ChannelKind),
 }
@@ -113,6 +117,20 @@ impl Composition {
                 prior: Some((0.0, START_DEVIATION * size)),
             },
         }));
+        if let Some(extent) = model.material.field_extent() {
+            let size = extent[1].max(-extent[0]);
+            own.unknowns.extend(starts.iter().map(|run| Unknown {
+                slot: Slot::Turn(*run),
+                value: 0.0,
+                coordinate: Coordinate {
+                    lower: extent[0],
+                    upper: extent[1],
+                    scale: 0.01 * size,
+                    logarithmic: false,
+                    prior: Some((0.0, TURN_DEVIATION * size)),
+                },
+            }));
+        }
         own
     }
 
@@ -266,7 +284,7 @@ impl Composition {
                         effect.values_mut()[place] = unknown.value;
                     }
                 }
-                Slot::Start(_) | Slot::Corner(_) => {}
+                Slot::Start(_) | Slot::Turn(_) | Slot::Corner(_) => {}
             }
         }
         for effect in effects {
@@ -278,11 +296,14 @@ impl Composition {
     }
 
     /// Where the material was before a run's first sample: so far from the first way there.
-    pub fn start(&self, run: usize, field_a_per_m: f64, material: &Material) -> Option<MagneticState> {
-        let own = self.unknowns.iter().find(|own| own.slot == Slot::Start(run))?;
-        Some(MagneticState {
-            field_a_per_m,
-            magnetization_a_per_m: own.value + material.on_first_way(field_a_per_m),
+    pub fn start(&self, run: usize, field_a_per_m: f64, material: &Material) -> Option<MagneticStart> {
+        let of = |slot: Slot| self.unknowns.iter().find(|own| own.slot == slot).map(|own| own.value);
+        Some(MagneticStart {
+            state: MagneticState {
+                field_a_per_m,
+                magnetization_a_per_m: of(Slot::Start(run))? + material.on_first_way(field_a_per_m),
+            },
+            turn_a_per_m: of(Slot::Turn(run)).unwrap_or(0.0),
         })
     }
 

@@ -38,6 +38,9 @@ const STARTS: [f64; 12] = [
 const LAW_STARTS: i32 = 24;
 const LAW_RATIO: f64 = 1.2;
 const CLOSER: [f64; 6] = [0.87, 0.91, 0.95, 1.05, 1.1, 1.15];
+/// Where another law may have turned round before, of the ends of its input's extent, and how often that and the start are bettered.
+const TURNS: [f64; 8] = [0.12, 0.25, 0.37, 0.5, 0.62, 0.75, 0.87, 1.0];
+const TURN_ROUNDS: usize = 2;
 const MAX_LINES: usize = 8;
 /// A line that is not the mains' is a disturbance of the plant from this multiple of the noise on, and nuisance below: the
 /// output alone does not tell which.
@@ -220,11 +223,11 @@ impl Search<'_> {
         let mut least = bench.point(&composition)?;
         let shares = self.starts();
         for run in starts {
-            let started = |own: &&mut Unknown| own.slot == Slot::Start(*run);
-            let mut look = |values: Vec<f64>| {
+            let mut look = |slot: Slot, values: Vec<f64>| {
+                let looked_for = |own: &&mut Unknown| own.slot == slot;
                 let others = values.into_iter().map(|value| {
                     let mut tried = composition.clone();
-                    if let Some(own) = tried.unknowns.iter_mut().find(started) {
+                    if let Some(own) = tried.unknowns.iter_mut().find(looked_for) {
                         own.value = value;
                     }
                     tried
@@ -240,12 +243,23 @@ impl Search<'_> {
                 composition
                     .unknowns
                     .iter_mut()
-                    .find(started)
+                    .find(looked_for)
                     .map_or(0.0, |own| own.value)
             };
-            let found = look(shares.iter().map(|share| share * size).collect());
-            if self.model.material.law.is_some() {
-                look(CLOSER.iter().map(|ratio| ratio * found).collect());
+            let found = look(Slot::Start(*run), shares.iter().map(|share| share * size).collect());
+            let Some(extent) = self.model.material.field_extent() else {
+                continue;
+            };
+            let closer = |found: f64| CLOSER.iter().map(|ratio| ratio * found).collect();
+            let found = look(Slot::Start(*run), closer(found));
+            // Where it had turned round before, and then both by turns.
+            let turns = TURNS.iter().flat_map(|share| extent.map(|end| share * end)).collect();
+            let mut at = [found, look(Slot::Turn(*run), turns)];
+            for _ in 0..TURN_ROUNDS {
+                at = [
+                    look(Slot::Start(*run), closer(at[0])),
+                    look(Slot::Turn(*run), closer(at[1])),
+                ];
             }
         }
         Some(composition)

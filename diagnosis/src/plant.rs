@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anhyst_identify::prepared::PreparedRun;
 use anhyst_measured::Quantity;
-use anhyst_model::{ActuatorModel, ActuatorOutputs, MagneticHalf, MagneticState};
+use anhyst_model::{ActuatorModel, ActuatorOutputs, MagneticHalf, MagneticStart};
 
 use realfft::num_complex::Complex;
 
@@ -46,7 +46,7 @@ pub(crate) struct Plant {
 
 /// What of a plant's simulations serves again.
 pub(crate) struct Memory {
-    halves: Recent<(usize, Option<MagneticState>, ActuatorModel), MagneticHalf>,
+    halves: Recent<(usize, Option<MagneticStart>, ActuatorModel), MagneticHalf>,
     shapes: Recent<(Range<usize>, usize, Shape), Vec<f64>>,
     responses: Recent<(usize, LowPass), Vec<Complex<f64>>>,
     /// Of a field, which most of what is fitted leaves alone.

@@ -133,6 +133,9 @@ pub(crate) fn contributions(bench: &Bench, model: &ActuatorModel, last: &Fitted)
         };
         let mut lost = composition.clone();
         reset(&mut lost, unknown.slot);
+        if let Slot::Start(run) = unknown.slot {
+            reset(&mut lost, Slot::Turn(run));
+        }
         parts.push((name, kind, lost));
     }
     if composition.fitted_low_pass(ChannelKind::Output).is_some() {

@@ -193,10 +193,16 @@ fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
     for (index, unknown) in composition.unknowns.iter().enumerate() {
         let deviation = Some((known.deviation)(index));
         match unknown.slot {
-            Slot::Start(run) => all.push(found(
-                format!("magnetic_start_{}", run + 1),
-                vec![value("magnetization_a_per_m", "A/m", unknown.value, deviation)],
-            )),
+            Slot::Start(run) => {
+                let turn = composition.unknowns.iter().position(|own| own.slot == Slot::Turn(run));
+                let turn = turn.map(|place| {
+                    let turned = composition.unknowns[place].value;
+                    value("turn_a_per_m", "A/m", turned, Some((known.deviation)(place)))
+                });
+                let mut values = vec![value("magnetization_a_per_m", "A/m", unknown.value, deviation)];
+                values.extend(turn);
+                all.push(found(format!("magnetic_start_{}", run + 1), values));
+            }
             Slot::Corner(kind) => {
                 let name = if kind == ChannelKind::Field {
                     "probe_low_pass"

@@ -2,7 +2,7 @@
 
 use anhyst_measured::sweep;
 use anhyst_model::{
-    Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutputs, MagneticHalf, MagneticState,
+    Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutputs, MagneticHalf, MagneticStart, MagneticState,
 };
 
 use crate::error::IdentifyError;
@@ -26,11 +26,11 @@ impl PreparedRun {
     /// A model that cannot be run on this data.
     pub fn simulate_from(
         &self,
-        state: Option<MagneticState>,
+        start: Option<MagneticStart>,
         model: &ActuatorModel,
         outputs: &mut ActuatorOutputs,
     ) -> Result<(), IdentifyError> {
-        let mut actuator = self.at_first_sample(state, model)?;
+        let mut actuator = self.at_first_sample(start, model)?;
         Ok(actuator.run(self.inputs(), outputs)?)
     }
 
@@ -40,10 +40,10 @@ impl PreparedRun {
     /// A model that cannot be run on this data.
     pub fn magnetize_from(
         &self,
-        state: Option<MagneticState>,
+        start: Option<MagneticStart>,
         model: &ActuatorModel,
     ) -> Result<MagneticHalf, IdentifyError> {
-        Ok(self.at_first_sample(state, model)?.magnetize(self.inputs())?)
+        Ok(self.at_first_sample(start, model)?.magnetize(self.inputs())?)
     }
 
     /// The rest of the same.
@@ -75,10 +75,12 @@ impl PreparedRun {
         Ok(actuator)
     }
 
-    fn at_first_sample(&self, state: Option<MagneticState>, model: &ActuatorModel) -> Result<Actuator, IdentifyError> {
+    fn at_first_sample(&self, start: Option<MagneticStart>, model: &ActuatorModel) -> Result<Actuator, IdentifyError> {
         let actuator = self.new_actuator(model)?;
+        if let Some(start) = start {
+            return Ok(actuator.starting_at(start));
+        }
         let found = match self.start {
-            _ if state.is_some() => state,
             Start::Demagnetised | Start::Undriven => None,
             Start::Magnetized(state) => Some(state),
             Start::Cycled(state) => Some(self.left_by(self.inputs(), model, state)?),

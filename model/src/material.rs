@@ -142,6 +142,13 @@ impl Material {
         })
     }
 
+    /// Between which fields another law's input lies, A/m.
+    pub fn field_extent(&self) -> Option<[f64; 2]> {
+        let law = self.law.as_ref()?;
+        let per_input = self.hysteresis.shape_a_per_m / law.scales()[0];
+        Some(law.input_extent.map(|end| end * per_input))
+    }
+
     /// What a run's unknown first magnetization is measured by: Ms; of another law 2.5 times what it keeps at input 0 of an extreme.
     pub fn start_scale(&self) -> f64 {
         self.law

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::fields::Fields;
-use super::magnetizer::Magnetizer;
+use super::magnetizer::{MagneticStart, Magnetizer};
 use super::rod::Load;
 use super::rod_stage::RodStage;
 use super::samples::Columns;
@@ -94,9 +94,9 @@ impl Actuator {
     }
 
     /// The same, but the first sample finds the material in this state instead of demagnetised. Another law than the domain wall's has
-    /// been at one extreme of its input before, the one that leaves this output or comes nearest to it.
-    pub fn starting_at(mut self, state: MagneticState) -> Self {
-        self.magnetizer.start(state);
+    /// turned round where it is told, and been at one extreme of its input after, the one that leaves this output or comes nearest to it.
+    pub fn starting_at(mut self, start: impl Into<MagneticStart>) -> Self {
+        self.magnetizer.start(start.into());
         self
     }
 

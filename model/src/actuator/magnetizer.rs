@@ -39,6 +39,23 @@ pub(super) struct Magnetizer {
     pub state: MagneticState,
 }
 
+/// How a run finds the material.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MagneticStart {
+    pub state: MagneticState,
+    /// A field at which it turned round before, A/m: of what remembers more than its state. 0: it never did.
+    pub turn_a_per_m: f64,
+}
+
+impl From<MagneticState> for MagneticStart {
+    fn from(state: MagneticState) -> Self {
+        MagneticStart {
+            state,
+            turn_a_per_m: 0.0,
+        }
+    }
+}
+
 /// Of the extent of a law's input, to an extreme before a start.
 const HALVINGS: usize = 48;
 
@@ -74,16 +91,17 @@ impl OtherLaw {
         }
     }
 
-    /// Somewhere the input has been before: from rest to an extreme and from there to the state's input, so that the state's output, or what comes
-    /// nearest to it, stands there. What comes out, from rest.
-    fn start(&mut self, state: MagneticState) -> f64 {
-        let (rest, input) = (self.law.rest(), self.gains[0] * state.field_a_per_m);
+    /// Somewhere the input has been before: from rest to where it turned round, to an extreme, and from there to the state's input, so that the
+    /// state's output, or what comes nearest to it, stands there. What comes out, from rest.
+    fn start(&mut self, MagneticStart { state, turn_a_per_m }: MagneticStart) -> f64 {
+        let (mut turned, input) = (self.law.rest(), self.gains[0] * state.field_a_per_m);
+        self.law.advance(&mut turned, self.gains[0] * turn_a_per_m);
         let wanted = state.magnetization_a_per_m / self.gains[1] + self.zero;
         let [mut low, mut high] = self.extent.map(|end| end - input);
         // A larger extreme leaves more: the output rises with it.
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            self.state = rest.clone();
+            self.state = turned.clone();
             self.law.advance(&mut self.state, input + middle);
             self.law.advance(&mut self.state, input);
             if self.law.output(&self.state) < wanted {
@@ -134,10 +152,10 @@ impl Magnetizer {
     }
 
     /// The first sample finds the material in this state.
-    pub fn start(&mut self, state: MagneticState) {
-        self.state = state;
+    pub fn start(&mut self, start: MagneticStart) {
+        self.state = start.state;
         if let Some(other) = &mut self.other {
-            self.state.magnetization_a_per_m = other.start(state);
+            self.state.magnetization_a_per_m = other.start(start);
         }
     }
 

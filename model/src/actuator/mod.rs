@@ -20,6 +20,7 @@ mod signals;
 mod strain;
 
 pub use chain::{Actuator, simulate};
+pub use magnetizer::MagneticStart;
 pub use model::{ActuatorModel, validate_effects};
 pub use parts::{CoilGain, Creep, Expansion, FieldPath, SignalPath, Spring};
 pub use restated::{rod_per_magnetization, rod_per_strain, with_known_effects};
