@@ -23,6 +23,8 @@ const START_DEVIATION: f64 = 0.26;
 const START_BOUND: f64 = 0.9;
 /// Of where another law turned round before, as shares of the extent of its input.
 const TURN_DEVIATION: f64 = 0.5;
+/// Of the zero of a record of the drive, as a share of a: 2 A/m for Terfenol-D.
+const DRIVE_ZERO: f64 = 2.0 / 7012.0;
 /// Of the corner of a low pass, by ratio: of one that noise shows, and of one that is supposed.
 const CORNER_DEVIATION: [f64; 2] = [0.05, 0.3];
 
@@ -36,6 +38,8 @@ pub(crate) enum Slot {
     Start(usize),
     /// Field at which another law had turned round before a run, A/m.
     Turn(usize),
+    /// By how much the drive exceeds what the record says, A/m.
+    DriveZero,
     /// Corner of the recorder's low pass on a kind of channel, Hz.
     Corner(ChannelKind),
 }
@@ -119,6 +123,19 @@ impl Composition {
         }));
         if let Some(extent) = model.material.field_extent() {
             let size = extent[1].max(-extent[0]);
+            // A rod of Terfenol-D does not feel it; a steep loop shows it.
+            let zero = drive_zero_a_per_m(&model.material);
+            own.unknowns.push(Unknown {
+                slot: Slot::DriveZero,
+                value: 0.0,
+                coordinate: Coordinate {
+                    lower: -BOX_DEVIATIONS * zero,
+                    upper: BOX_DEVIATIONS * zero,
+                    scale: 0.2 * zero,
+                    logarithmic: false,
+                    prior: Some((0.0, zero)),
+                },
+            });
             own.unknowns.extend(starts.iter().map(|run| Unknown {
                 slot: Slot::Turn(*run),
                 value: 0.0,
@@ -284,7 +301,7 @@ impl Composition {
                         effect.values_mut()[place] = unknown.value;
                     }
                 }
-                Slot::Start(_) | Slot::Turn(_) | Slot::Corner(_) => {}
+                Slot::Start(_) | Slot::Turn(_) | Slot::DriveZero | Slot::Corner(_) => {}
             }
         }
         for effect in effects {
@@ -293,6 +310,12 @@ impl Composition {
         }
         model.validate()?;
         Ok(model)
+    }
+
+    /// By how much the drive exceeds its record, A/m.
+    pub fn drive_zero_a_per_m(&self) -> Option<f64> {
+        let own = self.unknowns.iter().find(|own| own.slot == Slot::DriveZero)?;
+        Some(own.value)
     }
 
     /// Where the material was before a run's first sample: so far from the first way there.
@@ -316,6 +339,11 @@ impl Composition {
             ..low_pass
         })
     }
+}
+
+/// Standard deviation of the zero of a record of the drive, A/m.
+pub(crate) fn drive_zero_a_per_m(material: &Material) -> f64 {
+    DRIVE_ZERO * material.hysteresis.shape_a_per_m
 }
 
 /// A constant within the box of its prior.

@@ -1,5 +1,6 @@
 //! The actuator chain as a diagnosis sees it: runs in, the spectra of all channels out.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -11,7 +12,7 @@ use realfft::num_complex::Complex;
 
 use crate::acquisition::LowPass;
 use crate::channel::{Channel, ChannelKind};
-use crate::composition::Composition;
+use crate::composition::{Composition, drive_zero_a_per_m};
 use crate::memory::{Recent, Tally};
 use crate::shape::Shape;
 use crate::spectrum::Spectrum;
@@ -23,9 +24,8 @@ const SHAPES: usize = 12;
 /// Low passes, and spectra of the field, that are kept of each run.
 const FIELDS: usize = 6;
 
-/// Standard deviations of the drive's gain and of its zero, A/m where `a` is that of Terfenol-D, and in proportion.
-const DOUBTS: [(f64, f64); 2] = [(2e-3, 0.0), (0.0, 2.0)];
-const ZERO_IS_FOR_A_PER_M: f64 = 7012.0;
+/// Standard deviation of the drive's gain.
+const DRIVE_GAIN: f64 = 2e-3;
 
 /// A nominal model and the runs that it has to explain.
 #[derive(Clone)]
@@ -44,9 +44,12 @@ pub(crate) struct Plant {
     pub memory: Arc<Memory>,
 }
 
+/// What a magnetic half is of: run, its start, zero of the drive (A/m), what the model has of it.
+type Half = (usize, Option<MagneticStart>, f64, ActuatorModel);
+
 /// What of a plant's simulations serves again.
 pub(crate) struct Memory {
-    halves: Recent<(usize, Option<MagneticStart>, ActuatorModel), MagneticHalf>,
+    halves: Recent<Half, MagneticHalf>,
     shapes: Recent<(Range<usize>, usize, Shape), Vec<f64>>,
     responses: Recent<(usize, LowPass), Vec<Complex<f64>>>,
     /// Of a field, which most of what is fitted leaves alone.
@@ -75,11 +78,21 @@ impl Plant {
         let model = composition.model(&self.model).ok()?;
         let of = |kind: ChannelKind| composition.fitted_low_pass(kind);
         let low_passes = [of(ChannelKind::Field), of(ChannelKind::Output)];
+        let zero = composition.drive_zero_a_per_m().unwrap_or(0.0);
         let simulated = self.runs.iter().enumerate().map(|(index, run)| {
+            let mut shifted = Cow::Borrowed(run);
+            if zero != 0.0 {
+                shifted
+                    .to_mut()
+                    .drive_a_per_m
+                    .iter_mut()
+                    .for_each(|drive| *drive += zero);
+            }
+            let run = shifted.as_ref();
             let first = run.drive_a_per_m.first().copied().unwrap_or(0.0);
             let mut outputs = ActuatorOutputs::default();
             let start = composition.start(index, first, &model.material);
-            let asked = (index, start, model.magnetic_half());
+            let asked = (index, start, zero, model.magnetic_half());
             let magnetize = || {
                 self.memory.magnetized.count();
                 run.magnetize_from(start, &model).ok()
@@ -108,12 +121,12 @@ impl Plant {
     /// Changes of the spectra by what is not known of the drive, each by its standard deviation: gain and zero of the record of
     /// it. A fit cannot tell them from constants, limits and a bias, so that its numbers are known no better.
     pub fn doubts(&self, composition: &Composition, simulated: &[f64]) -> Vec<Vec<f64>> {
-        let relative = self.model.material.hysteresis.shape_a_per_m / ZERO_IS_FOR_A_PER_M;
+        let zero = drive_zero_a_per_m(&self.model.material);
         let answer = |(gain, zero): &(f64, f64)| {
             let mut moved = self.clone();
             moved.memory = Memory::of(self.runs.len(), self.channels.len());
             for drive in moved.runs.iter_mut().flat_map(|run| &mut run.drive_a_per_m) {
-                *drive += gain * *drive + zero * relative;
+                *drive += gain * *drive + zero;
             }
             let mut spectra = moved.spectra(&moved.simulate(composition)?)?;
             for (own, without) in spectra.iter_mut().zip(simulated) {
@@ -122,8 +135,11 @@ impl Plant {
             Some(spectra)
         };
         // A fitted model carries its own errors.
-        let doubts = DOUBTS.iter().filter(|_| !self.fitted);
-        doubts.filter_map(answer).collect()
+        let fitted = composition.drive_zero_a_per_m().is_some();
+        let doubts = [(DRIVE_GAIN, 0.0), (0.0, zero)]
+            .into_iter()
+            .take(if fitted { 1 } else { 2 });
+        doubts.filter(|_| !self.fitted).filter_map(|own| answer(&own)).collect()
     }
 
     /// A series of all rows of a run after a low pass of its recorder.

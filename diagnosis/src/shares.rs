@@ -129,6 +129,7 @@ pub(crate) fn contributions(bench: &Bench, model: &ActuatorModel, last: &Fitted)
                 (parameter.term().to_owned(), ContributionKind::Parameter)
             }
             Slot::Start(run) => (format!("magnetic_start_{}", run + 1), ContributionKind::Nuisance),
+            Slot::DriveZero => ("drive_zero".to_owned(), ContributionKind::Nuisance),
             _ => continue,
         };
         let mut lost = composition.clone();

@@ -203,6 +203,10 @@ fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
                 values.extend(turn);
                 all.push(found(format!("magnetic_start_{}", run + 1), values));
             }
+            Slot::DriveZero => all.push(found(
+                "drive_zero".to_owned(),
+                vec![value("field_a_per_m", "A/m", unknown.value, deviation)],
+            )),
             Slot::Corner(kind) => {
                 let name = if kind == ChannelKind::Field {
                     "probe_low_pass"
