@@ -127,7 +127,7 @@ impl Block for Scribe {
         }
         #[cfg(feature = "recorder")]
         if let Some(recorder) = &mut self.recorder {
-            recorder.step(tick, inputs);
+            recorder.hear(tick, &inputs);
         }
     }
 }

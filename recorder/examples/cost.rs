@@ -60,10 +60,13 @@ fn read(path: &Path) -> Result<(Vec<Tick>, usize), RecorderError> {
 
 /// CPU seconds of this process, all threads, and its memory, MB.
 fn used() -> Option<(f64, f64)> {
+    let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: writes the time into what is given.
+    unsafe { libc::clock_gettime(libc::CLOCK_PROCESS_CPUTIME_ID, &raw mut time) };
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
     let fields: Vec<_> = stat.rsplit(')').next()?.split_whitespace().collect();
-    let ticks = fields.get(11)?.parse::<f64>().ok()? + fields.get(12)?.parse::<f64>().ok()?;
-    Some((ticks / 100.0, fields.get(21)?.parse::<f64>().ok()? * 4096e-6))
+    let cpu_s = time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64;
+    Some((cpu_s, fields.get(21)?.parse::<f64>().ok()? * 4096e-6))
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -96,6 +99,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let drops = options.iter().any(|option| option == "drop");
     let (start, (cpu_before, _)) = (Instant::now(), used().unwrap_or_default());
     let mut recorder = Recorder::create(&RecorderSettings::default(), info)?;
+    let begun = used().unwrap_or_default().0 - cpu_before;
     let (mut bytes, mut least, mut most) = (0, f64::INFINITY, 0f64);
     for tick in 0..ticks {
         if tick % (ticks / LINES).max(1) == 0 {
@@ -112,7 +116,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         inputs.0.0.stamp(tick, 0);
         recorder.step(tick, inputs);
     }
+    let ended = used().unwrap_or_default().0;
     let report = recorder.finish()?;
+    let ended = used().unwrap_or_default().0 - ended;
     let (wall, cpu) = (start.elapsed().as_secs_f64(), used().unwrap_or_default().0 - cpu_before);
     bytes += sizes(out)?.iter().map(|(_, size)| size).sum::<u64>();
     let recorded = report.rows as f64 * values as f64;
@@ -121,6 +127,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         seconds / LINES as f64
     );
     println!("{report:?}");
+    println!(
+        "{:.1} ms of CPU before the first tick, {:.1} ms after the last one",
+        1e3 * begun,
+        1e3 * ended
+    );
     println!(
         "{values} values a tick: {:.2} Mvalue/s of CPU time, {:.2} bytes a value, {:.0} bytes a tick; {cpu:.2} s of CPU in {wall:.2} s",
         recorded * 1e-6 / cpu,

@@ -114,11 +114,9 @@ impl Axes {
         [(x, -self.x.low * x), (-y, self.y.high * y)]
     }
 
-    /// How far two points lie apart in the box.
-    pub fn distance(&self, from: [f64; 2], to: [f64; 2]) -> f64 {
-        let [(x, _), (y, _)] = self.maps();
-        let [right, up] = [(to[0] - from[0]) * x, (to[1] - from[1]) * y];
-        (right * right + up * up).sqrt()
+    /// What a step in each coordinate is in the box.
+    pub fn scales(&self) -> [f64; 2] {
+        self.maps().map(|(scale, _)| scale)
     }
 
     /// Writes transform, frame, grid and labels below `entity`; data belongs below `{entity}/raw`.

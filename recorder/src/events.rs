@@ -60,6 +60,9 @@ impl Lamp {
 #[derive(Debug, Default)]
 pub(crate) struct Watch {
     lamps: [Lamp; FLAGS.len()],
+    /// The status words that the lamps show, and the tick from which on one of them may be reported, whatever the words say.
+    words: [u64; 5],
+    due: u64,
     /// The field in the coil is no finite number.
     broken_coil: Lamp,
     /// The error is beyond the tolerance.
@@ -78,6 +81,29 @@ impl Watch {
     pub fn row(&mut self, row: &Row, has: Presence, run: &RunInfo) {
         let tick = row.tick;
         let quiet_ticks = ((QUIET_S / run.tick_s) as u64).max(1);
+        let words = [
+            row.estimate.status,
+            row.demand.status,
+            row.field_command.status,
+            row.safe_field.status,
+            row.coil_field.status,
+        ];
+        let differences = words
+            .iter()
+            .zip(&self.words)
+            .fold(0, |all, (word, last)| all | (word ^ last));
+        if differences != 0 || tick >= self.due || self.states.contains(&None) {
+            self.words = words;
+            self.flags(row, run, quiet_ticks);
+            self.lanes(tick);
+        }
+        self.coil(row, quiet_ticks);
+        self.error(row, has, run, quiet_ticks);
+        self.guard(row, run, quiet_ticks);
+    }
+
+    fn flags(&mut self, row: &Row, run: &RunInfo, quiet_ticks: u64) {
+        let tick = row.tick;
         for (flag, lamp) in FLAGS.iter().zip(&mut self.lamps) {
             let on = status(flag.channel, row) & flag.bit != 0;
             let Some(changes) = lamp.update(on, tick, quiet_ticks) else {
@@ -101,10 +127,8 @@ impl Watch {
                 text,
             });
         }
-        self.coil(row, quiet_ticks);
-        self.error(row, has, run, quiet_ticks);
-        self.lanes(tick);
-        self.guard(row, run, quiet_ticks);
+        let waiting = self.lamps.iter().filter(|lamp| lamp.now != lamp.shown);
+        self.due = waiting.map(|lamp| lamp.quiet_until).min().unwrap_or(u64::MAX);
     }
 
     /// What an amplifier says of the coil may be no number; no status bit tells.

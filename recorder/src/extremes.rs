@@ -11,30 +11,70 @@ pub(crate) fn kept_rows(rows: usize, n: usize) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Thins row-major `values` of `width` columns by `n`. Not-a-number is passed over where a stretch has numbers.
-pub(crate) fn thin(values: &[f64], width: usize, n: usize) -> Vec<f64> {
-    if n <= 2 {
-        return values.to_vec();
-    }
-    let mut thinned = Vec::with_capacity(2 * values.len() / n + 2 * width);
-    for stretch in values.chunks(n * width) {
-        if stretch.len() == width {
-            thinned.extend_from_slice(stretch);
-            continue;
-        }
-        let first = thinned.len();
-        thinned.resize(first + 2 * width, f64::NAN);
-        for column in 0..width {
-            let (early, late) = extremes(stretch.iter().skip(column).step_by(width).copied());
-            thinned[first + column] = early;
-            thinned[first + width + column] = late;
-        }
-    }
-    thinned
+/// A column of row-major values.
+pub(crate) struct Column<'a> {
+    values: &'a mut [f64],
+    next: usize,
+    width: usize,
 }
 
-/// Smallest and largest value, the earlier one first.
-fn extremes(column: impl Iterator<Item = f64>) -> (f64, f64) {
+impl<'a> Column<'a> {
+    /// That with number `column` of `width`.
+    pub fn new(values: &'a mut [f64], column: usize, width: usize) -> Self {
+        Self {
+            values,
+            next: column,
+            width,
+        }
+    }
+
+    fn put(&mut self, value: f64) {
+        self.values[self.next] = value;
+        self.next += self.width;
+    }
+}
+
+/// Thins what `value` gives of rows by `n`, into as many values as [`kept_rows`] has. Not-a-number is passed over where a stretch has
+/// numbers.
+#[inline(always)]
+pub(crate) fn thin<T>(rows: &[T], n: usize, value: impl Fn(&T) -> f64, into: &mut Column) {
+    if n <= 2 {
+        rows.iter().for_each(|row| into.put(value(row)));
+        return;
+    }
+    for stretch in rows.chunks(n) {
+        if let [row] = stretch {
+            into.put(value(row));
+            continue;
+        }
+        // Nothing compares with what is no number: it neither takes a place nor gives one up.
+        let first = value(&stretch[0]);
+        let (mut smallest, mut largest) = ((0, first), (0, first));
+        for (at, row) in stretch.iter().enumerate().skip(1) {
+            let value = value(row);
+            if value < smallest.1 {
+                smallest = (at, value);
+            }
+            if value > largest.1 {
+                largest = (at, value);
+            }
+        }
+        if first.is_nan() {
+            (smallest, largest) = extremes(stretch.iter().map(&value));
+        }
+        let (early, late) = if smallest.0 <= largest.0 {
+            (smallest.1, largest.1)
+        } else {
+            (largest.1, smallest.1)
+        };
+        into.put(early);
+        into.put(late);
+    }
+}
+
+/// Places and values of the smallest and the largest, where numbers may be missing.
+#[cold]
+fn extremes(column: impl Iterator<Item = f64>) -> ((usize, f64), (usize, f64)) {
     let mut smallest = (0, f64::NAN);
     let mut largest = (0, f64::NAN);
     for (at, value) in column.enumerate().filter(|(_, value)| !value.is_nan()) {
@@ -45,37 +85,37 @@ fn extremes(column: impl Iterator<Item = f64>) -> (f64, f64) {
             largest = (at, value);
         }
     }
-    if smallest.0 <= largest.0 {
-        (smallest.1, largest.1)
-    } else {
-        (largest.1, smallest.1)
-    }
+    (smallest, largest)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn thinned<const WIDTH: usize>(rows: &[[f64; WIDTH]], n: usize) -> Vec<f64> {
+        let mut values = vec![0.0; kept_rows(rows.len(), n).count() * WIDTH];
+        for column in 0..WIDTH {
+            thin(rows, n, |row| row[column], &mut Column::new(&mut values, column, WIDTH));
+        }
+        values
+    }
+
     /// Guards: a single spike survives, and each column keeps its own order.
     #[test]
     fn extremes_survive_in_their_order() {
-        let columns = [[0.0, 9.0], [1.0, 2.0], [50.0, 3.0], [2.0, 1.0], [4.0, 4.0]];
-        let thinned = thin(columns.as_flattened(), 2, 4);
-        assert_eq!(thinned, [0.0, 9.0, 50.0, 1.0, 4.0, 4.0]);
+        let rows = [[0.0, 9.0], [1.0, 2.0], [50.0, 3.0], [2.0, 1.0], [4.0, 4.0]];
+        assert_eq!(thinned(&rows, 4), [0.0, 9.0, 50.0, 1.0, 4.0, 4.0]);
         assert!(kept_rows(5, 4).eq([0, 2, 4]));
     }
 
-    /// Guards: times and values stay of equal number for every length and every n.
+    /// Guards: there is a value for each time, for every length and every n.
     #[test]
     fn rows_and_times_agree() {
         for rows in 1..40 {
             for n in 1..12 {
                 let n = if n <= 2 { 1 } else { n };
-                assert_eq!(
-                    thin(&vec![0.0; 3 * rows], 3, n).len(),
-                    3 * kept_rows(rows, n).count(),
-                    "{rows} {n}"
-                );
+                let values = thinned(&vec![[1.0; 3]; rows], n);
+                assert!(values.iter().all(|value| *value == 1.0), "{rows} {n}");
             }
         }
     }
@@ -83,7 +123,9 @@ mod tests {
     /// Guards: a missing value does not hide its neighbours.
     #[test]
     fn not_a_number_is_passed_over() {
-        let thinned = thin(&[f64::NAN, 3.0, f64::NAN, 1.0], 1, 4);
-        assert_eq!(thinned, [3.0, 1.0]);
+        let nan = f64::NAN;
+        assert_eq!(thinned(&[[nan], [3.0], [nan], [1.0]], 4), [3.0, 1.0]);
+        assert_eq!(thinned(&[[2.0], [nan], [3.0], [nan]], 4), [2.0, 3.0]);
+        assert!(thinned(&[[nan], [nan], [nan]], 4).iter().all(|value| value.is_nan()));
     }
 }

@@ -7,24 +7,37 @@ use crate::streams::APPLICATION;
 use crate::views::{Layout, Property, arrange};
 use rerun::blueprint::components::{PanelState, PlayState};
 use rerun::blueprint::{Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, SelectionPanel, TimePanel};
-use rerun::external::re_log_encoding::Encoder;
-use rerun::external::re_log_encoding::rrd::EncodingOptions;
+use rerun::external::re_log_encoding::rrd::{Compression, EncodingOptions};
+use rerun::external::re_log_encoding::{Encoder, ToTransport};
 use rerun::external::re_log_types::BlueprintActivationCommand;
-use rerun::log::LogMsg;
-use rerun::{RecordingStream, RecordingStreamBuilder};
+use rerun::log::{Chunk, LogMsg, RowId};
+use rerun::{RecordingStream, RecordingStreamBuilder, Timeline};
 use std::path::Path;
+
+const WHAT: &str = "the layout";
+
+/// A message as it stands in a file.
+pub(crate) type Encoded = <LogMsg as ToTransport>::Output;
 
 /// A layout ready to be sent, any number of times: each one that is made leaves the names of its views in memory.
 pub(crate) struct Arranged {
     messages: Vec<LogMsg>,
+    /// As they stand in a file.
+    encoded: Vec<Encoded>,
     activation: BlueprintActivationCommand,
 }
 
 impl Layout {
     /// Makes the messages.
     pub fn arranged(&self) -> Result<Arranged, RecorderError> {
-        let (messages, activation) = messages(APPLICATION, arrange(self))?;
-        Ok(Arranged { messages, activation })
+        let (mut messages, activation) = messages(APPLICATION, arrange(self))?;
+        messages.push(activation.clone().into());
+        let encoded = messages.iter().map(|message| message.to_transport(Compression::LZ4));
+        Ok(Arranged {
+            encoded: encoded.collect::<Result<_, _>>().writing(WHAT)?,
+            messages,
+            activation,
+        })
     }
 }
 
@@ -34,22 +47,25 @@ impl Arranged {
         stream.send_blueprint(self.messages.clone(), self.activation.clone());
     }
 
+    /// Its messages, each with what stands in a file.
+    pub fn messages(&self) -> impl Iterator<Item = (&LogMsg, &Encoded)> {
+        self.messages.iter().zip(&self.encoded)
+    }
+
     /// Writes the layout as a file of its own, for any recording of this application.
-    pub fn save(self, path: &Path) -> Result<(), RecorderError> {
-        let mut messages = self.messages;
-        messages.push(self.activation.into());
-        let mut file = std::fs::File::create(path).map_err(|error| RecorderError::Create {
+    pub fn save(&self, path: &Path) -> Result<(), RecorderError> {
+        let file = std::fs::File::create(path).map_err(|error| RecorderError::Create {
             path: path.into(),
             cause: error.to_string(),
         })?;
-        Encoder::encode_into(
-            rerun::build_info().version,
-            EncodingOptions::PROTOBUF_COMPRESSED,
-            messages.into_iter().map(Ok),
-            &mut file,
-        )
-        .writing("the layout")
-        .map(drop)
+        let version = rerun::build_info().version;
+        let file = std::io::BufWriter::with_capacity(1 << 18, file);
+        let mut encoder = Encoder::new_eager(version, EncodingOptions::PROTOBUF_COMPRESSED, file).writing(WHAT)?;
+        for encoded in &self.encoded {
+            // SAFETY: nothing is done to memory that others do not allow; each message is compressed as the file says.
+            unsafe { encoder.append_transport_without_footer(encoded) }.writing(WHAT)?;
+        }
+        encoder.flush_blocking().writing(WHAT)
     }
 }
 
@@ -58,7 +74,6 @@ pub(crate) fn messages(
     application: &'static str,
     (root, properties): (ContainerLike, Vec<Property>),
 ) -> Result<(Vec<LogMsg>, BlueprintActivationCommand), RecorderError> {
-    const WHAT: &str = "the layout";
     let blueprint = Blueprint::new(root)
         .with_auto_views(false)
         .with_auto_layout(false)
@@ -102,26 +117,12 @@ fn property_messages(
     activation: &BlueprintActivationCommand,
     properties: Vec<Property>,
 ) -> Result<Vec<LogMsg>, RecorderError> {
-    const WHAT: &str = "the layout's properties";
-    let store = &activation.blueprint_id;
-    let (stream, stored) = RecordingStreamBuilder::from_store_id(store)
-        .blueprint()
-        .enabled(true)
-        .memory()
-        .writing(WHAT)?;
     // Blueprints live on this timeline; without it the viewer finds nothing.
-    stream.set_time_sequence("blueprint", 0);
-    for property in properties {
-        stream
-            .log_serialized_batches(property.path, false, property.batches)
-            .writing(WHAT)?;
-    }
-    stream.flush_blocking().writing(WHAT)?;
-    let taken = stored.take();
-    stream.disconnect();
-    // The store was announced by the first part already.
-    Ok(taken
-        .into_iter()
-        .filter(|message| matches!(message, LogMsg::ArrowMsg(..)))
-        .collect())
+    let time = (Timeline::new_sequence("blueprint"), 0);
+    let message = |property: Property| {
+        let chunk = Chunk::builder(property.path).with_serialized_batches(RowId::new(), [time], property.batches);
+        let arrow = chunk.build().writing(WHAT)?.to_arrow_msg().writing(WHAT)?;
+        Ok(LogMsg::ArrowMsg(activation.blueprint_id.clone(), arrow))
+    };
+    properties.into_iter().map(message).collect()
 }

@@ -1,6 +1,6 @@
 //! Writes every token of a run into one Rerun recording, lays it out for the viewer, and reads it back bit for bit.
 //!
-//! The loop's thread only copies seven tokens into a block ([`Recorder`]); a logger thread turns full blocks into columns.
+//! The loop's thread only copies seven tokens into a block ([`Recorder`]); a logger thread packs full blocks and draws what is seen of them.
 //! A recording holds two things: `tokens`, every field of every token at full rate, bit for bit (what [`Recording::tokens`] and
 //! replay read), and the plots, loops and events made for people, at a lower rate. A long one goes on in parts.
 //! Finished curves that are no run (a paper's figures, data beside a model) make an [`Album`].
@@ -15,6 +15,7 @@ mod fitting;
 mod flags;
 mod layout;
 mod loops;
+mod pack;
 mod parts;
 mod pipe;
 mod plots;

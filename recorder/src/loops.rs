@@ -11,6 +11,7 @@ use rerun::RecordingStream;
 use rerun::log::TimeColumn;
 use rerun_types::archetypes::LineStrips2D;
 use rerun_types::components::{Color, Radius};
+use std::ops::Range;
 
 /// Least distance of two points of a strip, as a fraction of the box's height.
 const FINE: f64 = 0.004;
@@ -25,7 +26,7 @@ struct Curve {
     /// Higher is drawn later.
     order: f32,
     least_distance: f64,
-    point: fn(&Row, &Scales) -> [f64; 2],
+    pair: Pair,
     exists: fn(Presence) -> bool,
 }
 
@@ -37,35 +38,51 @@ struct Plane {
     curves: &'static [Curve],
 }
 
-fn true_magnetization(row: &Row, scales: &Scales) -> [f64; 2] {
-    [
-        row.truth.coil_field_a_per_m * scales.input.factor,
-        row.truth.magnetization_a_per_m * scales.response.factor,
-    ]
+type Point = [f64; 2];
+
+/// What is drawn over what.
+#[derive(Clone, Copy)]
+enum Pair {
+    TrueMagnetization,
+    EstimatedMagnetization,
+    Displacement,
 }
 
-fn estimated_magnetization(row: &Row, scales: &Scales) -> [f64; 2] {
-    [
-        row.estimate.field_a_per_m * scales.input.factor,
-        row.estimate.magnetization_a_per_m * scales.response.factor,
-    ]
+const PAIRS: usize = 3;
+
+impl Pair {
+    /// Writes the points of rows.
+    fn points(self, rows: &[Row], scales: &Scales, points: &mut Vec<Point>) {
+        points.clear();
+        let [input, response, output] = [&scales.input, &scales.response, &scales.output].map(|scale| scale.factor);
+        match self {
+            Self::TrueMagnetization => points.extend(rows.iter().map(|row| {
+                let truth = &row.truth;
+                [truth.coil_field_a_per_m * input, truth.magnetization_a_per_m * response]
+            })),
+            Self::EstimatedMagnetization => points.extend(rows.iter().map(|row| {
+                let estimate = &row.estimate;
+                [
+                    estimate.field_a_per_m * input,
+                    estimate.magnetization_a_per_m * response,
+                ]
+            })),
+            Self::Displacement => points.extend(rows.iter().map(|row| {
+                let measured = &row.measurement;
+                [measured.coil_field_a_per_m * input, measured.displacement_m * output]
+            })),
+        }
+    }
 }
 
-fn displacement(row: &Row, scales: &Scales) -> [f64; 2] {
-    [
-        row.measurement.coil_field_a_per_m * scales.input.factor,
-        row.measurement.displacement_m * scales.output.factor,
-    ]
-}
-
-const fn history(point: fn(&Row, &Scales) -> [f64; 2]) -> Curve {
+const fn history(pair: Pair) -> Curve {
     Curve {
         name: "before",
         color: 0x6B72_80FF,
         radius: 0.5,
         order: 20.0,
         least_distance: COARSE,
-        point,
+        pair,
         exists: |_| true,
     }
 }
@@ -75,14 +92,14 @@ const PLANES: [Plane; 2] = [
         entity: "loops/magnetization",
         axes: [0, 1],
         curves: &[
-            history(estimated_magnetization),
+            history(Pair::EstimatedMagnetization),
             Curve {
                 name: "true",
                 color: 0x22C5_5EFF,
                 radius: 2.0,
                 order: 30.0,
                 least_distance: FINE,
-                point: true_magnetization,
+                pair: Pair::TrueMagnetization,
                 exists: |has| has.truth,
             },
             Curve {
@@ -91,7 +108,7 @@ const PLANES: [Plane; 2] = [
                 radius: 0.8,
                 order: 40.0,
                 least_distance: FINE,
-                point: estimated_magnetization,
+                pair: Pair::EstimatedMagnetization,
                 exists: |_| true,
             },
         ],
@@ -100,14 +117,14 @@ const PLANES: [Plane; 2] = [
         entity: "loops/displacement",
         axes: [0, 2],
         curves: &[
-            history(displacement),
+            history(Pair::Displacement),
             Curve {
                 name: "measured",
                 color: 0xF59E_0BFF,
                 radius: 1.0,
                 order: 40.0,
                 least_distance: FINE,
-                point: displacement,
+                pair: Pair::Displacement,
                 exists: |_| true,
             },
         ],
@@ -121,20 +138,24 @@ pub(crate) const HISTORIES: [&str; 2] = ["loops/magnetization/raw/before", "loop
 struct Drawing {
     entity: String,
     curve: &'static Curve,
-    strip: Vec<[f64; 2]>,
+    strip: Vec<Point>,
     /// Strips that are over and wait to be sent together, with their times.
     done: Vec<(i64, Vec<[f32; 2]>)>,
 }
 
 impl Drawing {
-    fn add(&mut self, row: &Row, axes: &Axes, scales: &Scales) {
-        let point = (self.curve.point)(row, scales);
-        let far = self
-            .strip
-            .last()
-            .is_none_or(|last| axes.distance(*last, point) >= self.curve.least_distance);
-        if far && point.iter().all(|value| value.is_finite()) {
-            self.strip.push(point);
+    /// Adds points that are far enough from each other.
+    fn add(&mut self, points: &[Point], axes: &Axes) {
+        let least = self.curve.least_distance * self.curve.least_distance;
+        let [x, y] = axes.scales();
+        for point in points {
+            let far = self.strip.last().is_none_or(|last| {
+                let [right, up] = [(point[0] - last[0]) * x, (point[1] - last[1]) * y];
+                right * right + up * up >= least
+            });
+            if far && point.iter().all(|value| value.is_finite()) {
+                self.strip.push(*point);
+            }
         }
     }
 
@@ -180,14 +201,19 @@ struct Sheet {
     plane: &'static Plane,
     extents: [Extent; 2],
     axes: Option<Axes>,
+    /// The axes have changed since they were written.
+    grown: bool,
     drawings: Vec<Drawing>,
 }
 
 /// Both planes of one stream.
 pub(crate) struct Loops {
     sheets: Vec<Sheet>,
+    /// Of the rows that are being drawn, each pair's.
+    points: [Vec<Point>; PAIRS],
     strip_ticks: u64,
     strip_end: u64,
+    last_tick: u64,
 }
 
 impl Loops {
@@ -205,13 +231,16 @@ impl Loops {
                 plane,
                 extents: [Extent::default(); 2],
                 axes: None,
+                grown: false,
                 drawings: drawings.collect(),
             }
         };
         Self {
             sheets: PLANES.iter().map(sheet).collect(),
+            points: Default::default(),
             strip_ticks: ((0.25 * run.zoom_s() / run.tick_s) as u64).max(1),
             strip_end: 0,
+            last_tick: 0,
         }
     }
 
@@ -224,30 +253,42 @@ impl Loops {
         Ok(())
     }
 
-    /// Draws the rows of a block.
-    pub fn rows(&mut self, stream: &RecordingStream, run: &RunInfo, rows: &[Row]) -> Result<(), RecorderError> {
+    /// Draws rows; strips wait to be sent.
+    pub fn rows(&mut self, run: &RunInfo, rows: &[Row]) {
+        let mut points = std::mem::take(&mut self.points);
         for sheet in &mut self.sheets {
-            sheet.fit(stream, rows, &run.scales)?;
+            sheet.fit(rows, &run.scales, &mut points);
         }
-        for row in rows {
-            for sheet in &mut self.sheets {
-                let Some(axes) = sheet.axes else { continue };
-                sheet
-                    .drawings
-                    .iter_mut()
-                    .for_each(|drawing| drawing.add(row, &axes, &run.scales));
+        let mut begun = 0;
+        while begun < rows.len() {
+            // Up to the row with which a strip ends.
+            let last = rows[begun..].iter().position(|row| row.tick >= self.strip_end);
+            let end = last.map_or(rows.len(), |last| begun + last + 1);
+            self.sheets.iter_mut().for_each(|sheet| sheet.add(&points, begun..end));
+            let tick = rows[end - 1].tick;
+            if tick >= self.strip_end {
+                self.strip_end = tick + self.strip_ticks;
+                self.end_strips(run.time_ns(tick));
             }
-            if row.tick >= self.strip_end {
-                self.strip_end = row.tick + self.strip_ticks;
-                let time_ns = run.time_ns(row.tick);
-                self.drawings().for_each(|drawing| drawing.end_strip(time_ns));
-            }
+            begun = end;
         }
-        if let Some(last) = rows.last() {
-            let time_ns = run.time_ns(last.tick);
-            self.drawings().for_each(|drawing| drawing.end_strip(time_ns));
+        self.points = points;
+        self.last_tick = rows.last().map_or(self.last_tick, |row| row.tick);
+    }
+
+    /// Ends the strips and sends what waits.
+    pub fn send(&mut self, stream: &RecordingStream, run: &RunInfo) -> Result<(), RecorderError> {
+        self.end_strips(run.time_ns(self.last_tick));
+        for sheet in &mut self.sheets {
+            if std::mem::take(&mut sheet.grown) {
+                sheet.write_axes(stream, &run.scales)?;
+            }
         }
         self.drawings().try_for_each(|drawing| drawing.send(stream))
+    }
+
+    fn end_strips(&mut self, time_ns: i64) {
+        self.drawings().for_each(|drawing| drawing.end_strip(time_ns));
     }
 
     fn drawings(&mut self) -> impl Iterator<Item = &mut Drawing> {
@@ -256,24 +297,33 @@ impl Loops {
 }
 
 impl Sheet {
-    /// Makes the axes hold the rows.
-    fn fit(&mut self, stream: &RecordingStream, rows: &[Row], scales: &Scales) -> Result<(), RecorderError> {
-        for drawing in &self.drawings {
-            for row in rows {
-                let point = (drawing.curve.point)(row, scales);
-                self.extents[0].add(point[0]);
-                self.extents[1].add(point[1]);
+    /// Makes the axes hold the rows, whose points are taken down.
+    fn fit(&mut self, rows: &[Row], scales: &Scales, points: &mut [Vec<Point>; PAIRS]) {
+        let [x, y] = &mut self.extents;
+        let mut seen = [false; PAIRS];
+        for pair in self.drawings.iter().map(|drawing| drawing.curve.pair) {
+            if std::mem::replace(&mut seen[pair as usize], true) {
+                continue;
+            }
+            let points = &mut points[pair as usize];
+            pair.points(rows, scales, points);
+            for point in points {
+                x.add(point[0]);
+                y.add(point[1]);
             }
         }
-        let [Some(x), Some(y)] = self.extents.map(|extent| extent.range()) else {
-            return Ok(());
-        };
-        let axes = Axes { x, y };
-        if self.axes == Some(axes) {
-            return Ok(());
+        if let [Some(x), Some(y)] = self.extents.map(|extent| extent.range()) {
+            let axes = Axes { x, y };
+            self.grown |= self.axes != Some(axes);
+            self.axes = Some(axes);
         }
-        self.axes = Some(axes);
-        self.write_axes(stream, scales)
+    }
+
+    fn add(&mut self, points: &[Vec<Point>; PAIRS], rows: Range<usize>) {
+        let Some(axes) = &self.axes else { return };
+        for drawing in &mut self.drawings {
+            drawing.add(&points[drawing.curve.pair as usize][rows.clone()], axes);
+        }
     }
 
     fn write_axes(&self, stream: &RecordingStream, scales: &Scales) -> Result<(), RecorderError> {

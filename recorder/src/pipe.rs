@@ -1,10 +1,12 @@
-//! The way from the loop to the logger: a fixed number of blocks circulates, full ones forward, empty ones back. The loop
-//! never allocates, and waits at most once, for a limited time, when it may wait at all.
+//! The way from the loop to the logger: a fixed number of blocks circulates, full ones forward, empty ones back. The loop waits at most
+//! once, for a limited time, when it may wait at all. A block is taken again as soon as it is back, so that as long as the logger
+//! follows, few are ever needed and these are still in the caches.
 
 use crate::RecorderError;
 use crate::parts::Kept;
-use crate::row::{Block, Row};
+use crate::row::Block;
 use crate::run::Level;
+use anhyst_ipc::Everything;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -33,8 +35,12 @@ pub(crate) struct Totals {
 /// Room of a pipe and its manners.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PipeSettings {
+    /// Ticks of a block, and of the first one, which shows what a run has.
     pub block_ticks: usize,
+    pub first_ticks: usize,
     pub blocks: usize,
+    /// All blocks are there before the first tick: the loop never allocates.
+    pub ready: bool,
     /// How long to wait, once, for a consumer that cannot follow.
     pub patience: Duration,
 }
@@ -49,7 +55,12 @@ enum Parcel {
 pub(crate) struct Pipe {
     full: SyncSender<Parcel>,
     empty: Receiver<Block>,
+    /// Empty blocks, the one that came back last on top, and how many may still be made.
+    spare: Vec<Block>,
+    unmade: usize,
     current: Option<Block>,
+    /// Ticks of the next block, and of those after it.
+    room: usize,
     block_ticks: usize,
     patience: Duration,
     totals: Totals,
@@ -60,30 +71,17 @@ pub(crate) struct Pipe {
 impl Pipe {
     /// Takes all memory and starts the logger thread.
     pub fn start(settings: PipeSettings, consumer: impl Consumer) -> Result<Self, RecorderError> {
-        let PipeSettings {
-            block_ticks,
-            blocks,
-            patience,
-        } = settings;
+        let blocks = settings.blocks;
         // Room for every block, the verdict and the end, so that handing over never waits.
         let (full, from_loop) = sync_channel(blocks + 2);
         let (to_loop, empty) = sync_channel(blocks);
-        for _ in 0..blocks {
-            // Filled once so that its pages exist before the first tick.
-            let mut rows = vec![
-                Row {
-                    tick: 1,
-                    ..Row::default()
-                };
-                block_ticks
-            ];
-            rows.clear();
-            // The channel has room for all of them.
-            let _ = to_loop.try_send(Block {
-                rows,
-                dropped_before: 0,
-            });
+        let mut spare = Vec::with_capacity(blocks);
+        if settings.ready {
+            spare.extend((1..blocks).map(|_| Block::new(settings.block_ticks)));
         }
+        let unmade = blocks - 1 - spare.len();
+        // On top.
+        spare.push(Block::new(settings.first_ticks));
         let logger = std::thread::Builder::new()
             .name("recorder".into())
             .spawn(move || {
@@ -97,17 +95,21 @@ impl Pipe {
         Ok(Self {
             full,
             empty,
+            spare,
+            unmade,
             current: None,
-            block_ticks,
-            patience,
+            room: settings.first_ticks,
+            block_ticks: settings.block_ticks,
+            patience: settings.patience,
             totals: Totals::default(),
             dropped_since_block: 0,
             logger: Some(logger),
         })
     }
 
-    /// Appends one row.
-    pub fn push(&mut self, row: Row) {
+    /// Appends the tokens of one tick.
+    #[inline]
+    pub fn push(&mut self, tick: u64, tokens: &Everything) {
         if self.current.is_none() {
             self.current = self.next_block();
         }
@@ -116,14 +118,18 @@ impl Pipe {
             self.totals.dropped += 1;
             return;
         };
-        block.rows.push(row);
-        if block.rows.len() == self.block_ticks {
+        if !block.push(tick, tokens) {
             self.hand_over();
         }
     }
 
     fn next_block(&mut self) -> Option<Block> {
-        let mut block = self.empty.try_recv().ok();
+        self.spare.extend(self.empty.try_iter());
+        let mut block = self.spare.pop();
+        if block.is_none() && self.unmade > 0 {
+            self.unmade -= 1;
+            block = Some(Block::new(self.block_ticks));
+        }
         if block.is_none() && !self.patience.is_zero() {
             block = self.empty.recv_timeout(self.patience).ok();
             if block.is_none() {
@@ -132,14 +138,14 @@ impl Pipe {
             }
         }
         let mut block = block?;
-        block.rows.clear();
-        block.dropped_before = std::mem::take(&mut self.dropped_since_block);
+        let room = std::mem::replace(&mut self.room, self.block_ticks);
+        block.reuse(room, std::mem::take(&mut self.dropped_since_block));
         Some(block)
     }
 
     fn hand_over(&mut self) {
         let Some(block) = self.current.take() else { return };
-        let rows = block.rows.len() as u64;
+        let rows = block.rows().len() as u64;
         if rows > 0 && self.full.try_send(Parcel::Block(block)).is_ok() {
             self.totals.rows += rows;
         } else {
@@ -205,8 +211,14 @@ fn log(mut consumer: impl Consumer, full: &Receiver<Parcel>, empty: &SyncSender<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use anhyst_ipc::Now;
     use std::sync::{Arc, Mutex};
     use std::time::Instant;
+
+    fn silence() -> Everything {
+        let (a, b, c, d, e, f, g) = Default::default();
+        (Now(a), Now(b), Now(c), Now(d), Now(e), Now(f), Now(g))
+    }
 
     struct Slow {
         pause: Duration,
@@ -217,7 +229,7 @@ mod tests {
         fn block(&mut self, block: &Block) -> Result<(), RecorderError> {
             std::thread::sleep(self.pause);
             let mut seen = self.seen.lock().unwrap();
-            seen.extend(block.rows.iter().map(|row| (row.tick, block.dropped_before)));
+            seen.extend(block.rows().iter().map(|row| (row.tick, block.dropped_before)));
             Ok(())
         }
         fn close(self, _: Totals) -> Result<Kept, RecorderError> {
@@ -235,14 +247,16 @@ mod tests {
         let mut pipe = Pipe::start(
             PipeSettings {
                 block_ticks: 10,
+                first_ticks: 10,
                 blocks: 2,
+                ready: ticks % 2 == 0,
                 patience,
             },
             consumer,
         )
         .unwrap();
         let start = Instant::now();
-        (0..ticks).for_each(|tick| pipe.push(Row { tick, ..Row::default() }));
+        (0..ticks).for_each(|tick| pipe.push(tick, &silence()));
         let pushing = start.elapsed();
         let (totals, _) = pipe.close(true).unwrap();
         let seen = std::mem::take(&mut *seen.lock().unwrap());
@@ -291,13 +305,15 @@ mod tests {
         };
         let settings = PipeSettings {
             block_ticks: 10,
+            first_ticks: 10,
             blocks: 2,
+            ready: true,
             patience: Duration::ZERO,
         };
         let mut pipe = Pipe::start(settings, consumer).unwrap();
-        (0..50).for_each(|tick| pipe.push(Row { tick, ..Row::default() }));
+        (0..50).for_each(|tick| pipe.push(tick, &silence()));
         std::thread::sleep(Duration::from_millis(200));
-        (50..55).for_each(|tick| pipe.push(Row { tick, ..Row::default() }));
+        (50..55).for_each(|tick| pipe.push(tick, &silence()));
         let (totals, _) = pipe.close(true).unwrap();
         assert_eq!((totals.rows, totals.dropped), (25, 30));
         assert_eq!(seen.lock().unwrap().last(), Some(&(54, 30)));

@@ -1,8 +1,12 @@
 //! What is plotted, in the units of people ([`crate::Scales`]): one table of entities, each a few signals in one wide row. Names are short,
 //! because legends cover plots; the unit stands in the view's title.
 
+use crate::extremes::{Column, thin};
 use crate::row::{Presence, Row};
 use crate::run::RunInfo;
+
+/// Draws rows, thinned by a number, into a column. A function of many rows, so that the compiler sees what it does with each.
+type Draw = fn(&[Row], &RunInfo, usize, &mut Column);
 
 /// One line of a plot.
 pub(crate) struct Series {
@@ -10,7 +14,7 @@ pub(crate) struct Series {
     /// Red, green, blue, opacity.
     pub color: u32,
     pub width: f32,
-    pub value: fn(&Row, &RunInfo) -> f64,
+    pub draw: Draw,
     /// Whether this run has the signal at all.
     pub exists: fn(Presence) -> bool,
 }
@@ -34,12 +38,22 @@ const BAND: u32 = 0x9CA3_AF30;
 const FAINT_BLUE: u32 = 0x93C5_FD48;
 const PALE_BLUE: u32 = 0x93C5_FD90;
 
-const fn line(name: &'static str, color: u32, width: f32, value: fn(&Row, &RunInfo) -> f64) -> Series {
+/// What is drawn of a row and its run.
+macro_rules! of {
+    (|$row:tt, $run:tt| $value:expr) => {
+        |rows, run, n, into| {
+            let $run = run;
+            thin(rows, n, |$row: &Row| $value, into);
+        }
+    };
+}
+
+const fn line(name: &'static str, color: u32, width: f32, draw: Draw) -> Series {
     Series {
         name,
         color,
         width,
-        value,
+        draw,
         exists: |_| true,
     }
 }
@@ -83,58 +97,87 @@ pub(crate) const PLOTS: &[Plot] = &[
     lines(
         "track/band",
         // Alternates between the two limits: plots have no filled areas, but show the envelope of what is too dense to draw.
-        &[line("± tolerance", BAND, 1.5, |row, run| {
-            let side = if row.tick % 2 == 0 { -1.0 } else { 1.0 };
-            (row.demand.reference_m + side * run.tolerance_m) * run.scales.output.factor
-        })],
+        &[line(
+            "± tolerance",
+            BAND,
+            1.5,
+            of!(|row, run| {
+                let side = if row.tick.is_multiple_of(2) { -1.0 } else { 1.0 };
+                (row.demand.reference_m + side * run.tolerance_m) * run.scales.output.factor
+            }),
+        )],
     ),
     lines(
         "track/lines",
         &[
-            line("± tolerance", DIM, 1.0, |row, run| {
-                (row.demand.reference_m - run.tolerance_m) * run.scales.output.factor
-            }),
-            line("± tolerance", DIM, 1.0, |row, run| {
-                (row.demand.reference_m + run.tolerance_m) * run.scales.output.factor
-            }),
-            line("reference", BLUE, 3.0, |row, run| {
-                row.demand.reference_m * run.scales.output.factor
-            }),
-            line("position", ORANGE, 1.5, |row, run| {
-                row.measurement.displacement_m * run.scales.output.factor
-            }),
+            line(
+                "± tolerance",
+                DIM,
+                1.0,
+                of!(|row, run| { (row.demand.reference_m - run.tolerance_m) * run.scales.output.factor }),
+            ),
+            line(
+                "± tolerance",
+                DIM,
+                1.0,
+                of!(|row, run| { (row.demand.reference_m + run.tolerance_m) * run.scales.output.factor }),
+            ),
+            line(
+                "reference",
+                BLUE,
+                3.0,
+                of!(|row, run| { row.demand.reference_m * run.scales.output.factor }),
+            ),
+            line(
+                "position",
+                ORANGE,
+                1.5,
+                of!(|row, run| { row.measurement.displacement_m * run.scales.output.factor }),
+            ),
         ],
     ),
     lines(
         "error/lines",
         &[
-            line("measured", FAINT_BLUE, 1.0, |row, run| {
-                row.demand.error_m * run.scales.error.factor
-            }),
+            line(
+                "measured",
+                FAINT_BLUE,
+                1.0,
+                of!(|row, run| { row.demand.error_m * run.scales.error.factor }),
+            ),
             when(
                 |has| has.truth,
-                line("true", RED, 1.0, |row, run| {
-                    row.true_error_m() * run.scales.error.factor
-                }),
+                line(
+                    "true",
+                    RED,
+                    1.0,
+                    of!(|row, run| { row.true_error_m() * run.scales.error.factor }),
+                ),
             ),
         ],
     ),
     limits(
         "error/tolerance",
         &[
-            line("± tolerance", GREY, 1.0, |_, run| {
-                run.tolerance_m * run.scales.error.factor
-            }),
-            line("± tolerance", GREY, 1.0, |_, run| {
-                -run.tolerance_m * run.scales.error.factor
-            }),
+            line(
+                "± tolerance",
+                GREY,
+                1.0,
+                of!(|_, run| { run.tolerance_m * run.scales.error.factor }),
+            ),
+            line(
+                "± tolerance",
+                GREY,
+                1.0,
+                of!(|_, run| { -run.tolerance_m * run.scales.error.factor }),
+            ),
         ],
     ),
     limits(
         "shape/range",
         &[
-            line("range", DIM, 1.0, |_, run| run.parameter_range[1]),
-            line("range", DIM, 1.0, |_, run| run.parameter_range[0]),
+            line("range", DIM, 1.0, of!(|_, run| run.parameter_range[1])),
+            line("range", DIM, 1.0, of!(|_, run| run.parameter_range[0])),
         ],
     ),
     lines(
@@ -142,23 +185,29 @@ pub(crate) const PLOTS: &[Plot] = &[
         &[
             when(
                 |has| has.deviation,
-                line("± 2σ", PALE_BLUE, 1.0, |row, _| {
-                    row.estimate.shape_a_per_m + 2.0 * row.estimate.standard_deviation_a_per_m
-                }),
+                line(
+                    "± 2σ",
+                    PALE_BLUE,
+                    1.0,
+                    of!(|row, _| { row.estimate.shape_a_per_m + 2.0 * row.estimate.standard_deviation_a_per_m }),
+                ),
             ),
             when(
                 |has| has.deviation,
-                line("± 2σ", PALE_BLUE, 1.0, |row, _| {
-                    row.estimate.shape_a_per_m - 2.0 * row.estimate.standard_deviation_a_per_m
-                }),
+                line(
+                    "± 2σ",
+                    PALE_BLUE,
+                    1.0,
+                    of!(|row, _| { row.estimate.shape_a_per_m - 2.0 * row.estimate.standard_deviation_a_per_m }),
+                ),
             ),
             when(
                 |has| has.truth && has.shape,
-                line("true", GREEN, 3.0, |row, _| row.truth.shape_a_per_m),
+                line("true", GREEN, 3.0, of!(|row, _| row.truth.shape_a_per_m)),
             ),
             when(
                 |has| has.shape,
-                line("estimated", BLUE, 1.5, |row, _| row.estimate.shape_a_per_m),
+                line("estimated", BLUE, 1.5, of!(|row, _| row.estimate.shape_a_per_m)),
             ),
         ],
     ),
@@ -167,130 +216,190 @@ pub(crate) const PLOTS: &[Plot] = &[
         &[
             when(
                 |has| has.parameters,
-                line("Ms", VIOLET, 1.5, |row, run| {
-                    percent(row.estimate.saturation_magnetization_a_per_m, run.material[0])
-                }),
+                line(
+                    "Ms",
+                    VIOLET,
+                    1.5,
+                    of!(|row, run| { percent(row.estimate.saturation_magnetization_a_per_m, run.material[0]) }),
+                ),
             ),
             when(
                 |has| has.parameters,
-                line("k", ORANGE, 1.5, |row, run| {
-                    percent(row.estimate.pinning_a_per_m, run.material[1])
-                }),
+                line(
+                    "k",
+                    ORANGE,
+                    1.5,
+                    of!(|row, run| { percent(row.estimate.pinning_a_per_m, run.material[1]) }),
+                ),
             ),
             when(
                 |has| has.parameters,
-                line("c", GREEN, 1.5, |row, run| {
-                    percent(row.estimate.reversibility, run.material[2])
-                }),
+                line(
+                    "c",
+                    GREEN,
+                    1.5,
+                    of!(|row, run| { percent(row.estimate.reversibility, run.material[2]) }),
+                ),
             ),
         ],
     ),
     lines(
         "covers",
         &[
-            line("lower cover", VIOLET, 1.0, |row, run| {
-                row.estimate.lower_cover_m * run.scales.output.factor
-            }),
-            line("predicted output f(a)", ORANGE, 1.5, |row, run| {
-                row.estimate.predicted_output_m * run.scales.output.factor
-            }),
-            line("upper cover", GREEN, 1.0, |row, run| {
-                row.estimate.upper_cover_m * run.scales.output.factor
-            }),
+            line(
+                "lower cover",
+                VIOLET,
+                1.0,
+                of!(|row, run| { row.estimate.lower_cover_m * run.scales.output.factor }),
+            ),
+            line(
+                "predicted output f(a)",
+                ORANGE,
+                1.5,
+                of!(|row, run| { row.estimate.predicted_output_m * run.scales.output.factor }),
+            ),
+            line(
+                "upper cover",
+                GREEN,
+                1.0,
+                of!(|row, run| { row.estimate.upper_cover_m * run.scales.output.factor }),
+            ),
         ],
     ),
     lines(
         "output_error",
-        &[line("predicted − measured", VIOLET, 1.0, |row, run| {
-            row.estimate.output_error_m * run.scales.error.factor
-        })],
+        &[line(
+            "predicted − measured",
+            VIOLET,
+            1.0,
+            of!(|row, run| { row.estimate.output_error_m * run.scales.error.factor }),
+        )],
     ),
     lines(
         "excitation",
         &[
             when(
                 |has| has.information,
-                line("bound from the recent motion", BLUE, 2.0, |row, _| {
-                    shown_deviation(row.estimate.information_per_a2_per_m2.sqrt())
-                }),
+                line(
+                    "bound from the recent motion",
+                    BLUE,
+                    2.0,
+                    of!(|row, _| { shown_deviation(row.estimate.information_per_a2_per_m2.sqrt()) }),
+                ),
             ),
             when(
                 |has| has.deviation,
-                line("standard deviation of the law", ORANGE, 1.5, |row, _| {
-                    row.estimate.standard_deviation_a_per_m
-                }),
+                line(
+                    "standard deviation of the law",
+                    ORANGE,
+                    1.5,
+                    of!(|row, _| { row.estimate.standard_deviation_a_per_m }),
+                ),
             ),
             when(
                 |has| has.information,
-                line("(19) needs, truth above", GREEN, 1.0, |row, _| {
-                    shown_deviation(row.estimate.excitation_above_per_a_per_m)
-                }),
+                line(
+                    "(19) needs, truth above",
+                    GREEN,
+                    1.0,
+                    of!(|row, _| { shown_deviation(row.estimate.excitation_above_per_a_per_m) }),
+                ),
             ),
             when(
                 |has| has.information,
-                line("(19) needs, truth below", VIOLET, 1.0, |row, _| {
-                    shown_deviation(row.estimate.excitation_below_per_a_per_m)
-                }),
+                line(
+                    "(19) needs, truth below",
+                    VIOLET,
+                    1.0,
+                    of!(|row, _| { shown_deviation(row.estimate.excitation_below_per_a_per_m) }),
+                ),
             ),
         ],
     ),
     limits(
         "field/limit",
         &[
-            line("± limit", RED, 1.0, |_, run| {
-                run.field_limit_a_per_m * run.scales.input.factor
-            }),
-            line("± limit", RED, 1.0, |_, run| {
-                -run.field_limit_a_per_m * run.scales.input.factor
-            }),
+            line(
+                "± limit",
+                RED,
+                1.0,
+                of!(|_, run| { run.field_limit_a_per_m * run.scales.input.factor }),
+            ),
+            line(
+                "± limit",
+                RED,
+                1.0,
+                of!(|_, run| { -run.field_limit_a_per_m * run.scales.input.factor }),
+            ),
         ],
     ),
     lines(
         "field/lines",
         &[
-            line("from the guard", BLUE, 3.0, |row, run| {
-                row.safe_field.field_a_per_m * run.scales.input.factor
-            }),
-            line("in the coil", ORANGE, 1.5, |row, run| {
-                row.coil_field.field_a_per_m * run.scales.input.factor
-            }),
+            line(
+                "from the guard",
+                BLUE,
+                3.0,
+                of!(|row, run| { row.safe_field.field_a_per_m * run.scales.input.factor }),
+            ),
+            line(
+                "in the coil",
+                ORANGE,
+                1.5,
+                of!(|row, run| { row.coil_field.field_a_per_m * run.scales.input.factor }),
+            ),
         ],
     ),
     lines(
         "magnetization",
         &[
-            line("demanded, two ticks ahead", BLUE, 3.0, |row, run| {
-                row.demand.magnetization_a_per_m * run.scales.response.factor
-            }),
+            line(
+                "demanded, two ticks ahead",
+                BLUE,
+                3.0,
+                of!(|row, run| { row.demand.magnetization_a_per_m * run.scales.response.factor }),
+            ),
             when(
                 |has| has.truth,
-                line("true", GREEN, 2.0, |row, run| {
-                    row.truth.magnetization_a_per_m * run.scales.response.factor
-                }),
+                line(
+                    "true",
+                    GREEN,
+                    2.0,
+                    of!(|row, run| { row.truth.magnetization_a_per_m * run.scales.response.factor }),
+                ),
             ),
-            line("estimated", ORANGE, 1.0, |row, run| {
-                row.estimate.magnetization_a_per_m * run.scales.response.factor
-            }),
+            line(
+                "estimated",
+                ORANGE,
+                1.0,
+                of!(|row, run| { row.estimate.magnetization_a_per_m * run.scales.response.factor }),
+            ),
         ],
     ),
     lines(
         "feedback",
-        &[line("feedback part", BLUE, 1.0, |row, run| {
-            row.demand.feedback_a_per_m * run.scales.response.factor
-        })],
+        &[line(
+            "feedback part",
+            BLUE,
+            1.0,
+            of!(|row, run| { row.demand.feedback_a_per_m * run.scales.response.factor }),
+        )],
     ),
     lines(
         "temperature",
         &[
             when(
                 |has| has.truth,
-                line("true", RED, 1.5, |row, _| row.truth.temperature_k - CELSIUS),
+                line("true", RED, 1.5, of!(|row, _| row.truth.temperature_k - CELSIUS)),
             ),
             when(
                 |has| has.thermometer,
-                line("measured", ORANGE, 1.0, |row, _| {
-                    row.measurement.temperature_k - CELSIUS
-                }),
+                line(
+                    "measured",
+                    ORANGE,
+                    1.0,
+                    of!(|row, _| { row.measurement.temperature_k - CELSIUS }),
+                ),
             ),
         ],
     ),
@@ -298,7 +407,7 @@ pub(crate) const PLOTS: &[Plot] = &[
         "force",
         &[when(
             |has| has.force,
-            line("cutting force", VIOLET, 1.0, |row, _| row.truth.cutting_force_n),
+            line("cutting force", VIOLET, 1.0, of!(|row, _| row.truth.cutting_force_n)),
         )],
     ),
 ];

@@ -2,8 +2,9 @@
 //! the middle of a message; what stands before is read.
 
 use crate::RecorderError;
+use crate::pack;
 use crate::run::tick_at;
-use crate::tokens::{self, ENTITY, FIELDS, PLANES, TICK_ENTITY, TIMELINE};
+use crate::tokens::{self, ENTITY, FIELDS, PACKED, PLANES, TICK_ENTITY, TIMELINE};
 use anhyst_ipc::{Channel, Message};
 use rerun::external::re_log_encoding::rrd::DecoderApp;
 use rerun::log::{Chunk, LogMsg};
@@ -16,7 +17,8 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone)]
 pub struct Stretch {
     first: u64,
-    planes: Vec<u8>,
+    /// Of every field those of all ticks, one field after the other.
+    words: Vec<u64>,
 }
 
 impl Stretch {
@@ -27,7 +29,7 @@ impl Stretch {
 
     /// The tokens of a channel, one a tick. The time of sending is not recorded and is 0.
     pub fn tokens<M: Message>(&self) -> Vec<M> {
-        tokens::read(self.first, &self.planes)
+        tokens::read(self.first, &self.words)
     }
 }
 
@@ -86,7 +88,7 @@ fn pieces<E: From<RecorderError>>(path: &Path, mut take: impl FnMut(Piece) -> Re
     let file = File::open(path).map_err(|error| refuse(error.to_string()))?;
     let mut messages =
         DecoderApp::decode_eager(BufReader::with_capacity(1 << 20, file)).map_err(|error| refuse(error.to_string()))?;
-    let mut tick_s = None;
+    let mut told = Told::default();
     for message in messages.by_ref() {
         let LogMsg::ArrowMsg(store, arrow) = message.map_err(|error| refuse(error.to_string()))? else {
             continue;
@@ -101,11 +103,11 @@ fn pieces<E: From<RecorderError>>(path: &Path, mut take: impl FnMut(Piece) -> Re
                     .into(),
             )));
         }
-        for piece in pieces_of(&chunk, &mut tick_s) {
-            take(piece)?;
+        for piece in pieces_of(&chunk, &mut told) {
+            take(piece.ok_or_else(|| refuse("a block of its tokens is damaged".into()))?)?;
         }
     }
-    if tick_s.is_none() {
+    if told.tick_s.is_none() {
         return Err(E::from(refuse(
             "it is no recording of a run: the length of a tick is missing".into(),
         )));
@@ -120,30 +122,42 @@ fn is_of_an_earlier_version(chunk: &Chunk) -> bool {
     entity != TICK_ENTITY && entity.strip_prefix(ENTITY).is_some_and(|rest| rest.starts_with('/'))
 }
 
-fn pieces_of(chunk: &Chunk, tick_s: &mut Option<f64>) -> Vec<Piece> {
+/// What a file tells before its tokens.
+#[derive(Default)]
+struct Told {
+    tick_s: Option<f64>,
+    fields: usize,
+}
+
+/// What a chunk holds; none of what cannot be read.
+fn pieces_of(chunk: &Chunk, told: &mut Told) -> Vec<Option<Piece>> {
     let entity = chunk.entity_path().to_string();
     let entity = entity.trim_start_matches('/');
     if entity == TICK_ENTITY {
         let values = chunk.iter_slices::<f64>(Scalars::descriptor_scalars().component).next();
-        *tick_s = values.and_then(|values| values.first().copied()).or(*tick_s);
-        return tick_s.iter().map(|tick_s| Piece::Tick(*tick_s)).collect();
+        told.tick_s = values.and_then(|values| values.first().copied()).or(told.tick_s);
+        return told.tick_s.iter().map(|tick_s| Some(Piece::Tick(*tick_s))).collect();
     }
     if entity == ENTITY {
         let names = chunk.iter_slices::<String>(FIELDS.into()).next();
-        let names = names.map(|names| names.iter().map(|name| name.to_string()).collect());
-        let indices = chunk.iter_component_indices(TIMELINE.into(), PLANES.into());
-        let stretches = indices.zip(chunk.iter_slices::<u8>(PLANES.into()));
-        let stretches = stretches.filter_map(|((time, _), planes)| {
-            let first = tick_at((*tick_s)?, time.as_i64());
-            Some(Stretch {
-                first,
-                planes: planes.into(),
+        let names: Option<Vec<String>> = names.map(|names| names.iter().map(|name| name.to_string()).collect());
+        told.fields = names.as_ref().map_or(told.fields, Vec::len);
+        let (tick_s, fields) = (told.tick_s, told.fields);
+        let stretches = |component: &'static str, words: fn(&[u8], usize) -> Option<Vec<u64>>| {
+            let indices = chunk.iter_component_indices(TIMELINE.into(), component.into());
+            let stretches = indices.zip(chunk.iter_slices::<u8>(component.into()));
+            stretches.map(move |((time, _), bytes)| {
+                Some(Piece::Stretch(Stretch {
+                    first: tick_s.map_or(0, |tick_s| tick_at(tick_s, time.as_i64())),
+                    words: words(bytes, fields)?,
+                }))
             })
-        });
+        };
         return names
-            .map(Piece::Fields)
+            .map(|names| Some(Piece::Fields(names)))
             .into_iter()
-            .chain(stretches.map(Piece::Stretch))
+            .chain(stretches(PACKED, pack::unpack))
+            .chain(stretches(PLANES, tokens::of_planes))
             .collect();
     }
     let Some(source) = entity.strip_prefix("events/") else {
@@ -151,15 +165,15 @@ fn pieces_of(chunk: &Chunk, tick_s: &mut Option<f64>) -> Vec<Piece> {
     };
     let text = TextLog::descriptor_text().component;
     let indices = chunk.iter_component_indices(TIMELINE.into(), text);
-    let told = indices
+    let events = indices
         .zip(chunk.iter_slices::<String>(text))
         .flat_map(|((time, _), texts)| {
             let seconds = time.as_i64() as f64 * 1e-9;
             texts
                 .into_iter()
-                .map(move |text| Piece::Event(seconds, source.to_owned(), text.to_string()))
+                .map(move |text| Some(Piece::Event(seconds, source.to_owned(), text.to_string())))
         });
-    told.collect()
+    events.collect()
 }
 
 /// A message with permuted fields would be read without a complaint, so the names are compared.

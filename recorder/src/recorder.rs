@@ -1,12 +1,11 @@
 //! The recorder as a block of the loop: it hears everything and says nothing.
 
 use crate::pipe::{Pipe, PipeSettings};
-use crate::row::Row;
 use crate::run::Level;
 use crate::streams::stretch;
 use crate::writer::Logger;
 use crate::{RecorderError, RecorderSettings, RunInfo};
-use anhyst_ipc::{Block, Everything, NodeId, Now};
+use anhyst_ipc::{Block, Everything, NodeId};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -60,16 +59,20 @@ impl Recorder {
         settings.validate()?;
         run.validate()?;
         let patience = if settings.lossless { settings.patience_s } else { 0.0 };
+        let plotted_ticks = stretch(settings.plot_rate_hz, &run);
+        let sent_ticks = sent_ticks(settings, &run);
+        let block_ticks = (plotted_ticks * (HANDED_TICKS / plotted_ticks).max(1)).min(sent_ticks);
         let pipe_settings = PipeSettings {
-            block_ticks: block_ticks(settings, &run),
-            blocks: settings.blocks,
+            block_ticks,
+            first_ticks: sent_ticks,
+            blocks: settings.blocks * sent_ticks.div_ceil(block_ticks),
+            ready: run.realtime,
             patience: Duration::from_secs_f64(patience),
         };
-        let plotted_ticks = stretch(settings.plot_rate_hz, &run) as u64;
-        let pipe = Pipe::start(pipe_settings, Logger::create(settings, run)?)?;
+        let pipe = Pipe::start(pipe_settings, Logger::create(settings, run, sent_ticks)?)?;
         Ok(Self {
             pipe,
-            plotted_ticks,
+            plotted_ticks: plotted_ticks as u64,
             outcome: Outcome(Slot::default()),
         })
     }
@@ -77,6 +80,12 @@ impl Recorder {
     /// Where the report will be found once the recorder has finished or was dropped.
     pub fn outcome(&self) -> Outcome {
         self.outcome.clone()
+    }
+
+    /// Records a tick.
+    #[inline]
+    pub fn hear(&mut self, tick: u64, tokens: &Everything) {
+        self.pipe.push(tick, tokens);
     }
 
     /// Says what the run came to, once: the first of its events. One that failed ([`Level::Error`]) is laid out for what failed.
@@ -108,9 +117,12 @@ impl Recorder {
     }
 }
 
-/// Ticks of a block. Live viewers need the time before the cursor to move on by less than its length: the viewer draws the
+/// Ticks that go to the logger at a time, about: they fit into a core's own cache.
+const HANDED_TICKS: usize = 500;
+
+/// Ticks that are written at a time. Live viewers need the time before the cursor to move on by less than its length: the viewer draws the
 /// data of one frame and the axis of the next, and a window that jumps past itself shows nothing.
-fn block_ticks(settings: &RecorderSettings, run: &RunInfo) -> usize {
+fn sent_ticks(settings: &RecorderSettings, run: &RunInfo) -> usize {
     let quarter = (0.25 * run.zoom_s() / run.tick_s) as usize;
     if settings.live.is_some() {
         settings.block_ticks.min(quarter.max(16))
@@ -132,24 +144,6 @@ impl Block for Recorder {
     type Outputs = ();
 
     fn step(&mut self, tick: u64, inputs: Self::Inputs) {
-        let (
-            Now(measurement),
-            Now(truth),
-            Now(estimate),
-            Now(demand),
-            Now(field_command),
-            Now(safe_field),
-            Now(coil_field),
-        ) = inputs;
-        self.pipe.push(Row {
-            tick,
-            measurement,
-            truth,
-            estimate,
-            demand,
-            field_command,
-            safe_field,
-            coil_field,
-        });
+        self.hear(tick, &inputs);
     }
 }

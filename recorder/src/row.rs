@@ -1,9 +1,13 @@
 //! One tick of the whole loop, and the blocks in which ticks travel to the logger.
 
-use anhyst_ipc::{CoilField, Demand, Estimate, FieldCommand, Measurement, SafeField, Truth};
+use anhyst_ipc::{Channel, CoilField, Demand, Estimate, Everything, FieldCommand, Measurement, SafeField, Truth};
+use std::mem::offset_of;
+
+const WORD: usize = size_of::<u64>();
 
 /// The seven tokens of one tick.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(C)]
 pub(crate) struct Row {
     pub tick: u64,
     pub measurement: Measurement,
@@ -16,6 +20,29 @@ pub(crate) struct Row {
 }
 
 impl Row {
+    /// Words of a row.
+    pub const WORDS: usize = size_of::<Self>() / WORD;
+
+    /// Rows as they lie in memory.
+    pub fn words(rows: &[Self]) -> &[[u64; Self::WORDS]] {
+        // SAFETY: a row and its tokens are laid out as in C, of fields of eight bytes, so that there is nothing between them.
+        unsafe { std::slice::from_raw_parts(rows.as_ptr().cast(), rows.len()) }
+    }
+
+    /// The word at which the fields of a channel's token begin, behind its tick and its time of sending.
+    pub const fn place(channel: Channel) -> usize {
+        let token = match channel {
+            Channel::Measurement => offset_of!(Self, measurement),
+            Channel::Truth => offset_of!(Self, truth),
+            Channel::Estimate => offset_of!(Self, estimate),
+            Channel::Demand => offset_of!(Self, demand),
+            Channel::FieldCommand => offset_of!(Self, field_command),
+            Channel::SafeField => offset_of!(Self, safe_field),
+            Channel::CoilField => offset_of!(Self, coil_field),
+        };
+        token / WORD + 2
+    }
+
     /// Reference minus true displacement.
     pub fn true_error_m(&self) -> f64 {
         self.demand.reference_m - self.truth.displacement_m
@@ -64,9 +91,55 @@ impl Presence {
 }
 
 /// A stretch of ticks on its way to the logger.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Block {
-    pub rows: Vec<Row>,
+    /// With room for those that are to come.
+    rows: Vec<Row>,
+    filled: usize,
     /// Rows that were dropped just before this block.
     pub dropped_before: u64,
+}
+
+impl Block {
+    /// One with room for so many rows, whose pages exist.
+    pub fn new(rows: usize) -> Self {
+        let row = Row {
+            tick: 1,
+            ..Row::default()
+        };
+        Self {
+            rows: vec![row; rows],
+            filled: 0,
+            dropped_before: 0,
+        }
+    }
+
+    /// Empties it; of what it has room for only so many rows are to come.
+    pub fn reuse(&mut self, rows: usize, dropped_before: u64) {
+        self.rows.truncate(rows);
+        self.filled = 0;
+        self.dropped_before = dropped_before;
+    }
+
+    /// Appends the tokens of a tick, each straight to its place; true if there is room for more.
+    #[inline(always)]
+    pub fn push(&mut self, tick: u64, tokens: &Everything) -> bool {
+        if let Some(row) = self.rows.get_mut(self.filled) {
+            row.tick = tick;
+            row.measurement = tokens.0.0;
+            row.truth = tokens.1.0;
+            row.estimate = tokens.2.0;
+            row.demand = tokens.3.0;
+            row.field_command = tokens.4.0;
+            row.safe_field = tokens.5.0;
+            row.coil_field = tokens.6.0;
+            self.filled += 1;
+        }
+        self.filled < self.rows.len()
+    }
+
+    /// The rows in it.
+    pub fn rows(&self) -> &[Row] {
+        &self.rows[..self.filled]
+    }
 }

@@ -3,22 +3,27 @@
 
 use crate::error::Writing as _;
 use crate::events::{Event, StateChange, VERDICT};
-use crate::extremes::{kept_rows, thin};
+use crate::extremes::{Column, kept_rows};
 use crate::file::File;
 use crate::flags::{FLAGS, LANES};
+use crate::layout::Arranged;
 use crate::loops::Loops;
 use crate::plots::{PLOTS, Plot, Series, present};
 use crate::row::{Presence, Row};
 use crate::run::Level;
-use crate::tokens::{self, TICK_ENTITY, TIMELINE};
+use crate::tokens::{self, TICK_ENTITY, TIMELINE, Tokens, chunk};
 use crate::{RecorderError, RecorderSettings, RunInfo};
-use rerun::log::TimeColumn;
-use rerun::{RecordingStream, RecordingStreamBuilder};
+use rerun::external::arrow::array::Float64Array;
+use rerun::log::{Chunk, TimeColumn};
+use rerun::{RecordingStream, RecordingStreamBuilder, SerializedComponentBatch};
 use rerun_types::archetypes::{Scalars, SeriesLines, TextLog};
 use rerun_types::components::Color;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
+/// Rows that fit into the nearest cache.
+const NEAR: usize = 32;
 /// The application's name: recordings and layouts of the same name belong together.
 pub(crate) const APPLICATION: &str = "anhyst";
 /// What live viewers may find of the past when they join.
@@ -29,16 +34,29 @@ const FLUSH_LIMIT: Duration = Duration::from_secs(60);
 /// One stream and what is drawn on it.
 pub(crate) struct Stream {
     pub rerun: RecordingStream,
-    rows_per_second: f64,
+    /// Ticks of which a plot shows the extremes.
+    stretch: usize,
     /// Where all tokens go; live viewers get none.
-    file: Option<File>,
+    file: Option<(File, Tokens)>,
     drawn: Option<Drawn>,
 }
 
 /// What a stream draws; known when the first rows show what the run has.
 struct Drawn {
-    plots: Vec<(&'static Plot, Vec<&'static Series>)>,
+    plots: Vec<Drawing>,
+    /// Of the rows of the plots that wait to be sent.
+    times_ns: Vec<i64>,
+    /// First and last tick of what waits of constant lines.
+    ends: Option<[u64; 2]>,
     loops: Loops,
+}
+
+/// One plot being drawn.
+struct Drawing {
+    plot: &'static Plot,
+    series: Vec<&'static Series>,
+    /// Rows that wait to be sent.
+    values: Vec<f64>,
 }
 
 fn builder(run: &RunInfo) -> RecordingStreamBuilder {
@@ -53,7 +71,7 @@ fn builder(run: &RunInfo) -> RecordingStreamBuilder {
 impl Drawn {
     /// Writes how all of it looks.
     fn declare(&self, stream: &RecordingStream, run: &RunInfo) -> Result<(), RecorderError> {
-        for (plot, series) in &self.plots {
+        for Drawing { plot, series, .. } in &self.plots {
             let style = SeriesLines::new()
                 .with_names(series.iter().map(|series| series.name))
                 .with_colors(series.iter().map(|series| Color::from_u32(series.color)))
@@ -62,6 +80,63 @@ impl Drawn {
         }
         self.loops.declare(stream, &run.scales)
     }
+
+    /// Draws rows, thinned by `stretch`.
+    fn rows(&mut self, run: &RunInfo, rows: &[Row], stretch: usize) {
+        let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+            return;
+        };
+        let begun = self.ends.map_or(first.tick, |[begun, _]| begun);
+        self.ends = Some([begun, last.tick]);
+        // So few that all series find them in the nearest cache.
+        for rows in rows.chunks(stretch * NEAR.div_ceil(stretch)) {
+            let times = kept_rows(rows.len(), stretch).map(|row| run.time_ns(rows[row].tick));
+            let before = self.times_ns.len();
+            self.times_ns.extend(times);
+            let kept = self.times_ns.len() - before;
+            for Drawing { series, values, .. } in self.plots.iter_mut().filter(|own| !own.plot.constant) {
+                let (begun, width) = (values.len(), series.len());
+                values.resize(begun + kept * width, f64::NAN);
+                for (column, series) in series.iter().enumerate() {
+                    let mut column = Column::new(&mut values[begun..], column, width);
+                    (series.draw)(rows, run, stretch, &mut column);
+                }
+            }
+        }
+        self.loops.rows(run, rows);
+    }
+
+    /// Takes what waits, but for the loops; of constant lines only where they end if `all` is asked for.
+    fn take(&mut self, run: &RunInfo, all: bool) -> Result<Vec<Chunk>, RecorderError> {
+        let Some(ends) = self.ends else {
+            return Ok(Vec::new());
+        };
+        if all {
+            self.ends = None;
+        }
+        let times = TimeColumn::new_duration_nanos(TIMELINE, self.times_ns.drain(..));
+        let ends = times_of(run, ends.into_iter());
+        let due = |own: &Drawing| if own.plot.constant { all } else { !own.values.is_empty() };
+        let due = self.plots.iter_mut().filter(|own| due(own));
+        let taken = due.map(|Drawing { plot, series, values }| {
+            let times = if plot.constant { &ends } else { &times };
+            if plot.constant {
+                let rows = [Row::default(); 2];
+                values.resize(rows.len() * series.len(), f64::NAN);
+                for (column, own) in series.iter().enumerate() {
+                    (own.draw)(&rows, run, 1, &mut Column::new(values, column, series.len()));
+                }
+            }
+            let (rows, room) = (values.len() / series.len(), values.len());
+            let values = std::mem::replace(values, Vec::with_capacity(room));
+            let values = Arc::new(Float64Array::from(values));
+            let column = SerializedComponentBatch::new(values, Scalars::descriptor_scalars())
+                .partitioned(std::iter::repeat_n(series.len(), rows))
+                .writing(plot.entity)?;
+            chunk(plot.entity, times.clone(), column)
+        });
+        taken.collect()
+    }
 }
 
 impl Stream {
@@ -69,12 +144,12 @@ impl Stream {
     pub fn file(run: &RunInfo, settings: &RecorderSettings) -> Result<Self, RecorderError> {
         let file = File::create(builder(run), &run.path)?;
         let stream = file.stream();
-        Self::create(stream, settings.plot_rate_hz, Some(file), run)
+        Self::create(stream, settings.plot_rate_hz, Some((file, Tokens::new())), run)
     }
 
     /// Closes the file and goes on in another one.
     pub fn go_on(&mut self, run: &RunInfo, path: &Path) -> Result<(), RecorderError> {
-        self.file.as_mut().map_or(Ok(()), |file| file.go_on(path))?;
+        self.file.as_mut().map_or(Ok(()), |(file, _)| file.go_on(path))?;
         self.declare(run)?;
         self.drawn
             .as_ref()
@@ -100,13 +175,13 @@ impl Stream {
     fn create(
         rerun: RecordingStream,
         rows_per_second: f64,
-        file: Option<File>,
+        file: Option<(File, Tokens)>,
         run: &RunInfo,
     ) -> Result<Self, RecorderError> {
         rerun.set_log_time_enabled(false);
         let stream = Self {
             rerun,
-            rows_per_second,
+            stretch: stretch(rows_per_second, run),
             file,
             drawn: None,
         };
@@ -141,15 +216,26 @@ impl Stream {
         stream.flush_blocking().writing("the head")
     }
 
+    /// Lays it out.
+    pub fn arrange(&mut self, layout: &Arranged) -> Result<(), RecorderError> {
+        match &mut self.file {
+            Some((file, _)) => file.arrange(layout),
+            None => {
+                layout.send(&self.rerun);
+                Ok(())
+            }
+        }
+    }
+
     /// Sends on what was logged.
     pub fn write(&mut self) -> Result<(), RecorderError> {
-        self.file.as_mut().map_or(Ok(()), File::write)
+        self.file.as_mut().map_or(Ok(()), |(file, _)| file.write())
     }
 
     /// Sends on what was logged, and no more.
     pub fn close(&mut self) -> Result<(), RecorderError> {
         match &mut self.file {
-            Some(file) => file.close(),
+            Some((file, _)) => file.close(),
             None => self.rerun.flush_with_timeout(FLUSH_LIMIT).writing("the end of the run"),
         }
     }
@@ -158,9 +244,15 @@ impl Stream {
         let drawn = match self.drawn.take() {
             Some(drawn) => drawn,
             None => {
-                let plots = PLOTS.iter().map(|plot| (plot, present(plot, has).collect::<Vec<_>>()));
+                let drawings = PLOTS.iter().map(|plot| Drawing {
+                    plot,
+                    series: present(plot, has).collect(),
+                    values: Vec::new(),
+                });
                 let drawn = Drawn {
-                    plots: plots.filter(|(_, series)| !series.is_empty()).collect(),
+                    plots: drawings.filter(|drawing| !drawing.series.is_empty()).collect(),
+                    times_ns: Vec::new(),
+                    ends: None,
                     loops: Loops::new(run, has),
                 };
                 drawn.declare(&self.rerun, run)?;
@@ -170,31 +262,34 @@ impl Stream {
         Ok(self.drawn.insert(drawn))
     }
 
-    /// Writes the rows of a block.
+    /// Takes rows, which wait to be sent.
     pub fn rows(&mut self, run: &RunInfo, has: Presence, rows: &[Row]) -> Result<(), RecorderError> {
-        let stream = self.rerun.clone();
-        if self.file.is_some() {
-            tokens::send(&stream, run, rows)?;
+        if let Some((_, tokens)) = &mut self.file {
+            tokens.add(rows);
         }
-        let stretch = stretch(self.rows_per_second, run);
-        let stretch_times = times(run, kept_rows(rows.len(), stretch).map(|row| rows[row].tick));
-        let end_times = times(run, [0, rows.len() - 1].map(|row| rows[row].tick).into_iter());
-        let drawn = self.draw(run, has)?;
-        for (plot, series) in &drawn.plots {
-            let value = |row: &Row| series.iter().map(|series| (series.value)(row, run)).collect::<Vec<_>>();
-            if plot.constant {
-                let values = [0, rows.len() - 1].iter().flat_map(|row| value(&rows[*row])).collect();
-                send_wide(&stream, plot.entity, &end_times, values, series.len())?;
-            } else {
-                let mut values = Vec::with_capacity(rows.len() * series.len());
-                for row in rows {
-                    values.extend(series.iter().map(|series| (series.value)(row, run)));
-                }
-                let values = thin(&values, series.len(), stretch);
-                send_wide(&stream, plot.entity, &stretch_times, values, series.len())?;
+        let stretch = self.stretch;
+        self.draw(run, has)?.rows(run, rows, stretch);
+        Ok(())
+    }
+
+    /// Sends the tokens that wait.
+    pub fn send_tokens(&mut self, run: &RunInfo) -> Result<(), RecorderError> {
+        let Some((file, tokens)) = &mut self.file else {
+            return Ok(());
+        };
+        file.send(&tokens.take(run)?)
+    }
+
+    /// Sends what is drawn and waits; constant lines with `all` that waits.
+    pub fn send_drawn(&mut self, run: &RunInfo, all: bool) -> Result<(), RecorderError> {
+        let Some(drawn) = &mut self.drawn else { return Ok(()) };
+        for chunk in drawn.take(run, all)? {
+            match &mut self.file {
+                Some((file, _)) => file.send(&chunk)?,
+                None => self.rerun.send_chunk(chunk),
             }
         }
-        drawn.loops.rows(&stream, run, rows)
+        drawn.loops.send(&self.rerun, run)
     }
 
     /// Writes events and state changes.
@@ -226,7 +321,7 @@ impl Stream {
                 .with_state(of_lane().map(|change| change.state))
                 .columns_of_unit_batches()
                 .writing("states")?;
-            let times = times(run, of_lane().map(|change| change.tick));
+            let times = times_of(run, of_lane().map(|change| change.tick));
             self.rerun
                 .send_columns(lane_entity(*channel), [times], columns)
                 .writing("states")?;
@@ -238,21 +333,6 @@ impl Stream {
 /// Ticks of which a plot shows the smallest and the largest value: two rows come of every stretch.
 pub(crate) fn stretch(rows_per_second: f64, run: &RunInfo) -> usize {
     (2.0 / (rows_per_second * run.tick_s)).round().max(1.0) as usize
-}
-
-/// Writes rows of `width` values.
-fn send_wide(
-    stream: &RecordingStream,
-    entity: &str,
-    times: &TimeColumn,
-    values: Vec<f64>,
-    width: usize,
-) -> Result<(), RecorderError> {
-    let rows = values.len() / width.max(1);
-    let columns = Scalars::new(values)
-        .columns(std::iter::repeat_n(width, rows))
-        .writing(entity)?;
-    stream.send_columns(entity, [times.clone()], columns).writing(entity)
 }
 
 fn lane_entity(channel: anhyst_ipc::Channel) -> String {
@@ -268,6 +348,6 @@ fn state_color(level: Option<Level>) -> u32 {
     }
 }
 
-fn times(run: &RunInfo, ticks: impl Iterator<Item = u64>) -> TimeColumn {
+fn times_of(run: &RunInfo, ticks: impl Iterator<Item = u64>) -> TimeColumn {
     TimeColumn::new_duration_nanos(TIMELINE, ticks.map(|tick| run.time_ns(tick)))
 }

@@ -1,4 +1,5 @@
-//! What the logger thread does with a block: rows to every stream, status words to the watch, and the layout at both ends.
+//! What the logger thread does with a block: rows to every stream, status words to the watch, and the layout at both ends. Blocks are as
+//! small as a cache; what comes of several is written at a time.
 
 use crate::events::Watch;
 use crate::fitting::Sizes;
@@ -11,27 +12,45 @@ use crate::streams::{Stream, stretch};
 use crate::timing::Timing;
 use crate::views::Layout;
 use crate::{RecorderError, RecorderSettings, RunInfo};
+use std::time::{Duration, Instant};
+
+/// Blocks that are drawn at a time, where no clock on the wall and no live viewer follows: of what is drawn, a chunk costs more than the
+/// rows in it that come of a block.
+const DRAWN_BLOCKS: usize = 10;
+
+/// After so long a file is laid out, for the case that its run is killed. Of one that ends before, the layout that fits it is enough:
+/// it takes as long to make as twenty thousand ticks take to write.
+const UNARRANGED: Duration = Duration::from_secs(1);
 
 /// The far end of the pipe.
 pub(crate) struct Logger {
     run: RunInfo,
     layout: Layout,
-    /// As it is before anything is known: with what every part begins.
-    arranged: Arranged,
+    /// As it is before anything is known, once it was needed.
+    first: Option<Arranged>,
+    /// Whether the file is laid out, and since when it waits for that.
+    laid_out: bool,
+    begun: Instant,
     /// The file, then the server for live viewers.
     streams: Vec<Stream>,
     parts: Parts,
     watch: Watch,
     has: Option<Presence>,
     last_tick: u64,
+    /// Rows that wait to be sent: the first one's tick, and how many; and how many are sent at a time.
+    waiting: Option<(u64, usize)>,
+    sent_ticks: usize,
+    /// Blocks of them that are drawn at a time, and those that are not yet.
+    drawn_blocks: usize,
+    undrawn_blocks: usize,
     sizes: Sizes,
     verdict: Option<(Level, String)>,
     timing: Option<Timing>,
 }
 
 impl Logger {
-    /// Creates the streams and sends the first layout, so that live viewers and files of killed runs have one.
-    pub fn create(settings: &RecorderSettings, run: RunInfo) -> Result<Self, RecorderError> {
+    /// Creates the streams. Live viewers get a layout at once.
+    pub fn create(settings: &RecorderSettings, run: RunInfo, sent_ticks: usize) -> Result<Self, RecorderError> {
         // The port first: if it is taken, no file is overwritten.
         let live = settings
             .live
@@ -49,11 +68,7 @@ impl Logger {
             shows_shape_range: true,
             shows_parameters: false,
         };
-        let arranged = layout.arranged()?;
-        for stream in &mut streams {
-            arranged.send(&stream.rerun);
-            stream.write()?;
-        }
+        streams.iter_mut().try_for_each(Stream::write)?;
         let mut watch = Watch::default();
         let tick_us = run.tick_s * 1e6;
         watch.about_run(
@@ -66,19 +81,32 @@ impl Logger {
                 stretch(settings.plot_rate_hz, &run)
             ),
         );
-        Ok(Self {
+        let mut logger = Self {
             timing: run.realtime.then(Timing::new),
             parts: Parts::new(&run, settings),
-            run,
             layout,
-            arranged,
+            first: None,
+            laid_out: false,
+            begun: Instant::now(),
             streams,
             watch,
             has: None,
             last_tick: 0,
+            waiting: None,
+            sent_ticks,
+            drawn_blocks: if run.realtime || settings.live.is_some() {
+                1
+            } else {
+                DRAWN_BLOCKS
+            },
+            undrawn_blocks: 0,
             sizes: Sizes::default(),
             verdict: None,
-        })
+            run,
+        };
+        // Live viewers have nothing else to go by.
+        (1..logger.streams.len()).try_for_each(|stream| logger.arrange(stream))?;
+        Ok(logger)
     }
 
     fn send_timing(&mut self, always: bool) -> Result<(), RecorderError> {
@@ -98,10 +126,47 @@ impl Logger {
         Ok(())
     }
 
+    /// Lays a stream out by what is known before anything is.
+    fn arrange(&mut self, stream: usize) -> Result<(), RecorderError> {
+        let arranged = match self.first.take() {
+            Some(arranged) => arranged,
+            None => self.layout.arranged()?,
+        };
+        self.streams[stream].arrange(self.first.insert(arranged))
+    }
+
+    /// Writes the tokens that wait, and what is drawn of them if it is due or `all` is to be written.
+    fn send(&mut self, all: bool) -> Result<(), RecorderError> {
+        if let Some((first_tick, rows)) = self.waiting.take() {
+            self.streams
+                .iter_mut()
+                .try_for_each(|stream| stream.send_tokens(&self.run))?;
+            self.parts.note(first_tick, rows, self.watch.matters());
+            self.undrawn_blocks += 1;
+        }
+        if !self.laid_out && self.begun.elapsed() > UNARRANGED {
+            self.laid_out = true;
+            self.arrange(0)?;
+        }
+        if all || self.undrawn_blocks >= self.drawn_blocks || self.watch.matters() {
+            self.undrawn_blocks = 0;
+            let all = all || self.drawn_blocks == 1 || self.watch.matters();
+            self.streams
+                .iter_mut()
+                .try_for_each(|stream| stream.send_drawn(&self.run, all))?;
+            self.send_timing(false)?;
+            self.send_events()?;
+            self.streams.iter_mut().try_for_each(Stream::write)?;
+        }
+        Ok(())
+    }
+
     fn next_part(&mut self) -> Result<(), RecorderError> {
+        self.send(true)?;
         let path = self.parts.next_path();
         self.streams[0].go_on(&self.run, &path)?;
-        self.arranged.send(&self.streams[0].rerun);
+        self.arrange(0)?;
+        self.laid_out = true;
         self.watch.tell_states_again();
         self.parts.turn()
     }
@@ -131,25 +196,28 @@ impl Logger {
         self.send_timing(true)?;
         self.sizes.fit(&mut self.layout, &self.run, failed);
         let arranged = self.layout.arranged()?;
-        self.streams.iter().for_each(|stream| arranged.send(&stream.rerun));
+        self.streams
+            .iter_mut()
+            .try_for_each(|stream| stream.arrange(&arranged))?;
         arranged.save(&self.run.path.with_extension("rbl"))
     }
 }
 
 impl Consumer for Logger {
     fn block(&mut self, block: &Block) -> Result<(), RecorderError> {
-        let (Some(first), Some(last)) = (block.rows.first(), block.rows.last()) else {
+        let rows = block.rows();
+        let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
             return Ok(());
         };
-        if self.parts.is_over(self.last_tick) {
+        if self.waiting.is_none() && self.parts.is_over(self.last_tick) {
             self.next_part()?;
         }
-        let has = *self.has.get_or_insert_with(|| Presence::of(&block.rows));
+        let has = *self.has.get_or_insert_with(|| Presence::of(rows));
         if block.dropped_before > 0 {
             let lost = format!("recorder dropped {} ticks before this one", block.dropped_before);
             self.watch.about_run(first.tick, Level::Warning, lost);
         }
-        for row in &block.rows {
+        for row in rows {
             self.watch.row(row, has, &self.run);
             self.sizes.note(row, has, &self.run);
             if let Some(timing) = &mut self.timing {
@@ -157,13 +225,15 @@ impl Consumer for Logger {
             }
         }
         for stream in &mut self.streams {
-            stream.rows(&self.run, has, &block.rows)?;
+            stream.rows(&self.run, has, rows)?;
         }
         self.last_tick = last.tick;
-        self.send_timing(false)?;
-        self.parts.note(first.tick, block.rows.len(), self.watch.matters());
-        self.send_events()?;
-        self.streams.iter_mut().try_for_each(Stream::write)
+        let (begun, waiting) = self.waiting.unwrap_or((first.tick, 0));
+        self.waiting = Some((begun, waiting + rows.len()));
+        if waiting + rows.len() >= self.sent_ticks {
+            self.send(false)?;
+        }
+        Ok(())
     }
 
     fn verdict(&mut self, level: Level, text: String) {
@@ -171,7 +241,7 @@ impl Consumer for Logger {
     }
 
     fn close(mut self, totals: Totals) -> Result<Kept, RecorderError> {
-        let summed_up = self.sum_up(totals);
+        let summed_up = self.send(true).and_then(|()| self.sum_up(totals));
         self.streams.iter_mut().try_for_each(Stream::close)?;
         self.streams.clear();
         summed_up.map(|()| self.parts.kept())
