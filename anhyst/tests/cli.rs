@@ -232,7 +232,6 @@ fn completions_are_made_for_every_shell() {
             "{shell}"
         );
     }
-}
 
     // `| head` reads a part of it.
     let mut unread = Command::new(env!("CARGO_BIN_EXE_anhyst"))
@@ -243,6 +242,8 @@ fn completions_are_made_for_every_shell() {
         .unwrap();
     drop(unread.stdout.take());
     assert!(unread.wait().unwrap().success());
+}
+
 #[test]
 fn bad_arguments_end_with_status_2() {
     for arguments in [
