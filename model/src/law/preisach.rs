@@ -16,6 +16,9 @@ use super::sums::sum_of_products;
 use super::{HysteresisLaw, LawParameter};
 use crate::ModelError;
 
+/// Levels that a step passes have their ramp worked out once, the others once a row.
+const NEAR: usize = 8;
+
 /// The law with its cells worked out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Density", into = "Density")]
@@ -141,14 +144,15 @@ impl Preisach {
                 changed(row, own);
             }
         } else if !levels.is_empty() {
-            for row in levels.start..self.rows() {
-                let own = &mut cells[Self::row(row)];
-                let touched = levels.start..levels.end.min(row + 1);
-                for (cell, column) in own[touched.clone()].iter_mut().zip(touched) {
-                    let ramp = self.ramp(column, to);
+            for column in levels.clone() {
+                let ramp = self.ramp(column, to);
+                for row in column..self.rows() {
+                    let cell = &mut cells[cells_of(row) + column];
                     *cell = if *cell > ramp { ramp } else { *cell };
                 }
-                changed(row, own);
+            }
+            for row in levels.start..self.rows() {
+                changed(row, &cells[Self::row(row)]);
             }
         }
     }
@@ -162,8 +166,14 @@ impl Preisach {
         sum_of_products(&self.weights[Self::row(row)], cells)
     }
 
-    /// Σ over one row with its cells moved on the way, and its slope there.
-    fn row_ahead(&self, state: &PreisachState, row: usize, to: f64, levels: &std::ops::Range<usize>) -> (f64, f64) {
+    /// Σ over one row with its cells moved on the way, and its slope there; `near`: ramps of the first of the levels.
+    fn row_ahead(
+        &self,
+        state: &PreisachState,
+        row: usize,
+        to: f64,
+        (levels, near): (&std::ops::Range<usize>, &[f64; NEAR]),
+    ) -> (f64, f64) {
         let range = Self::row(row);
         let (cells, weights) = (&state.cells[range.clone()], &self.weights[range]);
         let inside = |level: usize| (self.levels[level]..self.levels[level + 1]).contains(&to);
@@ -180,7 +190,10 @@ impl Preisach {
             let touched = levels.start..levels.end.min(row + 1);
             let (mut sum, mut slope) = (state.row_sums[row], 0.0);
             for column in touched {
-                let ramp = self.ramp(column, to);
+                let ramp = match near.get(column - levels.start) {
+                    Some(ramp) => *ramp,
+                    None => self.ramp(column, to),
+                };
                 let (cell, weight) = (cells[column], weights[column]);
                 if cell >= ramp {
                     sum -= weight * (cell - ramp);
@@ -251,10 +264,14 @@ impl HysteresisLaw for Preisach {
             (_, true) => levels.clone(),
             (_, false) => levels.start..self.rows(),
         };
+        let mut near = [0.0; NEAR];
+        for (ramp, level) in near.iter_mut().zip(levels.clone()) {
+            *ramp = self.ramp(level, input_to);
+        }
         let (mut output, mut slope) = (0.0, 0.0);
         for row in 0..self.rows() {
             if rows.contains(&row) {
-                let (own, own_slope) = self.row_ahead(state, row, input_to, &levels);
+                let (own, own_slope) = self.row_ahead(state, row, input_to, (&levels, &near));
                 output += own;
                 slope += own_slope;
             } else {
