@@ -40,6 +40,10 @@ pub(crate) enum Slot {
     Turn(usize),
     /// By how much the drive exceeds what the record says, A/m.
     DriveZero,
+    /// By how much the mean of `a` in a run is above that of the first, A/m.
+    ShapeOffset(usize),
+    /// By how much `a` drifts over a run, A/m.
+    ShapeDrift(usize),
     /// Corner of the recorder's low pass on a kind of channel, Hz.
     Corner(ChannelKind),
 }
@@ -100,9 +104,9 @@ pub(crate) struct Composition {
 }
 
 impl Composition {
-    /// The nominal chain with all its constants, and the starts of runs that have one to be found. Those
-    /// of a model that was itself fitted are free.
-    pub fn nominal(model: &ActuatorModel, starts: &[usize], fitted: bool) -> Self {
+    /// The nominal chain with all its constants, and the starts of runs that have one to be found, with a drift of `a` where one
+    /// is believed in (standard deviation, A/m). Constants of a model that was itself fitted are free.
+    pub fn nominal(model: &ActuatorModel, starts: &[usize], fitted: bool, shape_drift_a_per_m: Option<f64>) -> Self {
         let mut own = Composition::default();
         for parameter in NominalParameter::ALL {
             if let Some(spec) = parameter.spec(model) {
@@ -147,6 +151,22 @@ impl Composition {
                     prior: Some((0.0, TURN_DEVIATION * size)),
                 },
             }));
+        }
+        let wanders = |slot: Slot, deviation: f64| Unknown {
+            slot,
+            value: 0.0,
+            coordinate: Coordinate {
+                lower: -BOX_DEVIATIONS * deviation,
+                upper: BOX_DEVIATIONS * deviation,
+                scale: 0.01 * deviation,
+                logarithmic: false,
+                prior: Some((0.0, deviation)),
+            },
+        };
+        if let Some(deviation) = shape_drift_a_per_m {
+            let drifts = starts.iter().map(|run| Slot::ShapeDrift(*run));
+            let slots = drifts.chain(starts.iter().skip(1).map(|run| Slot::ShapeOffset(*run)));
+            own.unknowns.extend(slots.map(|slot| wanders(slot, deviation)));
         }
         own
     }
@@ -301,7 +321,12 @@ impl Composition {
                         effect.values_mut()[place] = unknown.value;
                     }
                 }
-                Slot::Start(_) | Slot::Turn(_) | Slot::DriveZero | Slot::Corner(_) => {}
+                Slot::Start(_)
+                | Slot::Turn(_)
+                | Slot::DriveZero
+                | Slot::ShapeOffset(_)
+                | Slot::ShapeDrift(_)
+                | Slot::Corner(_) => {}
             }
         }
         for effect in effects {
@@ -328,6 +353,16 @@ impl Composition {
             },
             turn_a_per_m: of(Slot::Turn(run)).unwrap_or(0.0),
         })
+    }
+
+    /// How far `a` is above its value at a run's first sample and at its last, A/m.
+    pub fn shape_above_a_per_m(&self, run: usize) -> [f64; 2] {
+        let of = |slot: Slot| {
+            let own = self.unknowns.iter().find(|own| own.slot == slot);
+            own.map_or(0.0, |own| own.value)
+        };
+        let (offset, drift) = (of(Slot::ShapeOffset(run)), of(Slot::ShapeDrift(run)));
+        [offset - 0.5 * drift, offset + 0.5 * drift]
     }
 
     /// The recorder's low pass at the fitted corner.

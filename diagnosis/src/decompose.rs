@@ -204,7 +204,8 @@ impl Search<'_> {
             .filter(|(_, run)| run.tick_s.is_some())
             .map(|(index, _)| index)
             .collect();
-        let mut composition = Composition::nominal(self.model, &starts, bench.plant.fitted);
+        let plant = &bench.plant;
+        let mut composition = Composition::nominal(self.model, &starts, plant.fitted, plant.shape_drift_a_per_m);
         for (kind, low_pass) in &self.low_passes {
             composition = composition.with_low_pass(*kind, *low_pass);
         }

@@ -41,11 +41,13 @@ pub(crate) struct Plant {
     pub output: Quantity,
     /// The model's numbers were fitted to measurements, so they carry its errors.
     pub fitted: bool,
+    /// `a` drifts while a run is made: standard deviation of by how much, A/m.
+    pub shape_drift_a_per_m: Option<f64>,
     pub memory: Arc<Memory>,
 }
 
-/// What a magnetic half is of: run, its start, zero of the drive (A/m), what the model has of it.
-type Half = (usize, Option<MagneticStart>, f64, ActuatorModel);
+/// What a magnetic half is of: run, its start, zero of the drive, how far `a` is above its value at the first sample and at the last (A/m), what the model has of it.
+type Half = (usize, Option<MagneticStart>, f64, [f64; 2], ActuatorModel);
 
 /// What of a plant's simulations serves again.
 pub(crate) struct Memory {
@@ -92,10 +94,11 @@ impl Plant {
             let first = run.drive_a_per_m.first().copied().unwrap_or(0.0);
             let mut outputs = ActuatorOutputs::default();
             let start = composition.start(index, first, &model.material);
-            let asked = (index, start, zero, model.magnetic_half());
+            let above = composition.shape_above_a_per_m(index);
+            let asked = (index, start, zero, above, model.magnetic_half());
             let magnetize = || {
                 self.memory.magnetized.count();
-                run.magnetize_from(start, &model).ok()
+                run.magnetize_from(start, &model, above).ok()
             };
             let half = self
                 .memory

@@ -37,6 +37,8 @@ pub struct DiagnoseOptions {
     pub fitted_model: bool,
     /// The first seconds are simulated and not compared: a start from an unknown state.
     pub settle_s: f64,
+    /// `a` drifts while a run is made, evenly, and differently in each: standard deviation of by how much, A/m; none: it does not.
+    pub shape_drift_a_per_m: Option<f64>,
 }
 
 /// A plant with what was measured on it.
@@ -135,6 +137,7 @@ pub(crate) fn setup(
         measured,
         output,
         fitted: options.fitted_model || model.source.starts_with(FITTED),
+        shape_drift_a_per_m: options.shape_drift_a_per_m,
     };
     Ok(Setup { plant, lattice })
 }

@@ -130,6 +130,8 @@ pub(crate) fn contributions(bench: &Bench, model: &ActuatorModel, last: &Fitted)
             }
             Slot::Start(run) => (format!("magnetic_start_{}", run + 1), ContributionKind::Nuisance),
             Slot::DriveZero => ("drive_zero".to_owned(), ContributionKind::Nuisance),
+            Slot::ShapeOffset(run) => (format!("shape_offset_{}", run + 1), ContributionKind::Nuisance),
+            Slot::ShapeDrift(run) => (format!("shape_drift_{}", run + 1), ContributionKind::Nuisance),
             _ => continue,
         };
         let mut lost = composition.clone();

@@ -207,6 +207,14 @@ fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
                 "drive_zero".to_owned(),
                 vec![value("field_a_per_m", "A/m", unknown.value, deviation)],
             )),
+            Slot::ShapeOffset(run) => all.push(found(
+                format!("shape_offset_{}", run + 1),
+                vec![value("offset_a_per_m", "A/m", unknown.value, deviation)],
+            )),
+            Slot::ShapeDrift(run) => all.push(found(
+                format!("shape_drift_{}", run + 1),
+                vec![value("drift_a_per_m", "A/m", unknown.value, deviation)],
+            )),
             Slot::Corner(kind) => {
                 let name = if kind == ChannelKind::Field {
                     "probe_low_pass"

@@ -34,7 +34,8 @@ impl PreparedRun {
         Ok(actuator.run(self.inputs(), outputs)?)
     }
 
-    /// The magnetic half of the same: it serves all models that have one ([`ActuatorModel::magnetic_half`]).
+    /// The magnetic half of the same, the shape parameter drifting from so far above the model's (A/m) to so far: it serves all models that have one
+    /// ([`ActuatorModel::magnetic_half`]).
     ///
     /// # Errors
     /// A model that cannot be run on this data.
@@ -42,8 +43,10 @@ impl PreparedRun {
         &self,
         start: Option<MagneticStart>,
         model: &ActuatorModel,
+        above_a_per_m: [f64; 2],
     ) -> Result<MagneticHalf, IdentifyError> {
-        Ok(self.at_first_sample(start, model)?.magnetize(self.inputs())?)
+        let mut actuator = self.at_first_sample(start, model)?;
+        Ok(actuator.magnetize_drifting(self.inputs(), above_a_per_m)?)
     }
 
     /// The rest of the same.

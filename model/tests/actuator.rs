@@ -4,8 +4,8 @@ mod drive;
 
 use anhyst_model::{
     Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutputs, AmplifierConstants, Drive, Effect,
-    EffectKind, Hysteresis, Law, LawModel, MagneticState, Magnetostriction, Material, MaterialLaw, PlayGroup, PlaySum,
-    Warp, simulate,
+    EffectKind, Hysteresis, Law, LawModel, MagneticHalf, MagneticState, Magnetostriction, Material, MaterialLaw,
+    PlayGroup, PlaySum, Warp, simulate,
 };
 
 const TICK_S: f64 = 1e-4;
@@ -100,6 +100,33 @@ fn two_halves_are_a_run_bit_for_bit() {
             assert!(whole == outputs);
         }
     }
+}
+
+/// A drift of `a` is what setting it from stretch to stretch is; none is a run as ever.
+#[test]
+fn a_drift_of_the_shape_is_one() {
+    let commands = drive::loops(1024);
+    let inputs = ActuatorInputs::commands(&commands);
+    let model = ActuatorModel::terfenol_d();
+    let own_a_per_m = model.material.hysteresis.shape_a_per_m;
+    let actuator = || Actuator::new(&model, TICK_S).unwrap();
+    let displaced = |half: &MagneticHalf| {
+        let mut outputs = ActuatorOutputs::default();
+        actuator().run_from(half, inputs, &mut outputs).unwrap();
+        outputs.displacement_m
+    };
+    let drifting = displaced(&actuator().magnetize_drifting(inputs, [-100.0, 300.0]).unwrap());
+    let mut stepped = actuator();
+    for (row, command) in commands.iter().enumerate() {
+        // In the middle of each quarter.
+        stepped.set_shape_a_per_m(own_a_per_m + [-50.0, 50.0, 150.0, 250.0][row / 256]);
+        let output = stepped.step(ActuatorInput::command(*command));
+        assert_eq!(output.displacement_m, drifting[row], "row {row}");
+    }
+    assert_eq!(
+        displaced(&actuator().magnetize_drifting(inputs, [0.0; 2]).unwrap()),
+        displaced(&actuator().magnetize(inputs).unwrap())
+    );
 }
 
 /// By how much (m, rms) commands cut sixteen times finer, which are the same field, move the tip.

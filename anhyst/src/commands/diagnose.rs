@@ -77,6 +77,7 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
         threads: arguments.threads.count(),
         fitted_model: arguments.fitted_model,
         settle_s: arguments.settle.settle_s,
+        shape_drift_a_per_m: None,
     };
     // Before the work, so that a typing error costs nothing.
     let first = arguments.data.first().map_or_else(String::new, |file| stem(file));

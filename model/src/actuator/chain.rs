@@ -187,10 +187,31 @@ impl Actuator {
     /// # Errors
     /// Columns of different lengths.
     pub fn magnetize(&mut self, inputs: ActuatorInputs) -> Result<MagneticHalf, ModelError> {
+        self.magnetize_drifting(inputs, [0.0; 2])
+    }
+
+    /// The same while the shape parameter drifts evenly, so far above the model's (A/m) at the first sample and so far at the last.
+    ///
+    /// # Errors
+    /// Columns of different lengths.
+    pub fn magnetize_drifting(
+        &mut self,
+        inputs: ActuatorInputs,
+        above_a_per_m: [f64; 2],
+    ) -> Result<MagneticHalf, ModelError> {
         inputs.validate()?;
-        let mut half = MagneticHalf::of_length(inputs.drive_a_per_m.len());
-        let first = !std::mem::replace(&mut self.begun, true);
-        self.magnetize_stretch(first, &inputs, half.columns());
+        let length = inputs.drive_a_per_m.len();
+        let mut half = MagneticHalf::of_length(length);
+        let (own_a_per_m, [first, last]) = (self.magnetizer.ambient_shape_a_per_m(), above_a_per_m);
+        let stretch = if first == last { length.max(1) } else { STRETCH };
+        for from in (0..length).step_by(stretch) {
+            let to = length.min(from + stretch);
+            let place = (from + to) as f64 / (2 * length) as f64;
+            self.set_shape_a_per_m(own_a_per_m + (first + (last - first) * place));
+            let first = !std::mem::replace(&mut self.begun, true);
+            let columns = half.columns().map(|column| &mut column[from..to]);
+            self.magnetize_stretch(first, &inputs.part(from, to), columns);
+        }
         Ok(half)
     }
 

@@ -169,6 +169,11 @@ impl Magnetizer {
         self.hysteresis.shape_a_per_m = shape_a_per_m;
     }
 
+    /// `a` at ambient temperature, A/m.
+    pub fn ambient_shape_a_per_m(&self) -> f64 {
+        self.hysteresis.shape_a_per_m
+    }
+
     /// `a` at the last sample's temperature, A/m.
     pub fn shape_a_per_m(&self) -> f64 {
         self.hysteresis_now().shape_a_per_m
