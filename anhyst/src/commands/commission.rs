@@ -6,6 +6,7 @@
 //! 3. *Cut*: the whole profile with learning and a slow estimator.
 //! 4. *Diagnosis* of that cut, and the cut again with the amended model, as long as it gets better.
 
+use super::commission_belief::{believing, following, measured_run, tokens, told};
 use super::commission_report::{Commission, Cut, page, table};
 use super::run::{changed, perform};
 use super::run_arguments::AloneArguments;
@@ -15,20 +16,18 @@ use crate::fitness::{SMALL, Step, TRACKS, amplifier, response, rest};
 use anhyst_controller::{LearningSettings, MeasuredResponse, TrajectorySettings};
 use anhyst_diagnosis::{DiagnoseOptions, Verdict, amended_text, diagnose};
 use anhyst_guard::{CoilWatching, Event};
-use anhyst_ipc::{Demand, Measurement, Message, NodeId, SafeField};
+use anhyst_ipc::{Demand, Estimate, Measurement, NodeId, SafeField};
 use anhyst_launch::embedded::as_saved;
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
-use anhyst_launch::measured_table::measured_table;
 use anhyst_launch::say::quoted;
 use anhyst_launch::signals;
 use anhyst_launch::summary::Summary;
-use anhyst_measured::{MeasuredRun, RunReadOptions};
-use anhyst_model::ActuatorModel;
+use anhyst_measured::MeasuredRun;
+use anhyst_model::{ActuatorModel, EffectKind};
 use anhyst_plant_sim::PlantRod;
-use anhyst_recorder::Recording;
 use anhyst_report::number::Si;
-use anhyst_scenario::{Late, MaterialSource, Scenario, to_ron};
+use anhyst_scenario::{Late, Scenario, to_ron};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -94,6 +93,8 @@ pub fn run(arguments: &CommissionArguments) -> miette::Result<Ending> {
         failed: false,
         rest: rest::Rest::default(),
         response: Vec::new(),
+        response_run: None,
+        believed: None,
         result: Commission::default(),
     };
     let commissioned = match work.commission(scenario) {
@@ -124,10 +125,6 @@ pub fn run(arguments: &CommissionArguments) -> miette::Result<Ending> {
         }
     }
     Ok(if result.fit { Ending::Held } else { Ending::NotHeld })
-}
-
-fn told(error: impl std::fmt::Display) -> miette::Report {
-    miette::miette!("{error}")
 }
 
 /// True where an earlier call was killed before it came to its end, with the same programs in the processes' places; makes a note for the next one.
@@ -163,6 +160,10 @@ struct Work<'a> {
     rest: rest::Rest,
     /// From demand to sensor, with what is believed now; nothing: as believed.
     response: Vec<MeasuredResponse>,
+    /// Where that was measured.
+    response_run: Option<PathBuf>,
+    /// Before the first diagnosis.
+    believed: Option<ActuatorModel>,
 }
 
 impl Work<'_> {
@@ -333,6 +334,7 @@ impl Work<'_> {
     /// Measures the response, and brings the gains within its margins; false if the rig is not fit.
     fn respond(&mut self, name: &str, scenario: &mut Scenario) -> miette::Result<bool> {
         self.response.clear();
+        self.response_run = None;
         let excitation = response::Excitation::new(scenario).map_err(told)?;
         let refused = excitation.as_ref().map(|own| own.probe.validate());
         let Some((own, Ok(()))) = excitation.zip(refused) else {
@@ -350,6 +352,7 @@ impl Work<'_> {
             return Ok(false);
         }
         found.lines().clone_into(&mut self.response);
+        self.response_run = Some(folder);
         let factor = self.soften(scenario)?;
         let step = found.margins(scenario, factor, &self.rest).map_err(told)?;
         Ok(self.took(step))
@@ -452,22 +455,23 @@ impl Work<'_> {
 
     /// The scenario with what a diagnosis of a cut found, and its name; none where it found nothing to amend.
     fn amended(&mut self, scenario: &Scenario, cut: &Path) -> miette::Result<Option<(Scenario, String)>> {
-        let recording = Recording::of_parts(&RunFolder::open(cut).recordings()).map_err(told)?;
-        let (measured, asked): (Vec<Measurement>, Vec<SafeField>) =
-            (recording.tokens().map_err(told)?, recording.tokens().map_err(told)?);
-        save(
-            cut,
-            "run.csv",
-            &measured_table(&measured, &asked, scenario.tick_s, &scenario.units()).csv(),
-        )?;
-        let run = MeasuredRun::read(&cut.join("run.csv"), &RunReadOptions::default()).map_err(told)?;
-        let model = scenario.believed_model().map_err(told)?;
+        // What the response's run shakes, a cut does not: modes, and small loops.
+        let folders = std::iter::once(cut).chain(self.response_run.as_deref());
+        let runs = folders.map(|folder| measured_run(scenario, folder));
+        let runs: Vec<MeasuredRun> = runs.collect::<Result<_, _>>()?;
+        // Anew from what was believed at first: an amended model holds what it lacks in other numbers.
+        let model = match &self.believed {
+            Some(model) => model.clone(),
+            None => self.believed.insert(scenario.believed_model().map_err(told)?).clone(),
+        };
+        let (model, shape_drift_a_per_m) = following(model, scenario, &tokens::<Estimate>(cut)?);
         let options = DiagnoseOptions {
             threads: self.arguments.threads.count(),
+            shape_drift_a_per_m,
             ..DiagnoseOptions::default()
         };
         let bar = share_bar("diagnose");
-        let found = diagnose(&model, &[run], &options, &mut |stage, share| {
+        let found = diagnose(&model, &runs, &options, &mut |stage, share| {
             bar.set_prefix(stage.to_owned());
             bar.set_position((100.0 * share) as u64);
         });
@@ -481,6 +485,10 @@ impl Work<'_> {
         };
         self.find(&format!("diagnosis: {}", found.diagnosis.sentence));
         if found.diagnosis.verdict == Verdict::Columns || found.amended == model {
+            return Ok(None);
+        }
+        if found.amended.effect(EffectKind::SensorGain) != model.effect(EffectKind::SensorGain) {
+            self.find("the sensor is the ruler here: another gain of it is not believed");
             return Ok(None);
         }
         save(
@@ -508,27 +516,9 @@ impl Work<'_> {
     }
 }
 
-/// The scenario with another model on the controller's side; the plant stays what it is.
-fn believing(scenario: &Scenario, model: &ActuatorModel) -> Scenario {
-    let mut own = scenario.clone();
-    own.material = MaterialSource::Inline(Box::new(model.material.clone()));
-    // A plant of elements would be made of the two poles that others believe in.
-    if own.plant.rod == PlantRod::TwoPole {
-        own.rod.two_pole = model.rod.or(own.rod.two_pole);
-    }
-    own.effects.clone_from(&model.effects);
-    own
-}
-
 /// Of rms and largest error, the geometric mean: a cut that is a little quieter and bursts now and then is not the better one.
 fn mean_m(summary: &Summary) -> f64 {
     (summary.verdict.error_rms_m * summary.verdict.error_max_m).sqrt()
-}
-
-/// What was said on a channel in a step.
-fn tokens<M: Message>(folder: &Path) -> miette::Result<Vec<M>> {
-    let recording = Recording::of_parts(&RunFolder::open(folder).recordings()).map_err(told)?;
-    recording.tokens().map_err(told)
 }
 
 /// Why a rig is not fit.

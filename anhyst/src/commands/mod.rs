@@ -8,6 +8,7 @@ pub mod check;
 #[cfg(feature = "recorder")]
 pub mod commission;
 #[cfg(feature = "recorder")]
+mod commission_belief;
 mod commission_report;
 pub mod data;
 pub mod diagnose;
