@@ -37,7 +37,7 @@ const SMALL_S: f64 = 0.3;
 const ADAPTATION_PER_S: f64 = 50.0;
 /// Which programs the steps were made with.
 const PROGRAMS: &str = "programs.txt";
-/// A further cut must be better than the best by this part of [`mean_m`].
+/// A further cut's largest error must be below the best one's by this part: it is what a tolerance bounds.
 const BETTER: f64 = 0.03;
 
 /// `commission`
@@ -204,11 +204,11 @@ impl Work<'_> {
                 self.find(&format!("cut {cut}: {sentence}"));
                 break;
             }
-            let (error_m, mean_m) = (summary.verdict.error_rms_m, mean_m(&summary));
+            let (error_m, max_m) = (summary.verdict.error_rms_m, summary.verdict.error_max_m);
             self.result.cuts.push(Cut {
                 believes: believes.clone(),
                 error_rms_m: error_m,
-                error_max_m: summary.verdict.error_max_m,
+                error_max_m: max_m,
                 seconds: summary.ticks as f64 / summary.ticks_per_s,
                 folder: folder.clone(),
                 course: summary
@@ -218,15 +218,15 @@ impl Work<'_> {
                     .map(|own| [own.time_s, own.max_m])
                     .collect(),
             });
-            let before_m = best.as_ref().map(|best| self::mean_m(&best.summary));
-            if before_m.is_none_or(|before_m| mean_m < before_m) {
+            let before_m = best.as_ref().map(|best| best.summary.verdict.error_max_m);
+            if before_m.is_none_or(|before_m| max_m < before_m) {
                 best = Some(Best {
                     scenario: scenario.clone(),
                     summary,
                     learned: RunFolder::open(&folder).learned(),
                 });
             }
-            let is_last = before_m.is_some_and(|before_m| mean_m > (1.0 - BETTER) * before_m);
+            let is_last = before_m.is_some_and(|before_m| max_m > (1.0 - BETTER) * before_m);
             if is_last || cut == self.arguments.cuts {
                 break;
             }
@@ -514,11 +514,6 @@ impl Work<'_> {
         };
         Ok(Some((next, named)))
     }
-}
-
-/// Of rms and largest error, the geometric mean: a cut that is a little quieter and bursts now and then is not the better one.
-fn mean_m(summary: &Summary) -> f64 {
-    (summary.verdict.error_rms_m * summary.verdict.error_max_m).sqrt()
 }
 
 /// Why a rig is not fit.
