@@ -12,7 +12,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::density::{Density, cells_of};
-use super::sums::sum_of_products;
+use super::sums::{sum, sum_of_products};
 use super::{HysteresisLaw, LawParameter};
 use crate::ModelError;
 
@@ -95,8 +95,9 @@ impl Preisach {
 
     /// Sums of a state at the present weights.
     pub(super) fn reweigh(&self, state: &mut PreisachState) {
+        let below = self.columns_below(state.input);
         for (row, sum) in state.row_sums.iter_mut().enumerate() {
-            *sum = self.row_sum(row, &state.cells[Self::row(row)]);
+            *sum = self.row_sum(row, &state.cells[Self::row(row)], below);
         }
     }
 
@@ -162,8 +163,15 @@ impl Preisach {
         self.move_cells(cells, from, to, |_, _| {});
     }
 
-    fn row_sum(&self, row: usize, cells: &[f64]) -> f64 {
-        sum_of_products(&self.weights[Self::row(row)], cells)
+    /// Columns that begin below an input; the others are down.
+    fn columns_below(&self, input: f64) -> usize {
+        self.levels[..self.rows()].partition_point(|level| *level < input)
+    }
+
+    /// Σ over one row with so many columns below the input, four of which are added at a time.
+    fn row_sum(&self, row: usize, cells: &[f64], below: usize) -> f64 {
+        let up = below.next_multiple_of(4).min(cells.len());
+        sum_of_products(&self.weights[Self::row(row)][..up], &cells[..up])
     }
 
     /// Σ over one row with its cells moved on the way, and its slope there; `near`: ramps of the first of the levels.
@@ -225,7 +233,9 @@ impl HysteresisLaw for Preisach {
                 cells.push(f64::clamp(up, self.ramp(row, 0.0), self.ramp(column, 0.0)));
             }
         }
-        let row_sums = (0..rows).map(|row| self.row_sum(row, &cells[Self::row(row)])).collect();
+        let row_sums = (0..rows)
+            .map(|row| self.row_sum(row, &cells[Self::row(row)], self.columns_below(0.0)))
+            .collect();
         PreisachState {
             input: 0.0,
             cells,
@@ -246,13 +256,14 @@ impl HysteresisLaw for Preisach {
     }
 
     fn output(&self, state: &PreisachState) -> f64 {
-        state.row_sums.iter().sum()
+        sum(state.row_sums.iter().copied())
     }
 
     fn advance(&self, state: &mut PreisachState, input_to: f64) {
+        let below = self.columns_below(input_to);
         let PreisachState { input, cells, row_sums } = state;
         self.move_cells(cells, *input, input_to, |row, own| {
-            row_sums[row] = self.row_sum(row, own)
+            row_sums[row] = self.row_sum(row, own, below)
         });
         *input = input_to;
     }
@@ -268,16 +279,15 @@ impl HysteresisLaw for Preisach {
         for (ramp, level) in near.iter_mut().zip(levels.clone()) {
             *ramp = self.ramp(level, input_to);
         }
-        let (mut output, mut slope) = (0.0, 0.0);
-        for row in 0..self.rows() {
-            if rows.contains(&row) {
-                let (own, own_slope) = self.row_ahead(state, row, input_to, (&levels, &near));
-                output += own;
-                slope += own_slope;
-            } else {
-                output += state.row_sums[row];
+        let mut slope = 0.0;
+        let output = sum((0..self.rows()).map(|row| {
+            if !rows.contains(&row) {
+                return state.row_sums[row];
             }
-        }
+            let (own, own_slope) = self.row_ahead(state, row, input_to, (&levels, &near));
+            slope += own_slope;
+            own
+        }));
         (output, slope)
     }
 

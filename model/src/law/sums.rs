@@ -14,3 +14,13 @@ pub(super) fn sum_of_products(first: &[f64], second: &[f64]) -> f64 {
     let rest: f64 = first_rest.iter().zip(second_rest).map(|(a, b)| a * b).sum();
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
+
+/// Σ a in four running sums.
+#[inline]
+pub(super) fn sum(of: impl Iterator<Item = f64>) -> f64 {
+    let mut sums = [0.0; 4];
+    for (place, a) in of.enumerate() {
+        sums[place % 4] += a;
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
