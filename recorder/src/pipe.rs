@@ -249,7 +249,7 @@ mod tests {
                 block_ticks: 10,
                 first_ticks: 10,
                 blocks: 2,
-                ready: ticks % 2 == 0,
+                ready: ticks.is_multiple_of(2),
                 patience,
             },
             consumer,
