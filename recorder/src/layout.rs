@@ -3,7 +3,6 @@
 
 use crate::RecorderError;
 use crate::error::Writing as _;
-use crate::streams::APPLICATION;
 use crate::views::{Layout, Property, arrange};
 use rerun::blueprint::components::{PanelState, PlayState};
 use rerun::blueprint::{Blueprint, BlueprintActivation, BlueprintPanel, ContainerLike, SelectionPanel, TimePanel};
@@ -14,6 +13,8 @@ use rerun::log::{Chunk, LogMsg, RowId};
 use rerun::{RecordingStream, RecordingStreamBuilder, Timeline};
 use std::path::Path;
 
+/// The application's name: recordings and layouts of the same name belong together.
+pub(crate) const APPLICATION: &str = "anhyst";
 const WHAT: &str = "the layout";
 
 /// A message as it stands in a file.

@@ -6,7 +6,7 @@ use crate::events::{Event, StateChange, VERDICT};
 use crate::extremes::{Column, kept_rows};
 use crate::file::File;
 use crate::flags::{FLAGS, LANES};
-use crate::layout::Arranged;
+use crate::layout::{APPLICATION, Arranged};
 use crate::loops::Loops;
 use crate::plots::{PLOTS, Plot, Series, present};
 use crate::row::{Presence, Row};
@@ -24,8 +24,6 @@ use std::time::Duration;
 
 /// Rows that fit into the nearest cache.
 const NEAR: usize = 32;
-/// The application's name: recordings and layouts of the same name belong together.
-pub(crate) const APPLICATION: &str = "anhyst";
 /// What live viewers may find of the past when they join.
 const LIVE_MEMORY: &str = "200MB";
 /// How long the end of a run waits for live viewers.
