@@ -2,6 +2,9 @@
 //! that differs found. Tick and fields enter, the time of sending does not.
 
 use crate::message::{HEAD, MAX_FIELDS, Message};
+use std::fs::File;
+use std::io::{BufWriter, Write as _};
+use std::path::Path;
 use xxhash_rust::xxh3::{xxh3_64_with_seed, xxh3_128};
 
 /// Running hash over tokens.
@@ -24,17 +27,18 @@ impl Digest {
 
     /// The same of a token as it lies in memory.
     #[inline]
-    pub fn add_token<M: Message>(&mut self, token: &M) {
+    pub fn add_token<M: Message>(&mut self, token: &mut M) {
+        let (tick, sent_ns) = (token.tick(), token.sent_ns());
         if cfg!(target_endian = "big") {
-            return self.add(token.tick(), token.field_words());
+            return self.add(tick, token.field_words());
         }
         // The tick in the place of the time of sending: then it is followed by the fields.
-        let mut own = *token;
-        own.stamp(own.tick(), own.tick());
-        let words = &own.words()[HEAD - 1..];
+        token.stamp(tick, tick);
+        let words = &token.words()[HEAD - 1..];
         // SAFETY: the same memory, byte by byte.
         let bytes = unsafe { std::slice::from_raw_parts(words.as_ptr().cast(), size_of_val(words)) };
         self.0 = xxh3_64_with_seed(bytes, self.0);
+        token.stamp(tick, sent_ns);
     }
 }
 
@@ -57,12 +61,13 @@ impl DigestHistory {
         self.chain.push(digest.0);
     }
 
-    /// Notes that the ticks before `tick` were left out: the digest stays.
-    pub fn leave_out_until(&mut self, tick: u64) {
-        let last = self.last();
-        while (self.chain.len() as u64) < tick {
-            self.chain.push(last);
+    /// Notes the digest after `tick`; over ticks before it that were left out the digest stayed.
+    #[inline]
+    pub fn note(&mut self, tick: u64, digest: Digest) {
+        if tick > self.chain.len() as u64 {
+            self.chain.resize(tick as usize, self.last());
         }
+        self.push(digest);
     }
 
     /// The digest after the last tick.
@@ -87,12 +92,18 @@ impl DigestHistory {
         (first < common || self.len() != other.len()).then_some(first as u64)
     }
 
-    /// Little-endian bytes, eight a tick.
-    pub fn to_bytes(&self) -> Vec<u8> {
-        self.chain.iter().flat_map(|link| link.to_le_bytes()).collect()
+    /// Writes little-endian bytes, eight a tick.
+    ///
+    /// # Errors
+    /// As the file's.
+    pub fn write(&self, path: &Path) -> std::io::Result<()> {
+        let mut file = BufWriter::new(File::create(path)?);
+        let mut links = self.chain.iter();
+        links.try_for_each(|link| file.write_all(&link.to_le_bytes()))?;
+        file.flush()
     }
 
-    /// The inverse of [`DigestHistory::to_bytes`]; trailing bytes that are no whole link are dropped.
+    /// What [`DigestHistory::write`] has written; trailing bytes that are no whole link are dropped.
     pub fn from_bytes(bytes: &[u8]) -> Self {
         let (links, _) = bytes.as_chunks::<8>();
         Self {

@@ -179,7 +179,6 @@ impl<B: Block> Stage for Node<B> {
             B::Inputs::taken(&self.receivers, &mut |taken, fields| log.consume(taken, fields));
         }
         let outputs = self.block.step(tick, inputs);
-        self.digest_history.leave_out_until(tick);
         let sent = if self.ending && B::NODE == NodeId::Plant {
             // What a plant still measured would let the others go on cutting: silence makes the guard take the field away.
             outputs.show(tick, &mut self.watcher);
@@ -187,7 +186,7 @@ impl<B: Block> Stage for Node<B> {
         } else {
             outputs.send(&mut self.senders, tick, &mut self.watcher)
         };
-        self.digest_history.push(self.watcher.digest);
+        self.digest_history.note(tick, self.watcher.digest);
         self.ticks = tick + 1;
         if self.ending { Ok(()) } else { sent }
     }

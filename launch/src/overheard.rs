@@ -59,6 +59,6 @@ impl Overheard {
     /// # Errors
     /// If the file cannot be written.
     pub fn write(&self, folder: &RunFolder) -> std::io::Result<()> {
-        std::fs::write(folder.digest_history(self.node.name()), self.digest_history.to_bytes())
+        self.digest_history.write(&folder.digest_history(self.node.name()))
     }
 }

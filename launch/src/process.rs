@@ -412,8 +412,8 @@ impl Loop {
         if let Some(folder) = folder {
             for stage in &self.stages {
                 let path = folder.digest_history(stage.node().name());
-                std::fs::write(&path, stage.digest_history().to_bytes())
-                    .map_err(|cause| RunError::Write { path, cause })?;
+                let written = stage.digest_history().write(&path);
+                written.map_err(|cause| RunError::Write { path, cause })?;
             }
         }
         let round = self.scribe.as_ref().map(|scribe| scribe.block().round());
