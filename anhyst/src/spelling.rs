@@ -33,7 +33,16 @@ pub const OPTIONS: [(&str, &str, &str); 9] = [
 const FEATURES: [(&str, &[&str], bool); 2] = [
     (
         "bridge",
-        &["bridge", "--here", "--listen", "--connect", "--budget-us", "--run-name"],
+        &[
+            "bridge",
+            "--here",
+            "--listen",
+            "--connect",
+            "--budget-us",
+            "--run-name",
+            "--zenoh",
+            "--zenoh-connect",
+        ],
         cfg!(feature = "bridge"),
     ),
     ("recorder", &["view", "export", "--live"], cfg!(feature = "recorder")),

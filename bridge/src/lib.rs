@@ -29,6 +29,8 @@ mod heartbeat;
 #[cfg(feature = "zenoh")]
 mod meeting;
 #[cfg(feature = "zenoh")]
+mod outlet;
+#[cfg(feature = "zenoh")]
 mod session;
 #[cfg(feature = "zenoh")]
 mod state;
@@ -41,3 +43,5 @@ pub use settings::{BridgeSettings, End};
 
 #[cfg(feature = "zenoh")]
 pub use crossing::{Crossed, run};
+#[cfg(feature = "zenoh")]
+pub use outlet::Outlet;

@@ -71,7 +71,7 @@ pub struct Session {
     _session: zenoh::Session,
 }
 
-fn refused<E: std::fmt::Display>(operation: impl Into<String>) -> impl FnOnce(E) -> BridgeError {
+pub fn refused<E: std::fmt::Display>(operation: impl Into<String>) -> impl FnOnce(E) -> BridgeError {
     let operation = operation.into();
     move |error| BridgeError::Zenoh {
         operation,
@@ -79,32 +79,36 @@ fn refused<E: std::fmt::Display>(operation: impl Into<String>) -> impl FnOnce(E)
     }
 }
 
-fn configure(end: &End) -> Result<zenoh::Config, BridgeError> {
+/// A session of this end only: nothing is looked for, and the other end may start later.
+pub fn configure(end: &End) -> Result<zenoh::Config, BridgeError> {
     let endpoint = serde_json::json!([end.endpoint()]).to_string();
     let (listen, connect) = match end {
         End::Listen(_) => (endpoint.as_str(), "[]"),
         End::Connect(_) => ("[]", endpoint.as_str()),
     };
     let mut config = zenoh::Config::default();
-    for (key, value) in [
+    let settings = [
         ("mode", "\"peer\""),
         ("listen/endpoints", listen),
         ("connect/endpoints", connect),
-        // The other side may start later: the session tries again in the background, the bridge has its own time limit.
+        // The session tries again in the background, the bridge has its own time limit.
         ("connect/timeout_ms", "-1"),
         ("connect/exit_on_failure", "false"),
         ("connect/retry", r#"{"period_init_ms": 100, "period_max_ms": 500}"#),
         ("scouting/multicast/enabled", "false"),
         ("scouting/gossip/enabled", "false"),
-        // No queue and no second thread between a token and its socket.
-        ("transport/unicast/qos/enabled", "false"),
-        ("transport/unicast/lowlatency", "true"),
-    ] {
+    ];
+    set(&mut config, &settings)?;
+    Ok(config)
+}
+
+fn set(config: &mut zenoh::Config, settings: &[(&str, &str)]) -> Result<(), BridgeError> {
+    for (key, value) in settings {
         config
             .insert_json5(key, value)
             .map_err(refused(format!("set {key} to {value}")))?;
     }
-    Ok(config)
+    Ok(())
 }
 
 /// Opens keys of one run.
@@ -163,7 +167,14 @@ impl Session {
     /// If Zenoh cannot listen at the endpoint, or refuses a key.
     pub fn open(settings: &BridgeSettings, partition: &Partition) -> Result<(Self, Receiver<Incoming>), BridgeError> {
         let endpoint = settings.end.endpoint();
-        let session = zenoh::open(configure(&settings.end)?)
+        let mut config = configure(&settings.end)?;
+        // No queue and no second thread between a token and its socket.
+        let at_once = [
+            ("transport/unicast/qos/enabled", "false"),
+            ("transport/unicast/lowlatency", "true"),
+        ];
+        set(&mut config, &at_once)?;
+        let session = zenoh::open(config)
             .wait()
             .map_err(refused(format!("open {endpoint}")))?;
         let heard_ns = Arc::new(AtomicU64::new(monotonic_ns()));

@@ -244,3 +244,50 @@ fn viewers_get_what_the_recording_holds() {
     let prefix = meeting["prefix"].as_str().unwrap();
     assert!(files_with(prefix).is_empty(), "{:?}", files_with(prefix));
 }
+
+// Of Zenoh's own client library, as a lab's program would use it.
+#[cfg(feature = "bridge")]
+#[test]
+fn zenoh_carries_what_the_recording_holds() {
+    use zenoh::Wait as _;
+    let (_root, [run, _]) = folders();
+    let port = std::net::TcpListener::bind("127.0.0.1:0")
+        .unwrap()
+        .local_addr()
+        .unwrap();
+    let endpoint = format!("tcp/{port}");
+    let out = run.to_string_lossy();
+    let live = start(&["live", &out, "--wait-s", "600", "--zenoh", &endpoint, "--json"]);
+    let mut config = zenoh::Config::default();
+    for (key, value) in [
+        ("mode", "\"client\"".to_owned()),
+        ("scouting/multicast/enabled", "false".to_owned()),
+        ("connect/endpoints", format!("[\"{endpoint}\"]")),
+        ("connect/timeout_ms", "60000".to_owned()),
+    ] {
+        config.insert_json5(key, &value).unwrap();
+    }
+    let session = zenoh::open(config).wait().unwrap();
+    let heard = session.declare_subscriber("anhyst/*/live/measurement").wait().unwrap();
+    let schema = session.get("anhyst/*/live/measurement/schema").wait().unwrap();
+    let schema = schema.recv_timeout(LIMIT).unwrap().unwrap();
+    let schema = schema.result().unwrap().payload().try_to_string().unwrap().into_owned();
+    let schema: Value = serde_json::from_str(&schema).unwrap();
+    assert_eq!(schema["properties"]["displacement_m"]["type"], "number");
+
+    let shorter = ["--set", "duration_s=1.0"];
+    let cut = start(&[&["run", "scenarios/milling.ron", "--out", &out], &shorter[..]].concat());
+    Finished::wait(cut, LIMIT).expect(0);
+    Finished::wait(live, LIMIT).expect(0);
+    let rows = exported(&run);
+    let mut ticks = Vec::new();
+    while let Ok(Some(sample)) = heard.recv_timeout(Duration::from_secs(1)) {
+        assert_eq!(sample.encoding().to_string(), "application/json;anhyst.measurement");
+        let message: Value = serde_json::from_slice(&sample.payload().to_bytes()).unwrap();
+        let tick = message["tick"].as_u64().unwrap();
+        let own = message["displacement_m"].as_f64().unwrap();
+        assert_eq!(own.to_bits(), rows[&tick][3].to_bits(), "tick {tick}");
+        ticks.push(tick);
+    }
+    assert!(ticks.len() > 100 && ticks.is_sorted(), "{ticks:?}");
+}

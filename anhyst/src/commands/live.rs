@@ -3,7 +3,11 @@
 use super::{Ending, json};
 use crate::arguments::JsonArgument;
 use crate::live::foxglove::Server;
+#[cfg(feature = "bridge")]
+use crate::live::schema;
 use crate::live::{Heard, Thinned};
+#[cfg(feature = "bridge")]
+use anhyst_bridge::{End, Outlet};
 use anhyst_ipc::Onlooker;
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
@@ -39,6 +43,10 @@ pub struct LiveArguments {
     /// Send datagrams there, as PlotJuggler's UDP server takes them.
     #[arg(long, value_name = "ADDRESS:PORT")]
     pub udp: Option<SocketAddr>,
+    /// Where Zenoh is met.
+    #[cfg(feature = "bridge")]
+    #[command(flatten)]
+    pub zenoh: ZenohArguments,
     /// Ticks for each second of the run, at most.
     #[arg(long, default_value_t = 1000.0, value_name = "HZ", value_parser = rate_hz)]
     pub rate_hz: f64,
@@ -48,6 +56,27 @@ pub struct LiveArguments {
     /// How the count is printed.
     #[command(flatten)]
     pub json: JsonArgument,
+}
+
+/// Where Zenoh is met: one of the two.
+#[cfg(feature = "bridge")]
+#[derive(Debug, Args)]
+#[group(multiple = false)]
+pub struct ZenohArguments {
+    /// Wait there for Zenoh's peers and clients (tcp/127.0.0.1:7447): keys anhyst/RUN/live/CHANNEL, JSON.
+    #[arg(long, value_name = "tcp/HOST:PORT", num_args = 0..=1, default_missing_value = "tcp/127.0.0.1:7447")]
+    pub zenoh: Option<String>,
+    /// Go to this router or peer of Zenoh instead.
+    #[arg(long, value_name = "tcp/HOST:PORT")]
+    pub zenoh_connect: Option<String>,
+}
+
+#[cfg(feature = "bridge")]
+impl ZenohArguments {
+    fn end(&self) -> Option<End> {
+        let listen = self.zenoh.clone().map(End::Listen);
+        listen.or(self.zenoh_connect.clone().map(End::Connect))
+    }
 }
 
 fn rate_hz(text: &str) -> Result<f64, String> {
@@ -82,6 +111,8 @@ struct Passed {
 struct Ways {
     foxglove: Option<Server>,
     udp: Option<(UdpSocket, SocketAddr)>,
+    #[cfg(feature = "bridge")]
+    zenoh: Option<Outlet>,
 }
 
 /// Runs the command.
@@ -129,7 +160,12 @@ pub fn run(arguments: &LiveArguments) -> miette::Result<Ending> {
 }
 
 fn ways(arguments: &LiveArguments) -> miette::Result<Ways> {
-    let foxglove = arguments.foxglove.or(arguments.udp.is_none().then_some(FOXGLOVE));
+    #[cfg(feature = "bridge")]
+    let zenoh = arguments.zenoh.end();
+    #[cfg(not(feature = "bridge"))]
+    let zenoh: Option<()> = None;
+    let only_foxglove = arguments.udp.is_none() && zenoh.is_none();
+    let foxglove = arguments.foxglove.or(only_foxglove.then_some(FOXGLOVE));
     let name = arguments
         .run
         .file_name()
@@ -147,6 +183,12 @@ fn ways(arguments: &LiveArguments) -> miette::Result<Ways> {
         let any = if address.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
         let socket = UdpSocket::bind(any).map_err(taken(address))?;
         ways.udp = Some((socket, address));
+    }
+    #[cfg(feature = "bridge")]
+    if let Some(end) = zenoh {
+        let outlet = Outlet::open(&end, &name, schema).map_err(|error| miette::miette!("{error}"))?;
+        crate::complain!("Zenoh: {}, keys anhyst/{name}/live/*", end.endpoint());
+        ways.zenoh = Some(outlet);
     }
     Ok(ways)
 }
@@ -167,6 +209,10 @@ impl Ways {
         // Nobody has to listen: what cannot be sent is lost, as datagrams are.
         if let Some((socket, address)) = &self.udp {
             let _ = socket.send_to(heard.datagram().as_bytes(), address);
+        }
+        #[cfg(feature = "bridge")]
+        if let Some(outlet) = &self.zenoh {
+            let _ = outlet.send(heard.channel, &heard.json);
         }
         if let Some(server) = &self.foxglove {
             server.send(&Arc::new(heard));
