@@ -147,7 +147,7 @@ fn status_entries() -> Vec<StatusEntry> {
         entry(
             names::ASLEEP,
             "asleep",
-            "1: ring the bell after sending to this process; 0: it is awake and polls",
+            "1: ring the bell after sending to this process; more: it is enough to do so after sending on that channel, 2 for the first above, 3 for the next; 0: it is awake and polls",
         ),
         entry(names::TICK, "tick", "Ticks finished: the heartbeat"),
         entry(

@@ -5,7 +5,7 @@ use super::names::{ANY_AGREEMENT, CONNECTED, END, GONE, PORTS};
 use super::status::{PeerStatus, TokenWait};
 use super::waker::{Peer, Rest, Waker, wait};
 use crate::error::LinkError;
-use crate::message::NodeId;
+use crate::message::{Channel, NodeId};
 use crate::stop::stop_requested;
 use iceoryx2::prelude::{Node, ipc};
 use std::cell::Cell;
@@ -239,18 +239,19 @@ impl SharedContext {
         }
     }
 
-    /// Waits as this process does until `look` finds something; none once it is `until_ns` of the monotonic clock or the run
+    /// Waits as this process does until `look` finds something on `channel`; none once it is `until_ns` of the monotonic clock or the run
     /// is told to stop, which no longer counts once [`SharedContext::wait_at_most`] was called.
     pub(super) fn wait<T>(
         &self,
         until_ns: u64,
+        channel: Channel,
         look: impl FnMut() -> Result<Option<T>, LinkError>,
     ) -> Result<Option<T>, LinkError> {
         let rest = match self.settings.wait {
             Wait::Poll { period } => Rest::For(period),
             // Senders look at the status of the process that died: nobody notifies this one.
             Wait::Notified { .. } if self.rejoins => Rest::For(REJOINED_POLL),
-            Wait::Notified { .. } => Rest::Notified(&self.waker),
+            Wait::Notified { .. } => Rest::Notified(&self.waker, Some(channel)),
         };
         wait(self.yields(), &rest, until_ns, self.last_wait.get().is_none(), look)
     }

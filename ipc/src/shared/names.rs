@@ -24,8 +24,10 @@ pub const MAX_STATUS_READERS: usize = 32;
 
 /// Key of a status: phase of the start and the end.
 pub const PHASE: u64 = 0;
-/// Key of a status: 1 while its process sleeps until it is notified.
+/// Key of a status: [`ANY_TOKEN`] or more while its process sleeps until it is notified.
 pub const ASLEEP: u64 = 1;
+/// Asleep until a token comes on any channel; the number of a channel more: on that one.
+pub const ANY_TOKEN: u64 = 1;
 /// Key of a status: ticks finished.
 pub const TICK: u64 = 2;
 /// Key of a status: fingerprint of the scenario.

@@ -177,13 +177,13 @@ impl RawSender {
                     expected: self.expected,
                 });
             }
-            return notify_sleepers(&self.readers);
+            return notify_sleepers(&self.readers, self.channel);
         };
         if reached < self.expected {
             pace.note_undelivered();
         }
         // A process that cannot be notified may have died just now: in real time that is no error of its sender.
-        let _ = notify_sleepers(&self.readers);
+        let _ = notify_sleepers(&self.readers, self.channel);
         Ok(())
     }
 }
@@ -229,7 +229,10 @@ impl RawReceiver {
         });
         let start_ns = monotonic_ns();
         let limit = self.context.last_wait().unwrap_or(self.context.receive_limit());
-        match self.context.wait(after(start_ns, limit), || self.poll())? {
+        match self
+            .context
+            .wait(after(start_ns, limit), self.channel, || self.poll())?
+        {
             Some(token) => Ok(token),
             None => Err(self.given_up(tick, start_ns)),
         }
@@ -242,20 +245,20 @@ impl RawReceiver {
         let last_wait = self.context.last_wait();
         let until_ns = last_wait.map_or(until_ns, |limit| after(start_ns, limit));
         let look = || Ok(newest.advance(due, monotonic_ns(), || self.poll())?.then_some(()));
-        let settled = self.context.wait(until_ns, look)?.is_some();
+        let settled = self.context.wait(until_ns, self.channel, look)?.is_some();
         if settled || last_wait.is_none() && !stop_requested() {
             return Ok(());
         }
         Err(self.given_up(due, start_ns))
     }
 
-    /// What `look` finds, or none within `limit`.
+    /// What `look` finds on this channel, or none within `limit`.
     pub fn wait<T>(
         &self,
         limit: Duration,
         look: impl FnMut() -> Result<Option<T>, LinkError>,
     ) -> Result<Option<T>, LinkError> {
-        self.context.wait(after(monotonic_ns(), limit), look)
+        self.context.wait(after(monotonic_ns(), limit), self.channel, look)
     }
 
     #[cold]

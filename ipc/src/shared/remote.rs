@@ -191,7 +191,7 @@ impl Egress {
     /// If iceoryx2 refuses.
     pub fn next(&self, limit: Duration) -> Result<Option<RawToken>, LinkError> {
         let listening = self.hears_all.and_then(|index| self.proxies.get(index));
-        let rest = listening.map_or(Rest::For(POLL), |proxy| Rest::Notified(&proxy.waker));
+        let rest = listening.map_or(Rest::For(POLL), |proxy| Rest::Notified(&proxy.waker, None));
         let until_ns = monotonic_ns() + limit.as_nanos() as u64;
         wait(self.context.yields(), &rest, until_ns, true, || self.poll())
     }

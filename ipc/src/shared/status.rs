@@ -2,7 +2,9 @@
 //! token that it waited for last, and in real time the moment at which tick 0 begins.
 
 use super::iceoryx::refused;
-use super::names::{AGREEMENT, ASLEEP, EPOCH, MAX_NODES, MAX_STATUS_READERS, PHASE, TICK, WAIT, status_service};
+use super::names::{
+    AGREEMENT, ANY_TOKEN, ASLEEP, EPOCH, MAX_NODES, MAX_STATUS_READERS, PHASE, TICK, WAIT, status_service,
+};
 use crate::error::LinkError;
 use crate::message::{Channel, NodeId};
 use iceoryx2::port::reader::{EntryHandle, Reader};
@@ -15,6 +17,22 @@ pub const MAX_STARTS: u64 = 100;
 /// The status of the `start`th process of this name: 0 unless it takes the place of one that died.
 fn service_name(process: &str, start: u64) -> Result<ServiceName, LinkError> {
     ServiceName::new(&status_service(process, start)).map_err(refused("name a status service"))
+}
+
+/// A channel's, counted from 1.
+fn number(channel: Channel) -> u64 {
+    let position = Channel::ALL.iter().position(|known| *known == channel);
+    position.map_or(0, |position| position as u64 + 1)
+}
+
+/// The word of one who sleeps until a token comes on this channel, or on any.
+fn asleep(awaited: Option<Channel>) -> u64 {
+    ANY_TOKEN + awaited.map_or(0, number)
+}
+
+/// A token on this channel wakes the one with this word.
+fn is_woken(word: u64, channel: Channel) -> bool {
+    word == ANY_TOKEN || word == asleep(Some(channel))
 }
 
 /// A token that a process waits for. Its status keeps the last one, also after the token has come.
@@ -32,9 +50,8 @@ impl TokenWait {
     /// The tick, then eight bits each of reader and channel, counted from 1: 0 is nothing.
     fn to_word(self) -> u64 {
         let reader = NodeId::LOOP_ORDER.iter().position(|known| *known == self.reader);
-        let channel = Channel::ALL.iter().position(|known| *known == self.channel);
-        let number = |position: Option<usize>| position.map_or(0, |position| position as u64 + 1);
-        self.tick << 16 | number(reader) << 8 | number(channel)
+        let reader = reader.map_or(0, |position| position as u64 + 1);
+        self.tick << 16 | reader << 8 | number(self.channel)
     }
 
     fn from_word(word: u64) -> Option<Self> {
@@ -122,8 +139,13 @@ impl OwnStatus {
         self.phase.update_with_copy(phase);
     }
 
-    pub fn set_asleep(&self, asleep: bool) {
-        self.asleep.update_with_copy(u64::from(asleep));
+    /// It sleeps until a token comes on this channel, or on any.
+    pub fn fall_asleep(&self, awaited: Option<Channel>) {
+        self.asleep.update_with_copy(asleep(awaited));
+    }
+
+    pub fn wake_up(&self) {
+        self.asleep.update_with_copy(0);
     }
 
     pub fn set_tick(&self, tick: u64) {
@@ -196,8 +218,9 @@ impl PeerStatus {
         *self.phase.get()
     }
 
-    pub fn asleep(&self) -> bool {
-        *self.asleep.get() != 0
+    /// It is to be woken for a token on this channel.
+    pub fn sleeps_for(&self, channel: Channel) -> bool {
+        is_woken(*self.asleep.get(), channel)
     }
 
     pub fn tick(&self) -> u64 {
@@ -233,6 +256,18 @@ mod tests {
                     tick: 0xffff_ffff_fffe,
                 };
                 assert_eq!(TokenWait::from_word(wait.to_word()), Some(wait));
+            }
+        }
+    }
+
+    // Guards that nobody sleeps on beside what it waits for, and that nobody is woken for anything else.
+    #[test]
+    fn a_sleeper_is_woken_for_what_it_waits_for() {
+        for channel in Channel::ALL {
+            assert!(!is_woken(0, channel));
+            assert!(is_woken(asleep(None), channel));
+            for awaited in Channel::ALL {
+                assert_eq!(is_woken(asleep(Some(awaited)), channel), awaited == channel);
             }
         }
     }

@@ -8,6 +8,7 @@ use super::iceoryx::{event, refused, retry};
 use super::status::{OwnStatus, PeerStatus};
 use crate::clock::monotonic_ns;
 use crate::error::LinkError;
+use crate::message::Channel;
 use crate::stop::stop_requested;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
@@ -64,13 +65,14 @@ impl Waker {
     fn sleep<T>(
         &self,
         left: Duration,
+        awaited: Option<Channel>,
         look: &mut impl FnMut() -> Result<Option<T>, LinkError>,
     ) -> Result<Option<T>, LinkError> {
         if self.unannounced.get() {
             self.settle(left.min(MAX_SLEEP));
             return Ok(None);
         }
-        self.status.set_asleep(true);
+        self.status.fall_asleep(awaited);
         // Pairs with the fence in `notify_sleepers`.
         fence(Ordering::SeqCst);
         let mut found = look();
@@ -79,7 +81,9 @@ impl Waker {
             self.unannounced.set(matches!(found, Ok(Some(_))));
         }
         // Whoever is just about to notify of it shall find the flag up still.
-        self.status.set_asleep(self.unannounced.get());
+        if !self.unannounced.get() {
+            self.status.wake_up();
+        }
         found
     }
 
@@ -94,7 +98,9 @@ impl Waker {
             self.lost_notifications.set(self.lost_notifications.get() + 1);
         }
         self.unannounced.set(!heard && limit < MAX_SLEEP);
-        self.status.set_asleep(self.unannounced.get());
+        if !self.unannounced.get() {
+            self.status.wake_up();
+        }
     }
 
     /// How often a sleeper was not notified of a token, and found it when it looked up by itself.
@@ -147,12 +153,13 @@ impl Peer {
     }
 }
 
-/// Wakes those who sleep, after something was sent to them. All are notified even if one cannot be.
-pub fn notify_sleepers(readers: &[Rc<Peer>]) -> Result<(), LinkError> {
+/// Wakes those who sleep for what was just sent to them on this channel: who waits for another token would only look and sleep again.
+/// All are notified even if one cannot be.
+pub fn notify_sleepers(readers: &[Rc<Peer>], channel: Channel) -> Result<(), LinkError> {
     // Pairs with the fence in `Waker::sleep`.
     fence(Ordering::SeqCst);
     let mut outcome = Ok(());
-    for sleeper in readers.iter().filter(|reader| reader.status.asleep()) {
+    for sleeper in readers.iter().filter(|reader| reader.status.sleeps_for(channel)) {
         let notified = sleeper.notifier.notify().map_err(refused("notify a process"));
         outcome = outcome.and(notified.map(|_| ()));
     }
@@ -161,8 +168,8 @@ pub fn notify_sleepers(readers: &[Rc<Peer>]) -> Result<(), LinkError> {
 
 /// How a process rests between two looks.
 pub enum Rest<'a> {
-    /// Until notified.
-    Notified(&'a Waker),
+    /// Until notified of a token on this channel, or on any.
+    Notified(&'a Waker, Option<Channel>),
     /// For so long.
     For(Duration),
 }
@@ -170,13 +177,13 @@ pub enum Rest<'a> {
 impl Rest<'_> {
     /// Yielding has been found to take long.
     fn is_crowded(&self, now_ns: u64) -> bool {
-        matches!(self, Rest::Notified(waker) if now_ns < waker.crowded_until_ns.get())
+        matches!(self, Rest::Notified(waker, _) if now_ns < waker.crowded_until_ns.get())
     }
 
     /// Gives the core away for a moment, and notes if that takes long.
     fn give_way(&self, now_ns: u64) {
         std::thread::yield_now();
-        if let Rest::Notified(waker) = self {
+        if let Rest::Notified(waker, _) = self {
             let back_ns = monotonic_ns();
             if back_ns > now_ns + CROWDED_NS {
                 waker.crowded_until_ns.set(back_ns + CROWDED_FOR_NS);
@@ -209,8 +216,8 @@ pub fn wait<T>(
                 polls += 1;
                 rest.give_way(now_ns);
             }
-            Rest::Notified(waker) => {
-                if let Some(found) = waker.sleep(left, &mut look)? {
+            Rest::Notified(waker, awaited) => {
+                if let Some(found) = waker.sleep(left, *awaited, &mut look)? {
                     return Ok(Some(found));
                 }
             }
