@@ -34,7 +34,7 @@ pub struct BenchArguments {
     /// Turns; in each everything is measured once.
     #[arg(long, default_value_t = 11, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub turns: u32,
-    /// Steps of a model or a block in a turn; the whole loop goes five times as many ticks.
+    /// Steps of a model or a block in a turn; the loop goes five times as many in processes, 25 times in one.
     #[arg(long, default_value_t = 8000, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
     pub ticks: u32,
     /// How the table is printed.

@@ -13,13 +13,17 @@ use anhyst_scenario::{Clock, Placement, Scenario};
 use std::path::Path;
 use std::time::Duration;
 
-/// How many times as many ticks as of a block.
+/// How many times as many ticks as of a block: of processes, and of what is in this process, where what is done once in a run shall not count.
 pub const TIMES: f64 = 5.0;
+const TIMES_EMBEDDED: f64 = 25.0;
+/// Ticks of a run that has little but what is done once.
+const FEW_TICKS: f64 = 100.0;
 /// Where the results of the last run go.
 const RESULTS: &str = "runs/speed";
 const START_LIMIT: Duration = Duration::from_secs(30);
 
 const UNRECORDED: &str = "tick, all blocks in one process, no recording";
+const ONCE: &str = "a recorded run of 100 ticks";
 const EMPTY: &str = "tick of processes that answer with zeros";
 
 /// All of them; those in this process by CPU time, the others by wall clock.
@@ -27,53 +31,64 @@ const EMPTY: &str = "tick of processes that answer with zeros";
 /// # Errors
 /// A loop that cannot be had.
 pub fn timed(scenario: &Scenario) -> Result<Vec<Timed<'static>>, RunError> {
-    let loop_of = |placement: Placement, recording: bool| {
+    let loop_of = |placement: Placement, recording: bool, duration_s: f64| {
         let mut scenario = scenario.clone();
         scenario.placement = placement;
         scenario.recording.on = recording;
+        scenario.duration_s = duration_s;
         scenario
     };
-    let unrecorded = loop_of(Placement::Embedded, false);
-    let separate = loop_of(Placement::Separate, false);
+    let long_s = scenario.duration_s * (TIMES_EMBEDDED / TIMES);
+    let unrecorded = loop_of(Placement::Embedded, false, long_s);
+    let separate = loop_of(Placement::Separate, false, scenario.duration_s);
     let mut empty = separate.clone();
     empty.clock = Clock::Lockstep {
         receive_limit_s: scenario.clock.receive_limit_s(),
         empty_blocks: true,
     };
-    let of = |name: &str, mut once: Box<dyn FnMut() -> Result<f64, RunError>>| {
+    let of = |name: &str, scenario: &Scenario, mut once: Box<dyn FnMut() -> Result<f64, RunError>>| {
         let ticks = scenario.ticks() as f64;
         let mut timed = Timed::failing(name, "tick", move || Ok(1e9 * once()? / ticks));
         timed.tick_s = Some(scenario.tick_s);
         timed
     };
-    let mut all = vec![
-        of(
-            UNRECORDED,
-            Box::new(move || {
-                let begun_s = cpu_s();
-                judged(&unrecorded)?;
-                Ok(cpu_s() - begun_s)
-            }),
-        )
-        .at_least("its blocks", BLOCKS.map(|block| (1.0, block))),
-    ];
-    if cfg!(feature = "recorder") {
-        let recorded = loop_of(Placement::Embedded, true);
-        let name = "the same with a recording";
-        let once = move || {
+    let without = of(
+        UNRECORDED,
+        &unrecorded.clone(),
+        Box::new(move || {
             let begun_s = cpu_s();
-            let folder = prepare(&recorded, Some(Path::new(RESULTS)))?;
-            embedded(&recorded, &folder, &mut |_| ())?;
+            judged(&unrecorded)?;
             Ok(cpu_s() - begun_s)
-        };
-        all.push(of(name, Box::new(once)).at_least("without", [(1.0, UNRECORDED)]));
-    }
-    all.push(of(EMPTY, Box::new(move || processes(&empty))));
-    all.push(
-        of("tick of the processes", Box::new(move || processes(&separate)))
-            .at_least("zeros and the blocks", [(1.0, EMPTY), (1.0, UNRECORDED)]),
+        }),
     );
+    let mut all = vec![without.at_least("its blocks", BLOCKS.map(|block| (1.0, block)))];
+    if cfg!(feature = "recorder") {
+        let long = loop_of(Placement::Embedded, true, long_s);
+        let with = of(
+            "the same with a recording",
+            &long.clone(),
+            Box::new(move || recorded(&long)),
+        );
+        all.push(with.at_least("without", [(1.0, UNRECORDED)]));
+        let short = loop_of(Placement::Embedded, true, FEW_TICKS * scenario.tick_s);
+        all.push(Timed::failing(ONCE, "run", move || Ok(1e9 * recorded(&short)?)));
+    }
+    all.push(of(EMPTY, &empty.clone(), Box::new(move || processes(&empty))));
+    let own = of(
+        "tick of the processes",
+        &separate.clone(),
+        Box::new(move || processes(&separate)),
+    );
+    all.push(own.at_least("zeros and the blocks", [(1.0, EMPTY), (1.0, UNRECORDED)]));
     Ok(all)
+}
+
+/// CPU time of a recorded run in this process, s.
+fn recorded(scenario: &Scenario) -> Result<f64, RunError> {
+    let begun_s = cpu_s();
+    let folder = prepare(scenario, Some(Path::new(RESULTS)))?;
+    embedded(scenario, &folder, &mut |_| ())?;
+    Ok(cpu_s() - begun_s)
 }
 
 /// How long the loop of the slowest of a scenario's processes took, s.
