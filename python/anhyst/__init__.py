@@ -34,17 +34,17 @@ from ._native import (
 )
 
 if TYPE_CHECKING:
-    from ._commands import Result, check, diagnose, estimate, fit, predict, run
+    from ._commands import Result, check, diagnose, estimate, fit, predict
     from ._laws import FittedLaw, fit_law
     from ._regression import HysteresisRegressor
-    from ._run import Run, Scenario, Tokens
+    from ._run import Run, Scenario, Tokens, run
 
 # What needs NumPy is imported when it is first asked for: the processes of a run, which import this, need none.
 _LATER = {
-    "_commands": ("Result", "check", "diagnose", "estimate", "fit", "predict", "run"),
+    "_commands": ("Result", "check", "diagnose", "estimate", "fit", "predict"),
     "_laws": ("FittedLaw", "fit_law"),
     "_regression": ("HysteresisRegressor",),
-    "_run": ("Run", "Scenario", "Tokens"),
+    "_run": ("Run", "Scenario", "Tokens", "run"),
 }
 _WHERE = {name: module for module, names in _LATER.items() for name in names}
 

@@ -8,8 +8,8 @@ from pathlib import Path as _Path
 from typing import Any, Iterable, Sequence, Union
 
 from . import _native
-from ._run import Run, Scenario
-from ._words import Path, Settings, settings, span, words
+from ._run import Scenario, done, new_folder
+from ._words import Path, Settings, span, words
 
 Spans = Union[str, "tuple[int | None, int | None]"]
 Files = Union[Path, "Sequence[Path]"]
@@ -53,11 +53,6 @@ class Result:
         return f"<anhyst result in {self.folder}: {', '.join(self.report)}>"
 
 
-def _folder(out: Path | None, name: str) -> _Path:
-    """Where results go: what is named, or as of the command line a new folder under runs/."""
-    return _native.new_folder(name) if out is None else _Path(out)
-
-
 def _measured(data: Any, folder: _Path) -> list[str]:
     """Files as they are; a table (a mapping of columns, a pandas frame) is written beside the results, every number to its last bit."""
     if isinstance(data, (str, os.PathLike)):
@@ -89,34 +84,6 @@ def _table(column: Any, rows: Any, drop_rows: Any) -> list[str]:
     return words(column=columns, rows=span(rows), drop_rows=[span(own) for own in drop])
 
 
-def run(
-    scenario: Path | Scenario,
-    *,
-    set: Settings = None,
-    out: Path | None = None,
-    embedded: bool = True,
-    recording: bool = True,
-) -> Run:
-    """Runs a scenario from start to verdict, as ``anhyst run``.
-
-    ``scenario`` is a file, ``"built-in/milling.ron"``, or a :class:`Scenario`. ``set`` changes values in it:
-    ``{"controller.feedback.kp": 0.5}``, a text standing for itself as RON. ``embedded`` runs all nodes in this process; False starts
-    them as processes of their own. The bits are the same. Without ``recording`` there are no tokens afterwards.
-
-    Ctrl-C ends the run and raises ``KeyboardInterrupt``.
-    """
-    changes = settings(set)
-    if isinstance(scenario, Scenario):
-        path: Path = scenario.path
-        changes = [*scenario.settings, *changes]
-    else:
-        path = scenario
-    folder = _folder(out, _Path(path).stem)
-    asked = words(set=changes, out=folder, embedded=embedded, no_recording=not recording, json=True)
-    _done(["run", os.fspath(path), *asked], folder)
-    return Run(folder)
-
-
 def check(scenario: Path, *, set: Settings = None) -> Scenario:
     """Reads, changes and checks a scenario without running it."""
     return Scenario(scenario, set)
@@ -141,7 +108,7 @@ def fit(
     ``data`` is a file, or a table of columns named with their units (``{"voltage_V": …, "displacement_um": …}``, a pandas frame).
     The report is that of ``fit.json``; ``material.ron`` or ``law.ron`` lie in the result's folder.
     """
-    folder = _folder(out, "fit")
+    folder = new_folder(out, "fit")
     (path,) = _measured(data, folder)
     held = [f"{symbol}={own!r}" for symbol, own in (fix or {}).items()]
     told = words(law=law, output=output, name=name, fix=held, curve=curve, threads=threads, out=folder, json=True)
@@ -158,7 +125,7 @@ def predict(
     out: Path | None = None,
 ) -> Result:
     """Runs a model freely along a measured file, as ``anhyst predict``; ``predict.csv`` in the folder has what it gives."""
-    folder = _folder(out, "predict")
+    folder = new_folder(out, "predict")
     (path,) = _measured(data, folder)
     told = words(model=model, data=path, out=folder, json=True)
     return _result(["predict", *told, *_table(column, rows, drop_rows)], folder)
@@ -181,7 +148,7 @@ def estimate(
     out: Path | None = None,
 ) -> Result:
     """Estimates a model's parameters from a measured run, as ``anhyst estimate``: ``result.parameters["a"]["value"]``."""
-    folder = _folder(out, "estimate")
+    folder = new_folder(out, "estimate")
     (path,) = _measured(data, folder)
     told = words(
         model=model,
@@ -217,7 +184,7 @@ def diagnose(
     ``data`` is a file or a table, or a list of them that are explained together. ``amended.ron`` and ``report.html`` lie in the
     result's folder. It takes minutes; Ctrl-C ends it.
     """
-    folder = _folder(out, "diagnose")
+    folder = new_folder(out, "diagnose")
     told = words(
         model=model,
         data=_measured(data, folder),
@@ -232,14 +199,4 @@ def diagnose(
 
 
 def _result(command: list[str], folder: _Path) -> Result:
-    return Result(json.loads(_done(command, folder)), folder)
-
-
-def _done(command: list[str], folder: _Path) -> str:
-    """What a command would have printed. One that is refused leaves no empty folder."""
-    try:
-        return _native.command(command)[1]
-    except BaseException:
-        if folder.parent == _Path("runs") and folder.is_dir() and not any(folder.iterdir()):
-            folder.rmdir()
-        raise
+    return Result(json.loads(done(command, folder)), folder)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path as _Path
 from typing import TYPE_CHECKING, Any, Iterator, Mapping
 
 import numpy as np
 
 from . import _native
-from ._words import Path, Settings, settings
+from ._words import Path, Settings, settings, words
 
 if TYPE_CHECKING:
     import pandas
@@ -29,8 +30,6 @@ class Scenario(_native.Scenario):
 
     def run(self, **options: Any) -> "Run":
         """As :func:`anhyst.run`."""
-        from ._commands import run
-
         return run(self, **options)
 
 
@@ -171,6 +170,49 @@ class Run:
     def __repr__(self) -> str:
         verdict = "held" if self.held else "not held"
         return f"<anhyst.Run {self.summary['scenario']}: {verdict}, error rms {1e9 * self.error_rms_m:.1f} nm, {self.folder}>"
+
+
+def run(
+    scenario: Path | Scenario,
+    *,
+    set: Settings = None,
+    out: Path | None = None,
+    embedded: bool = True,
+    recording: bool = True,
+) -> Run:
+    """Runs a scenario from start to verdict, as ``anhyst run``.
+
+    ``scenario`` is a file, ``"built-in/milling.ron"``, or a :class:`Scenario`. ``set`` changes values in it:
+    ``{"controller.feedback.kp": 0.5}``, a text standing for itself as RON. ``embedded`` runs all nodes in this process; False starts
+    them as processes of their own. The bits are the same. Without ``recording`` there are no tokens afterwards.
+
+    Ctrl-C ends the run and raises ``KeyboardInterrupt``.
+    """
+    changes = settings(set)
+    if isinstance(scenario, Scenario):
+        path: Path = scenario.path
+        changes = [*scenario.settings, *changes]
+    else:
+        path = scenario
+    folder = new_folder(out, _Path(path).stem)
+    asked = words(set=changes, out=folder, embedded=embedded, no_recording=not recording, json=True)
+    done(["run", os.fspath(path), *asked], folder)
+    return Run(folder)
+
+
+def new_folder(out: Path | None, name: str) -> _Path:
+    """Where results go: what is named, or as of the command line a new folder under runs/."""
+    return _native.new_folder(name) if out is None else _Path(out)
+
+
+def done(command: list[str], folder: _Path) -> str:
+    """What a command would have printed. One that is refused leaves no empty folder."""
+    try:
+        return _native.command(command)[1]
+    except BaseException:
+        if folder.parent == _Path("runs") and folder.is_dir() and not any(folder.iterdir()):
+            folder.rmdir()
+        raise
 
 
 def _number(recording: _Path) -> int:
