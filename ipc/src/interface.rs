@@ -147,7 +147,8 @@ fn status_entries() -> Vec<StatusEntry> {
         entry(
             names::ASLEEP,
             "asleep",
-            "1: ring the bell after sending to this process; more: it is enough to do so after sending on that channel, 2 for the first above, 3 for the next; 0: it is awake and polls",
+            "1: ring the bell after sending; 1 + a channel's number, counted from 1 in the order above: after sending on \
+             that one is enough; 0: awake, it polls",
         ),
         entry(names::TICK, "tick", "Ticks finished: the heartbeat"),
         entry(
