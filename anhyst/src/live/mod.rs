@@ -62,7 +62,7 @@ pub fn schema(channel: Channel) -> String {
         } else {
             format!(" ({})", field.unit)
         };
-        let described = json!({ "type": kind, "description": format!("{}{unit}", field.doc) });
+        let described = json!({ "type": kind, "description": format!("{}{unit}", field.doc.trim()) });
         properties.insert(field.name.to_owned(), described);
     }
     json!({ "title": schema_name(channel), "type": "object", "properties": properties }).to_string()
