@@ -10,6 +10,8 @@ use std::path::PathBuf;
 
 /// Polls before a waiting process sleeps, on a machine with fewer cores than processes.
 pub const YIELDS_SHARED: u32 = 20;
+/// The same where every process has a core of its own.
+pub const YIELDS_DEDICATED: u32 = 1000;
 
 /// A scenario and changes to it.
 #[derive(Debug, Args)]

@@ -1,13 +1,14 @@
 //! `anhyst doctor`: is this machine fit to run the loop, and has a crashed run left something?
 
 use super::Ending;
-use super::doctor_realtime::{self, RealtimeArguments};
-use crate::arguments::JsonArgument;
+use super::{doctor_lockstep, doctor_realtime};
+use crate::arguments::{JsonArgument, SetArguments};
 use anhyst_launch::disk::mebibytes;
 use anhyst_launch::error::RunError;
 use anhyst_launch::resources;
 use clap::Args;
 use serde::Serialize;
+use std::path::PathBuf;
 
 /// `doctor`
 #[derive(Debug, Args)]
@@ -15,9 +16,21 @@ pub struct DoctorArguments {
     /// Remove what crashed runs have left.
     #[arg(long)]
     pub clean: bool,
-    /// In real time.
+    /// Measure waits and placements on this machine, and the highest rate at which this scenario keeps time.
+    #[arg(long, value_name = "SCENARIO", conflicts_with = "clean", group = "measured")]
+    pub realtime: Option<PathBuf>,
+    /// Measure what a hop between processes costs on this machine, and how this scenario runs fastest without a clock.
+    #[arg(long, value_name = "SCENARIO", conflicts_with = "clean", group = "measured")]
+    pub lockstep: Option<PathBuf>,
+    /// Simulated time of each of about a dozen ways; the longer, the more the figures mean.
+    #[arg(long, default_value_t = 5.0, value_name = "S", requires = "measured")]
+    pub duration_s: f64,
+    /// Ticks per second at which the ways are compared in real time.
+    #[arg(long, default_value_t = 2000.0, value_name = "HZ", requires = "realtime")]
+    pub rate_hz: f64,
+    /// What is changed in the scenario.
     #[command(flatten)]
-    pub realtime: RealtimeArguments,
+    pub set: SetArguments,
     /// How the findings are printed.
     #[command(flatten)]
     pub json: JsonArgument,
@@ -36,12 +49,16 @@ struct Finding {
 /// # Errors
 /// If leftovers cannot be listed or removed.
 pub fn run(arguments: &DoctorArguments) -> miette::Result<Ending> {
-    if let Some(scenario) = &arguments.realtime.realtime {
-        return doctor_realtime::run(scenario, &arguments.realtime, arguments.json.json);
+    let settings = &arguments.set.settings;
+    if let Some(scenario) = &arguments.realtime {
+        return doctor_realtime::run(scenario, arguments, arguments.json.json);
     }
-    if !arguments.realtime.set.settings.is_empty() {
+    if let Some(scenario) = &arguments.lockstep {
+        return doctor_lockstep::run(scenario, settings, arguments.duration_s, arguments.json.json);
+    }
+    if !settings.is_empty() {
         return Err(miette::miette!(
-            "--set changes the scenario of --realtime, and none is given"
+            "--set changes the scenario of --realtime or --lockstep, and none is given"
         ));
     }
     let failed = |cause: std::io::Error| RunError::Setup(format!("shared memory cannot be inspected: {cause}"));
@@ -118,7 +135,9 @@ fn cores() -> Finding {
     let says = if cores > 7 {
         format!("{cores} cores: run with --dedicated-cores for the shortest latencies")
     } else {
-        format!("{cores} cores for 7 processes: they share, and wait by sleeping")
+        format!(
+            "{cores} cores for 7 processes: they share, and wait by sleeping (`--lockstep SCENARIO` measures what is faster)"
+        )
     };
     Finding {
         what: "cores",

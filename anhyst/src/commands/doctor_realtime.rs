@@ -4,20 +4,20 @@
 //! First the transport alone, at one rate: a ring of the scenario's processes, messages and wiring whose blocks answer with
 //! zeros, once for each way. Then the scenario's own blocks, the best way, at rates found by halving a ladder.
 
+use super::doctor::DoctorArguments;
 use super::{Ending, progress_bar};
-use crate::arguments::SetArguments;
+use crate::arguments::YIELDS_SHARED;
 use anhyst_launch::across::AcrossArguments;
-use anhyst_launch::embedded::prepare;
+use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
 use anhyst_launch::launcher::{self, Options};
 use anhyst_launch::realtime::RealtimeSummary;
 use anhyst_launch::resources::{self, Resources};
 use anhyst_launch::summary::Summary;
 use anhyst_report::table::Table;
-use anhyst_scenario::{Scenario, Setting, load};
-use clap::Args;
+use anhyst_scenario::{Placement, Scenario, Setting, load};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 /// Where the results of the last run go.
@@ -30,28 +30,11 @@ const MAX_LATE: f64 = 1e-3;
 const LADDER_HZ: [f64; 11] = [
     250.0, 500.0, 1000.0, 1500.0, 2000.0, 3000.0, 4000.0, 5000.0, 7000.0, 10_000.0, 20_000.0,
 ];
-const SEPARATE: &str = "placement=Separate";
+pub(super) const SEPARATE: &str = "placement=Separate";
 /// What a rig's computer has to do shares a process; amplifier and plant are somebody else's there.
-const GROUPED: &str = "placement=Groups([[estimator, controller, inverse, guard]])";
+pub(super) const GROUPED: &str = "placement=Groups([[estimator, controller, inverse, guard]])";
 /// No link but the recorder's: what is late here is the machine's own doing. No rig can be placed so.
 const ALL: &str = "placement=Groups([[plant, estimator, controller, inverse, guard, amplifier]])";
-
-/// `doctor --realtime`
-#[derive(Debug, Args)]
-pub struct RealtimeArguments {
-    /// Measure waits and placements on this machine, and the highest rate at which this scenario keeps time.
-    #[arg(long, value_name = "SCENARIO", conflicts_with = "clean")]
-    pub realtime: Option<PathBuf>,
-    /// Length of each of about a dozen runs; the longer, the more a thousandth means.
-    #[arg(long, default_value_t = 5.0, value_name = "S", requires = "realtime")]
-    pub duration_s: f64,
-    /// Ticks per second at which the ways are compared.
-    #[arg(long, default_value_t = 2000.0, value_name = "HZ", requires = "realtime")]
-    pub rate_hz: f64,
-    /// What is changed in the scenario.
-    #[command(flatten)]
-    pub set: SetArguments,
-}
 
 /// A way to wait and to place, as changes of the scenario.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -104,7 +87,7 @@ struct Findings {
 ///
 /// # Errors
 /// A scenario that cannot be used at this rate, or a process that failed.
-pub fn run(path: &Path, arguments: &RealtimeArguments, json: bool) -> miette::Result<Ending> {
+pub fn run(path: &Path, arguments: &DoctorArguments, json: bool) -> miette::Result<Ending> {
     anhyst_launch::signals::install();
     resources::sweep();
     let cpus = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
@@ -202,12 +185,12 @@ fn isolated_cpus() -> Vec<usize> {
 
 struct Doctor<'a> {
     path: &'a Path,
-    arguments: &'a RealtimeArguments,
+    arguments: &'a DoctorArguments,
     settings: Vec<Setting>,
 }
 
 impl<'a> Doctor<'a> {
-    fn new(path: &'a Path, arguments: &'a RealtimeArguments) -> miette::Result<Self> {
+    fn new(path: &'a Path, arguments: &'a DoctorArguments) -> miette::Result<Self> {
         let mut settings = arguments.set.settings.clone();
         if load(path, &settings)?.clock.realtime().is_none() {
             settings.extend(parsed(&["clock=Realtime(lock_memory: true)".into()])?);
@@ -282,7 +265,7 @@ impl<'a> Doctor<'a> {
     }
 }
 
-fn parsed(settings: &[String]) -> miette::Result<Vec<Setting>> {
+pub(super) fn parsed(settings: &[String]) -> miette::Result<Vec<Setting>> {
     let parsed = settings.iter().map(|setting| setting.parse());
     parsed
         .collect::<Result<_, String>>()
@@ -290,21 +273,30 @@ fn parsed(settings: &[String]) -> miette::Result<Vec<Setting>> {
 }
 
 fn one(scenario: &Scenario, name: &str) -> Result<RealtimeSummary, RunError> {
-    let folder = prepare(scenario, Some(Path::new(RESULTS)))?;
-    let options = Options {
-        yields: crate::arguments::YIELDS_SHARED,
-        reverse_start: false,
-        resources: Resources::unique(),
-        start_limit: START_LIMIT,
-        commands: Vec::new(),
-        across: AcrossArguments::default(),
-    };
-    let bar = progress_bar(scenario.ticks(), name);
-    let reports = launcher::launch(scenario, &folder, &options, &mut |tick| bar.set_position(tick));
-    bar.finish_and_clear();
-    let summary = Summary::written(scenario, &reports?, &folder)?;
-    let realtime = summary.realtime;
+    let realtime = summary(scenario, YIELDS_SHARED, name)?.realtime;
     realtime.ok_or_else(|| RunError::Setup("no process has reported real-time figures".into()))
+}
+
+/// What one run came to.
+pub(super) fn summary(scenario: &Scenario, yields: u32, name: &str) -> Result<Summary, RunError> {
+    let folder = prepare(scenario, Some(Path::new(RESULTS)))?;
+    let bar = progress_bar(scenario.ticks(), name);
+    let mut progress = |tick| bar.set_position(tick);
+    let reports = if scenario.placement == Placement::Embedded {
+        embedded(scenario, &folder, &mut progress)?
+    } else {
+        let options = Options {
+            yields,
+            reverse_start: false,
+            resources: Resources::unique(),
+            start_limit: START_LIMIT,
+            commands: Vec::new(),
+            across: AcrossArguments::default(),
+        };
+        launcher::launch(scenario, &folder, &options, &mut progress)?
+    };
+    bar.finish_and_clear();
+    Summary::written(scenario, &reports, &folder)
 }
 
 impl Findings {

@@ -13,6 +13,7 @@ mod commission_report;
 pub mod data;
 pub mod diagnose;
 pub mod doctor;
+mod doctor_lockstep;
 pub mod doctor_realtime;
 pub mod estimate;
 pub mod explain;

@@ -2,7 +2,7 @@
 
 use super::run_arguments::{AloneArguments, RunArguments};
 use super::{Ending, progress_bar};
-use crate::arguments::{SetArguments, YIELDS_SHARED};
+use crate::arguments::{SetArguments, YIELDS_DEDICATED, YIELDS_SHARED};
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
@@ -13,9 +13,6 @@ use anhyst_launch::{launcher, resources, signals, tuning};
 use anhyst_scenario::{Placement, Scenario, load_changed};
 use std::path::Path;
 use std::time::Duration;
-
-/// Polls before a waiting process sleeps, with a core for each.
-const YIELDS_DEDICATED: u32 = 1000;
 
 /// Runs the command.
 ///
