@@ -75,8 +75,20 @@ pub fn refused<E: std::fmt::Display>(operation: impl Into<String>) -> impl FnOnc
     let operation = operation.into();
     move |error| BridgeError::Zenoh {
         operation,
-        cause: error.to_string(),
+        cause: without_places(&error.to_string()),
     }
+}
+
+/// What Zenoh says without where in its source it says so (` at /…/file.rs:12.`).
+fn without_places(said: &str) -> String {
+    let mut kept = said.to_owned();
+    while let Some(start) = kept.find(" at /") {
+        let Some(name) = kept[start..].find(".rs:") else { break };
+        let line = start + name + ".rs:".len();
+        let digits = kept[line..].find(|letter: char| !letter.is_ascii_digit() && letter != '.');
+        kept.replace_range(start..digits.map_or(kept.len(), |digits| line + digits), "");
+    }
+    kept
 }
 
 /// A session of this end only: nothing is looked for, and the other end may start later.
@@ -285,5 +297,25 @@ impl Session {
     pub fn echo(&self) -> Result<(), BridgeError> {
         let bytes: &[u8] = &[0; BYTES];
         self.echo.put(bytes).wait().map_err(refused("send a ping"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Guards a sentence from paths of the machine that built this.
+    #[test]
+    fn places_in_the_source_are_left_out() {
+        for (said, kept) in [
+            (
+                "no listener: [1.2.3.4:1: no such address (os error 99) at /a/b/tcp.rs:61.] at /a/unicast.rs:338.",
+                "no listener: [1.2.3.4:1: no such address (os error 99)]",
+            ),
+            ("looked at /etc/hosts", "looked at /etc/hosts"),
+            ("closed", "closed"),
+        ] {
+            assert_eq!(without_places(said), kept);
+        }
     }
 }

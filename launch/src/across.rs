@@ -11,10 +11,10 @@ pub struct AcrossArguments {
     #[arg(long, value_delimiter = ',', value_name = "NODE,…", value_parser = one_of(&NodeId::LOOP_ORDER))]
     pub here: Vec<NodeId>,
     /// Wait for the other host's bridge at this Zenoh endpoint: `tcp/10.0.0.1:7447`.
-    #[arg(long, value_name = "ENDPOINT", requires = "here", conflicts_with = "connect")]
+    #[arg(long, value_name = "ENDPOINT", requires = "here", conflicts_with = "connect", value_parser = endpoint)]
     pub listen: Option<String>,
     /// Go to the other host's bridge, which listens at this endpoint.
-    #[arg(long, value_name = "ENDPOINT", requires = "here")]
+    #[arg(long, value_name = "ENDPOINT", requires = "here", value_parser = endpoint)]
     pub connect: Option<String>,
     /// The longest round trip between the bridges, which 99 of 100 must keep (default: the receive limit of the scenario).
     #[arg(long, value_name = "MICROSECONDS", requires = "here")]
@@ -22,6 +22,22 @@ pub struct AcrossArguments {
     /// Name of the run in the keys `anhyst/RUN/CHANNEL`; the same on both hosts.
     #[arg(long, value_name = "RUN", default_value = "run", requires = "here")]
     pub run_name: String,
+}
+
+/// Where Zenoh listens or goes.
+///
+/// # Errors
+/// If it is no `PROTOCOL/ADDRESS`; of TCP the address ends in a port.
+pub fn endpoint(text: &str) -> Result<String, String> {
+    let is_endpoint = text.split_once('/').is_some_and(|(protocol, address)| {
+        let port = address
+            .rsplit_once(':')
+            .map(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok());
+        !protocol.is_empty() && !address.is_empty() && (protocol != "tcp" || port == Some(true))
+    });
+    is_endpoint
+        .then(|| text.to_owned())
+        .ok_or_else(|| "no endpoint of Zenoh: write tcp/HOST:PORT".into())
 }
 
 /// The name of the bridge's process: its report, its log, its place in sentences.
@@ -132,6 +148,9 @@ mod tests {
                 "tcp/b:1",
             ],
             &["x", "--here", "plant_sim"],
+            &["x", "--here", "guard", "--listen", "nonsense"],
+            &["x", "--here", "guard", "--listen", "tcp/a"],
+            &["x", "--here", "guard", "--connect", "tcp/a:70000"],
         ] {
             assert!(Line::try_parse_from(line).is_err(), "{line:?}");
         }

@@ -64,10 +64,10 @@ pub struct LiveArguments {
 #[group(multiple = false)]
 pub struct ZenohArguments {
     /// Wait there for Zenoh's peers and clients (tcp/127.0.0.1:7447): keys anhyst/RUN/live/CHANNEL, JSON.
-    #[arg(long, value_name = "tcp/HOST:PORT", num_args = 0..=1, default_missing_value = "tcp/127.0.0.1:7447")]
+    #[arg(long, value_name = "tcp/HOST:PORT", num_args = 0..=1, default_missing_value = "tcp/127.0.0.1:7447", value_parser = anhyst_launch::across::endpoint)]
     pub zenoh: Option<String>,
     /// Go to this router or peer of Zenoh instead.
-    #[arg(long, value_name = "tcp/HOST:PORT")]
+    #[arg(long, value_name = "tcp/HOST:PORT", value_parser = anhyst_launch::across::endpoint)]
     pub zenoh_connect: Option<String>,
 }
 
