@@ -1,5 +1,5 @@
-//! Comma-separated values, or with semicolons or tabs, whichever the first line uses most. Lines that begin with #
-//! are comments; text that is not UTF-8 is taken as Latin-1, in which instruments write µ and °.
+//! Comma-separated values, or with semicolons or tabs, whichever the header uses most. Lines that begin with #
+//! are comments, and so is a title above the header; text that is not UTF-8 is taken as Latin-1, in which instruments write µ and °.
 
 use std::path::Path;
 
@@ -22,7 +22,16 @@ pub(super) fn read(file: &Path, bytes: Vec<u8>) -> Result<(Vec<String>, Rows), M
         let latin_1 = not_utf8.as_bytes().iter();
         latin_1.map(|&byte| char::from(byte)).collect()
     });
-    let delimiter = delimiter(&text);
+    let (title, delimiter) = header(&text);
+    // As a comment, so that lines keep their numbers.
+    let text = if title == 0 {
+        text
+    } else {
+        let lines = text.split_inclusive('\n').enumerate();
+        lines
+            .map(|(line, own)| format!("{}{own}", if line < title { "#" } else { "" }))
+            .collect()
+    };
     let not_csv = |source| MeasuredError::NotCsv {
         file: file.to_owned(),
         source,
@@ -43,17 +52,37 @@ pub(super) fn read(file: &Path, bytes: Vec<u8>) -> Result<(Vec<String>, Rows), M
     Ok((headers, rows))
 }
 
-/// The separator that the first line that is no comment holds most of.
-fn delimiter(text: &str) -> u8 {
-    let first = text
-        .lines()
-        .find(|line| !line.trim().is_empty() && !line.starts_with('#'));
-    let count = |separator: u8| first.map_or(0, |line| line.bytes().filter(|byte| *byte == separator).count());
+/// Lines of a text in which the header and how many cells rows have is looked for.
+const LOOKED_AT: usize = 100;
+
+/// How many lines stand above the header, and the separator that it holds most of. What instruments write above it has fewer cells than the rows,
+/// or numbers; where no line is plainly the header, it is the first that is no comment.
+fn header(text: &str) -> (usize, u8) {
+    let count = |line: &str, separator: u8| line.bytes().filter(|byte| *byte == separator).count();
     // The last of equals wins, so a file of one column has commas.
-    [b'\t', b';', b',']
-        .into_iter()
-        .max_by_key(|&separator| count(separator))
-        .unwrap_or(b',')
+    let most = |line: &str| {
+        let all = [b'\t', b';', b','].into_iter();
+        all.max_by_key(|&separator| count(line, separator)).unwrap_or(b',')
+    };
+    let lines: Vec<(usize, &str)> = text
+        .lines()
+        .enumerate()
+        .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'))
+        .take(LOOKED_AT)
+        .collect();
+    let (Some(&(_, first)), Some(&(_, row))) = (lines.first(), lines.last()) else {
+        return (0, b',');
+    };
+    let is_header = |line: &str| {
+        let separator = most(line);
+        let mut cells = line
+            .split(char::from(separator))
+            .map(|cell| cell.trim().trim_matches('"'));
+        count(line, separator) >= count(row, separator).max(1)
+            && cells.all(|cell| !cell.is_empty() && cell.replace(',', ".").parse::<f64>().is_err())
+    };
+    let found = lines.iter().find(|(_, line)| is_header(line));
+    found.map_or((0, most(first)), |&(number, line)| (number, most(line)))
 }
 
 impl Rows {

@@ -86,3 +86,30 @@ fn dialects_of_text_are_read() {
     let run = read_bytes("run.csv", &latin_1, &[]).unwrap();
     assert_eq!(run.column(Quantity::Displacement).unwrap().scale, 1e-6);
 }
+
+/// Guards files of instruments, which write what was measured, and how, above the header.
+#[test]
+fn a_title_above_the_header_is_passed_over() {
+    let table = table("t [ms];H [A/m];Weg [µm]", |i, h, x| {
+        format!("{:.1};{h};{}", i as f64 * 0.1, x * 1e6).replace('.', ",")
+    });
+    let words = ["time=t [ms]", "command=H [A/m]", "displacement=Weg [µm]"];
+    let plain = read(&table, &words).unwrap();
+    for title in [
+        "Rig 7, 3 May, gain 2\n",
+        "Model;DSO-X\n\nRate;10000;Hz;\n",
+        "\"one; line\"\n",
+    ] {
+        let titled = read(&format!("{title}{table}"), &words).unwrap();
+        assert_eq!(
+            titled.series(Quantity::Displacement),
+            plain.series(Quantity::Displacement),
+            "{title}"
+        );
+        let above = title.lines().count() as u64;
+        assert_eq!(titled.lines.unwrap()[0], 2 + above, "{title}");
+    }
+    // Rows with a remark are no title.
+    let remarks = with_row(0, "0,0,0,begins");
+    assert!(read(&remarks, &[]).is_err_and(|refusal| refusal.contains("line 2")));
+}
