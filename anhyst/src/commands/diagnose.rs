@@ -6,7 +6,7 @@ use crate::control::{Control, Models, control, section, ticks};
 use anhyst_diagnosis::{DiagnoseOptions, Diagnosed, Diagnosis, DiagnosisError, amended_text, diagnose, page, table};
 use anhyst_launch::error::RunError;
 use anhyst_launch::say::quoted;
-use anhyst_measured::{MeasuredError, MeasuredRun, Quantity};
+use anhyst_measured::{MeasuredRun, Quantity};
 use anhyst_model::{ActuatorModel, Magnetostriction};
 use anhyst_scenario::{Scenario, load, load_model};
 use clap::Args;
@@ -67,10 +67,9 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
     let runs = arguments
         .data
         .iter()
-        .map(|file| MeasuredRun::read_each(file, &reading))
+        .map(|file| MeasuredRun::read_each(file, &reading).map_err(super::unread(file)))
         .collect::<Result<Vec<_>, _>>()
-        .map(|runs| runs.concat())
-        .map_err(|error: MeasuredError| miette::miette!("{error}"))?;
+        .map(|runs| runs.concat())?;
     let runs: Vec<MeasuredRun> = runs.into_iter().map(|run| driven(run, &model)).collect();
     refuse_motion(&model, &runs, arguments.control.is_some())?;
     let options = DiagnoseOptions {

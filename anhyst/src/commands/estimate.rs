@@ -5,7 +5,7 @@ use crate::arguments::{JsonArgument, OutArgument, SettleArgument, TableArguments
 use crate::estimate::{Choices, Estimated, one_parameter, picture, several_parameters};
 use anhyst_estimator::LawSettings;
 use anhyst_launch::error::RunError;
-use anhyst_measured::{MeasuredError, MeasuredRun};
+use anhyst_measured::MeasuredRun;
 use anhyst_model::{HysteresisParameter, NominalParameter};
 use anhyst_report::chart::Figure;
 use anhyst_report::table::Table;
@@ -82,8 +82,8 @@ pub fn run(arguments: &EstimateArguments) -> miette::Result<Ending> {
         }
     }
     let model = load_model(&arguments.model)?;
-    let refused = |error: MeasuredError| miette::miette!("{error}");
-    let measured = MeasuredRun::read(&arguments.data, &arguments.table.reading()).map_err(refused)?;
+    let measured =
+        MeasuredRun::read(&arguments.data, &arguments.table.reading()).map_err(super::unread(&arguments.data))?;
     let choices = Choices {
         law: arguments.law.clone(),
         range_a_per_m: arguments.range_a_per_m,

@@ -5,7 +5,7 @@ use super::{Ending, json, save, stem};
 use crate::fit_picture::picture;
 use anhyst_identify::{Curves, Fit, FitOptions, FitReport, IdentifyError, Progress, fit, material_text};
 use anhyst_launch::error::RunError;
-use anhyst_measured::{MeasuredError, MeasuredRun};
+use anhyst_measured::MeasuredRun;
 use anhyst_model::Anhysteretic;
 use anhyst_report::table::Table;
 use anhyst_scenario::to_ron;
@@ -27,8 +27,7 @@ pub fn run(arguments: &FitArguments) -> miette::Result<Ending> {
             "--name {name:?} names a folder and a material: it must not be empty, begin with '.', or hold / \\ \" or a line break"
         ));
     }
-    let measured = MeasuredRun::read_loops(data, &arguments.table.reading())
-        .map_err(|error: MeasuredError| miette::miette!("{error}"))?;
+    let measured = MeasuredRun::read_loops(data, &arguments.table.reading()).map_err(super::unread(data))?;
     let options = FitOptions {
         curves: match arguments.curve {
             Curve::Both => Curves::Both,

@@ -5,7 +5,8 @@ use super::{Ending, json, save, stem};
 use crate::law_picture;
 use anhyst_identify::laws::{Family, LawData, LawError, LawFit, LawOptions, LawReport, fit_laws};
 use anhyst_launch::error::RunError;
-use anhyst_measured::{MeasuredError, MeasuredRun};
+use anhyst_launch::say::quoted;
+use anhyst_measured::MeasuredRun;
 use anhyst_report::table::Table;
 use anhyst_scenario::to_ron;
 use std::path::Path;
@@ -15,8 +16,7 @@ use std::path::Path;
 /// # Errors
 /// Bad data, a law that does not describe them, or a result that cannot be written.
 pub fn run(arguments: &FitArguments, data: &Path, law: &str) -> miette::Result<Ending> {
-    let runs = MeasuredRun::read_records(data, &arguments.table.reading())
-        .map_err(|error: MeasuredError| miette::miette!("{error}"))?;
+    let runs = MeasuredRun::read_records(data, &arguments.table.reading()).map_err(super::unread(data))?;
     let refused = |error: LawError| miette::miette!("{error}");
     let records = LawData::of(&runs, None, arguments.output).map_err(refused)?;
     let bar = super::count_bar(0, "fit");
@@ -39,7 +39,9 @@ pub fn run(arguments: &FitArguments, data: &Path, law: &str) -> miette::Result<E
         crate::say!("{}", json(&found.report)?);
     } else {
         print(&found.report);
-        crate::say!("\nresults: {}", results.path.display());
+        crate::say!("\nresults: {} (fit.svg, law.ron)", results.path.display());
+        let law = results.path.join("law.ron");
+        crate::say!("a loop that follows it: anhyst new mine --material {}", quoted(&law));
     }
     Ok(Ending::Held)
 }

@@ -46,6 +46,8 @@ pub mod verify_amplifier;
 pub mod view;
 
 use anhyst_launch::error::RunError;
+use anhyst_launch::say::quoted;
+use anhyst_measured::MeasuredError;
 use serde::Serialize;
 use std::path::Path;
 
@@ -86,6 +88,12 @@ pub fn json(value: &impl Serialize) -> Result<String, RunError> {
 pub fn save(out: &Path, file: &str, text: &str) -> Result<(), RunError> {
     let path = out.join(file);
     std::fs::write(&path, text).map_err(|cause| RunError::Write { path, cause })
+}
+
+/// The sentence with which a measured file is refused, and the command that tells what would do.
+pub fn unread(file: &Path) -> impl FnOnce(MeasuredError) -> miette::Report {
+    let help = format!("what it holds, and what to give: anhyst data {}", quoted(file));
+    move |error| miette::miette!(help = help, "{error}")
 }
 
 /// The name of a file without its ending.

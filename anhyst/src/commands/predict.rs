@@ -6,7 +6,7 @@ use crate::law_picture;
 use anhyst_identify::laws::{Distance, LawData, LawError, LawFile, Prediction, predict};
 use anhyst_identify::prepared::{PrepareOptions, PreparedRun, simulated};
 use anhyst_launch::error::RunError;
-use anhyst_measured::{MeasuredError, MeasuredRun, Quantity};
+use anhyst_measured::{MeasuredRun, Quantity};
 use anhyst_model::ActuatorOutputs;
 use anhyst_report::table::Table;
 use anhyst_scenario::{load_model, load_with};
@@ -65,7 +65,7 @@ struct RecordReport {
 pub fn run(arguments: &PredictArguments) -> miette::Result<Ending> {
     let law: Option<LawFile> = load_with(&arguments.model, "input_extent")?;
     let runs = MeasuredRun::read_records(&arguments.data, &arguments.table.reading())
-        .map_err(|error: MeasuredError| miette::miette!("{error}"))?;
+        .map_err(super::unread(&arguments.data))?;
     let (data, prediction) = match &law {
         Some(law) => of_law(law, &runs)?,
         None => of_actuator(&arguments.model, &runs)?,
