@@ -64,6 +64,7 @@ pub fn run(arguments: &NewArguments) -> miette::Result<Ending> {
             "error_rms_m": found.error_rms,
             "error_max_m": found.error_max,
             "tolerance_m": tolerance_m,
+            "assumed": found.assumed,
             "ticks": scenario.ticks(),
             "units": scenario.units(),
             "foresight": scenario.foresight().map_err(RunError::from)?,
@@ -84,6 +85,9 @@ pub fn run(arguments: &NewArguments) -> miette::Result<Ending> {
         Si(found.error_rms, &output),
         Si(found.error_max, &output)
     );
+    if !found.assumed.is_empty() {
+        crate::say!("assumed, because it was not said: {}", found.assumed.join(", "));
+    }
     crate::say!("see what it needs: anhyst check {}", quoted(&file));
     crate::say!("run it:            anhyst run {}", quoted(&file));
     Ok(Ending::Held)

@@ -42,6 +42,37 @@ pub struct Design {
     pub error_rms: f64,
     pub error_max: f64,
     pub ticks_per_s: f64,
+    /// What neither the wish says nor the actuator is known by, with the options that say it.
+    pub assumed: Vec<String>,
+}
+
+/// See [`Design::assumed`].
+fn assumed(wish: &Wish, actuator: &Actuator, plan: &Plan) -> Vec<String> {
+    let [_, output] = actuator.units();
+    let unknown = actuator.preset.is_none() && actuator.of_law();
+    let resonance = Si(actuator.rod.natural_frequency_hz(), "Hz");
+    let all = [
+        (
+            wish.noise.is_none(),
+            format!("a sensor's noise of {} rms (--noise)", Si(plan.noise, output)),
+        ),
+        (
+            unknown && wish.resonance.is_none(),
+            format!("a resonance at {resonance} (--resonance)"),
+        ),
+        (
+            unknown && wish.damping.is_none(),
+            format!(
+                "its damping ratio, {} (--damping)",
+                round(actuator.rod.damping_ratio(), 3)
+            ),
+        ),
+        (
+            unknown && plan.bandwidth_hz.is_none(),
+            "an amplifier without a lag (--bandwidth)".into(),
+        ),
+    ];
+    all.into_iter().filter_map(|(is, words)| is.then_some(words)).collect()
 }
 
 /// Gains in front of the margins: an integrator alone where the resonance rings.
@@ -122,6 +153,7 @@ pub fn design(wish: &Wish, file: &Path) -> miette::Result<Design> {
             error_rms: verdict.error_rms_m,
             error_max,
             ticks_per_s: summary.ticks_per_s,
+            assumed: assumed(wish, &actuator, &plan),
         });
     }
     unreachable!("the last doubling returns")

@@ -25,9 +25,14 @@ pub(super) fn scenario(
             ron(plan.settling_s)
         )
     });
+    let of_input = if input.is_empty() {
+        "the unit that its input was measured in"
+    } else {
+        input
+    };
     let units = if law {
         format!(
-            "// A material with a hysteresis law has its units: what is called a field is in {input}, what is called a displacement in {output}.\n"
+            "// A material with a hysteresis law has its units: what is called a field is in {of_input}, what is called a displacement in {output}.\n"
         )
     } else {
         String::new()
