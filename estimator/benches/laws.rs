@@ -13,7 +13,7 @@ use anhyst_model::{Bank, Material, RodState, TwoPole, TwoPolePropagator};
 use std::hint::black_box;
 use std::time::Instant;
 
-const MEMBERS: usize = 33;
+const MEMBERS: usize = 32;
 const TICK_S: f64 = 5e-5;
 /// Ten periods of 50 Hz.
 const TICKS: usize = 4000;
@@ -135,7 +135,7 @@ fn main() {
     let course = &course(&material);
     let fields: Vec<f64> = (0..TICKS).map(field).collect();
     let mut bank = Bank::new(material.hysteresis, course.grid.shapes_a_per_m()).expect("valid bank");
-    let mut timed: Vec<Timed> = vec![("bank of 33", Box::new(move |tick| bank.advance(fields[tick])))];
+    let mut timed: Vec<Timed> = vec![("bank of 32", Box::new(move |tick| bank.advance(fields[tick])))];
     for (name, mut law) in laws(&material) {
         timed.push((
             name,
@@ -154,12 +154,12 @@ fn main() {
     ));
     let mut hulls = Covers::with_members(MEMBERS);
     timed.push((
-        "both hulls of 33",
+        "both hulls of 32",
         Box::new(move |tick| hulls.update(course.grid.shapes_a_per_m(), black_box(&course.displacements_m[tick]))),
     ));
     let mut covers = Covers::with_members(MEMBERS);
     timed.push((
-        "both covers of 33 at one shape",
+        "both covers of 32 at one shape",
         Box::new(move |tick| {
             let values = &course.displacements_m[tick];
             black_box(covers.around(&course.grid, 0..MEMBERS, values, black_box(7012.0)));

@@ -64,7 +64,7 @@ pub const BEFORE: [(&str, &[&str]); 11] = [
 ];
 
 /// What ends with another status than 0, as its page says; in real time how late the machine is decides.
-pub const STATUS: [(&str, &str, &[i32]); 3] = [
+pub const STATUS: [(&str, &str, &[i32]); 4] = [
     (
         "docs/control.md",
         "anhyst run scenarios/milling.ron --no-recording --set 'plant.effects",
@@ -79,6 +79,11 @@ pub const STATUS: [(&str, &str, &[i32]); 3] = [
         "docs/control.md",
         "anhyst run scenarios/milling_rough.ron --set controller.learning=None",
         &[1],
+    ),
+    (
+        "docs/fit.md",
+        "anhyst fit mnzn_ferrite_4amp.csv --column 'field=H_A_per_m*1000'",
+        &[2],
     ),
 ];
 
