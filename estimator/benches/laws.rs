@@ -1,6 +1,6 @@
 //! Time of one correction of every law, of the excitation monitor and of both covers, as a share of the bank's step.
 //!
-//! `cargo bench -p anhyst-estimator --bench laws`. The bank has 33 members and is driven at 20 kHz, so a law has one
+//! `cargo bench --workspace --bench laws`. The bank has 32 members and is driven at 20 kHz, so a law has one
 //! tick's budget beside it; the aim is a law below a tenth of the bank. Shares carry over between machines better than
 //! nanoseconds do. The laws see what they would see in the loop: displacements of the bank through the paper's rod and
 //! a true shape that moves. Least of several rounds, so that a busy machine disturbs little.

@@ -7,24 +7,19 @@ use std::collections::BTreeSet;
 
 const SCENARIO: &str = "scenarios/realtime.ron";
 
+/// What the doctor prints, who leaves nothing in shared memory.
+fn found(asked: &[&str]) -> Value {
+    let launcher = start(&[&["doctor", "--set", "expect.settling_s=0", "--json"], asked].concat());
+    let id = launcher.id();
+    let finished = Finished::wait(launcher, LIMIT).expect(0);
+    assert_eq!(files_with(&format!("anhyst_{id}_")), Vec::<String>::new());
+    serde_json::from_str(&finished.out).unwrap()
+}
+
 #[test]
 fn every_way_is_measured_and_what_is_advised_can_be_run() {
     let _alone = alone();
-    let launcher = start(&[
-        "doctor",
-        "--realtime",
-        SCENARIO,
-        "--duration-s",
-        "0.3",
-        "--rate-hz",
-        "1000",
-        "--set",
-        "expect.settling_s=0",
-        "--json",
-    ]);
-    let id = launcher.id();
-    let finished = Finished::wait(launcher, LIMIT).expect(0);
-    let found: Value = serde_json::from_str(&finished.out).unwrap();
+    let found = found(&["--realtime", SCENARIO, "--duration-s", "0.3", "--rate-hz", "1000"]);
     let ways = found["ways"].as_array().unwrap();
     let kinds: BTreeSet<_> = ways
         .iter()
@@ -53,25 +48,13 @@ fn every_way_is_measured_and_what_is_advised_can_be_run() {
         .map(|setting| setting.as_str().unwrap());
     let settings: Vec<&str> = settings.flat_map(|setting| ["--set", setting]).collect();
     Finished::run(&[&["check", SCENARIO], &settings[..]].concat(), LIMIT).expect(0);
-    assert_eq!(files_with(&format!("anhyst_{id}_")), Vec::<String>::new());
 }
 
 #[test]
 fn hops_are_measured_and_the_fastest_way_can_be_run() {
     let _alone = alone();
-    let launcher = start(&[
-        "doctor",
-        "--lockstep",
-        "scenarios/milling.ron",
-        "--duration-s",
-        "0.6",
-        "--set",
-        "expect.settling_s=0",
-        "--json",
-    ]);
-    let id = launcher.id();
-    let finished = Finished::wait(launcher, LIMIT).expect(0);
-    let found: Value = serde_json::from_str(&finished.out).unwrap();
+    // In real time by itself: what is advised must say that it is not to be.
+    let found = found(&["--lockstep", SCENARIO, "--duration-s", "0.6"]);
     let ways = found["ways"].as_array().unwrap();
     // The blocks alone, and two placements by two waits, on all cores and on one.
     let cores = if found["cpus"] == 1 { 1 } else { 2 };
@@ -99,12 +82,14 @@ fn hops_are_measured_and_the_fastest_way_can_be_run() {
     let more = [
         "--set",
         "duration_s=0.2",
-        "--set",
-        "expect.tolerance_m=1e-6",
         "--no-recording",
         "--out",
         folder.to_str().unwrap(),
     ];
-    Finished::run(&words.chain(more).collect::<Vec<_>>(), LIMIT).expect(0);
-    assert_eq!(files_with(&format!("anhyst_{id}_")), Vec::<String>::new());
+    let run = Finished::run(&words.chain(more).collect::<Vec<_>>(), LIMIT).expect(0);
+    assert!(
+        run.out.contains("(0 lost)") && !run.out.contains("missed deadlines"),
+        "{}",
+        run.out
+    );
 }

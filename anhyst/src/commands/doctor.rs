@@ -49,12 +49,12 @@ struct Finding {
 /// # Errors
 /// If leftovers cannot be listed or removed.
 pub fn run(arguments: &DoctorArguments) -> miette::Result<Ending> {
-    let settings = &arguments.set.settings;
+    let (settings, duration_s, json) = (&arguments.set.settings, arguments.duration_s, arguments.json.json);
     if let Some(scenario) = &arguments.realtime {
-        return doctor_realtime::run(scenario, arguments, arguments.json.json);
+        return doctor_realtime::run(scenario, settings, duration_s, arguments.rate_hz, json);
     }
     if let Some(scenario) = &arguments.lockstep {
-        return doctor_lockstep::run(scenario, settings, arguments.duration_s, arguments.json.json);
+        return doctor_lockstep::run(scenario, settings, duration_s, json);
     }
     if !settings.is_empty() {
         return Err(miette::miette!(

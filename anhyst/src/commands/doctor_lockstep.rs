@@ -18,6 +18,8 @@ const TURNS: usize = 3;
 /// Without hops: what the blocks themselves take.
 const EMBEDDED: &str = "placement=Embedded";
 
+const LOCKSTEP: &str = "clock=Lockstep()";
+
 /// A way to run in lockstep.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct Way {
@@ -64,9 +66,10 @@ pub fn run(path: &Path, settings: &[Setting], duration_s: f64, json: bool) -> mi
         sched_getaffinity(None).map_err(|cause| miette::miette!("this process's CPUs are not known: {cause}"))?;
     let cpus: Vec<usize> = (0..CpuSet::MAX_CPU).filter(|cpu| allowed.is_set(*cpu)).collect();
     let duration_s = duration_s / TURNS as f64;
+    let real_time = load(path, settings)?.clock.realtime().is_some();
     let scenario = |way: &Way| -> miette::Result<Scenario> {
         let own = [
-            "clock=Lockstep()".into(),
+            LOCKSTEP.into(),
             "recording.on=false".into(),
             format!("duration_s={duration_s}"),
             way.placement.into(),
@@ -95,7 +98,7 @@ pub fn run(path: &Path, settings: &[Setting], duration_s: f64, json: bool) -> mi
             hops,
             ticks_per_s,
             hop_us: (hops > 0).then(|| 1e6 * longer_s / hops as f64),
-            command: way.command(path, settings),
+            command: way.command(path, settings, real_time),
             way: way.clone(),
         });
     }
@@ -165,23 +168,21 @@ fn hops(scenario: &Scenario) -> usize {
 }
 
 impl Way {
-    fn command(&self, path: &Path, settings: &[Setting]) -> String {
+    /// `real_time`: what the scenario's clock is by itself.
+    fn command(&self, path: &Path, settings: &[Setting], real_time: bool) -> String {
         let bound = self.cpu.map_or(String::new(), |cpu| format!("taskset -c {cpu} "));
         let polls = if self.yields == YIELDS_DEDICATED {
             " --dedicated-cores"
         } else {
             ""
         };
-        let settings: String = settings
+        let settings = settings
             .iter()
-            .map(|setting| format!(" --set '{}={}'", setting.path, setting.value))
-            .collect();
-        let own = if self.placement == SEPARATE {
-            String::new()
-        } else {
-            format!(" --set '{}'", self.placement)
-        };
-        format!("{bound}anhyst run {}{polls}{settings}{own}", quoted(path))
+            .map(|setting| format!("{}={}", setting.path, setting.value));
+        let clock = real_time.then(|| LOCKSTEP.to_owned());
+        let all = settings.chain(clock).chain([self.placement.to_owned()]);
+        let all: String = all.map(|setting| format!(" --set '{setting}'")).collect();
+        format!("{bound}anhyst run {}{polls}{all}", quoted(path))
     }
 }
 

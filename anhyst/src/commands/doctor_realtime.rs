@@ -4,7 +4,6 @@
 //! First the transport alone, at one rate: a ring of the scenario's processes, messages and wiring whose blocks answer with
 //! zeros, once for each way. Then the scenario's own blocks, the best way, at rates found by halving a ladder.
 
-use super::doctor::DoctorArguments;
 use super::{Ending, progress_bar};
 use crate::arguments::YIELDS_SHARED;
 use anhyst_launch::across::AcrossArguments;
@@ -87,18 +86,18 @@ struct Findings {
 ///
 /// # Errors
 /// A scenario that cannot be used at this rate, or a process that failed.
-pub fn run(path: &Path, arguments: &DoctorArguments, json: bool) -> miette::Result<Ending> {
+pub fn run(path: &Path, settings: &[Setting], duration_s: f64, rate_hz: f64, json: bool) -> miette::Result<Ending> {
     anhyst_launch::signals::install();
     resources::sweep();
     let cpus = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let isolated_cpus = isolated_cpus();
-    let mut doctor = Doctor::new(path, arguments)?;
+    let mut doctor = Doctor::new(path, settings, duration_s)?;
     let ways = ways(cpus, &isolated_cpus);
     let count = ways.len();
     let mut measured = Vec::new();
     for (index, way) in ways.into_iter().enumerate() {
         let name = format!("way {} of {count}", index + 1);
-        measured.push(doctor.measure(way, arguments.rate_hz, true, &name)?);
+        measured.push(doctor.measure(way, rate_hz, true, &name)?);
     }
     let best = best(&measured)
         .ok_or_else(|| miette::miette!("no way was measured"))?
@@ -109,7 +108,7 @@ pub fn run(path: &Path, arguments: &DoctorArguments, json: bool) -> miette::Resu
     let findings = Findings {
         cpus,
         isolated_cpus,
-        seconds: arguments.duration_s,
+        seconds: duration_s,
         max_late_share: MAX_LATE,
         ways: measured,
         rates,
@@ -185,25 +184,25 @@ fn isolated_cpus() -> Vec<usize> {
 
 struct Doctor<'a> {
     path: &'a Path,
-    arguments: &'a DoctorArguments,
+    duration_s: f64,
     settings: Vec<Setting>,
 }
 
 impl<'a> Doctor<'a> {
-    fn new(path: &'a Path, arguments: &'a DoctorArguments) -> miette::Result<Self> {
-        let mut settings = arguments.set.settings.clone();
+    fn new(path: &'a Path, settings: &[Setting], duration_s: f64) -> miette::Result<Self> {
+        let mut settings = settings.to_vec();
         if load(path, &settings)?.clock.realtime().is_none() {
             settings.extend(parsed(&["clock=Realtime(lock_memory: true)".into()])?);
         }
         Ok(Self {
             path,
-            arguments,
+            duration_s,
             settings,
         })
     }
 
     fn scenario(&self, way: &Way, rate_hz: f64, empty_blocks: bool) -> miette::Result<Scenario> {
-        let duration_s = self.arguments.duration_s;
+        let duration_s = self.duration_s;
         let more = [
             format!("clock.empty_blocks={empty_blocks}"),
             format!("tick_s={:e}", 1.0 / rate_hz),

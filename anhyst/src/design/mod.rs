@@ -53,6 +53,10 @@ fn assumed(wish: &Wish, actuator: &Actuator, plan: &Plan) -> Vec<String> {
     let resonance = Si(actuator.rod.natural_frequency_hz(), "Hz");
     let all = [
         (
+            unknown && wish.plant.is_none(),
+            "a plant that is this very law (--plant names another)".into(),
+        ),
+        (
             wish.noise.is_none(),
             format!("a sensor's noise of {} rms (--noise)", Si(plan.noise, output)),
         ),

@@ -56,7 +56,7 @@ pub const BEFORE: [(&str, &[&str]); 11] = [
     (
         "docs/start/simulink.md",
         &[
-            "cp examples/amplifier-python/amplifier.py driver.py",
+            "cp examples/amplifier-python/*.py . && mv amplifier.py driver.py",
             VENV,
             ". venv/bin/activate",
         ],
@@ -64,7 +64,7 @@ pub const BEFORE: [(&str, &[&str]); 11] = [
 ];
 
 /// What ends with another status than 0, as its page says; in real time how late the machine is decides.
-pub const STATUS: [(&str, &str, &[i32]); 4] = [
+pub const STATUS: [(&str, &str, &[i32]); 13] = [
     (
         "docs/control.md",
         "anhyst run scenarios/milling.ron --no-recording --set 'plant.effects",
@@ -85,6 +85,47 @@ pub const STATUS: [(&str, &str, &[i32]); 4] = [
         "anhyst fit mnzn_ferrite_4amp.csv --column 'field=H_A_per_m*1000'",
         &[2],
     ),
+    (
+        "docs/paper-notes.md",
+        "anhyst run scenarios/milling.ron --embedded --no-recording --set 'plant.shape=Ramp(",
+        &[1],
+    ),
+    (
+        "docs/safety.md",
+        "anhyst run scenarios/milling.ron --embedded --set duration_s=0.4",
+        &[1],
+    ),
+    (
+        "docs/scenarios.md",
+        "anhyst run scenarios/milling_parameters.ron --embedded --no-recording --set 'estimator.law=Folded()'",
+        &[1],
+    ),
+    (
+        "docs/scenarios.md",
+        "anhyst run scenarios/milling.ron --embedded --no-recording --set 'estimator.field=Measured(",
+        &[1],
+    ),
+    (
+        "docs/scenarios.md",
+        "anhyst run scenarios/milling_rough.ron --embedded --set expect.settling_s=0.2 --out runs/first",
+        &[1],
+    ),
+    (
+        "docs/scenarios.md",
+        "anhyst run scenarios/milling_heavy.ron --embedded --no-recording --set controller.learning=None",
+        &[1],
+    ),
+    (
+        "docs/scenarios.md",
+        "anhyst run scenarios/milling_rough.ron --embedded --no-recording --set 'controller.trajectory=Triangle(",
+        &[1],
+    ),
+    (
+        "docs/scenarios.md",
+        "anhyst check scenarios/milling.ron --set controller.feedback.kp=3",
+        &[2],
+    ),
+    ("docs/start/terfenol.md", "anhyst new more --stroke 300um", &[2]),
 ];
 
 const GATE: &str = "is the gate";
@@ -93,9 +134,10 @@ const TWO_HOSTS: &str = "needs two hosts, or a build with the bridge, which has 
 const HARDWARE: &str = "needs a board";
 const BY_HAND: &str = "is a script apart, for what it needs";
 const WINDOW: &str = "opens a window, or waits for somebody";
+const TERMINALS: &str = "needs a terminal each: tests start the processes";
 
 /// What neither the gate nor the nightly script runs, and why.
-pub const NOT_RUN: [(&str, &str, &str); 23] = [
+pub const NOT_RUN: [(&str, &str, &str); 24] = [
     ("README.md", "cargo test --release --workspace", GATE),
     ("docs/bridge.md", "", TWO_HOSTS),
     (
@@ -129,6 +171,7 @@ pub const NOT_RUN: [(&str, &str, &str); 23] = [
         "runs before the page's other commands, which need the wheel",
     ),
     ("docs/realtime.md", "anhyst replay", PATTERN),
+    ("docs/running.md", "anhyst node", TERMINALS),
     ("docs/running.md", "anhyst view", WINDOW),
     (
         "docs/speed.md",
