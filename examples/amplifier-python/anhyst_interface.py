@@ -16,7 +16,7 @@ ANY_AGREEMENT = 0
 # Keys of a status; keys and values are u64.
 PHASE = 0  # 0 started, 1 all ports created, 2 connected, 3 at the end, 4 has seen all the others at the end
 ASLEEP = 1  # 1: ring the bell after sending; 1 + a channel's number, counted from 1 in the order above: after sending on that one is enough; 0: awake, it polls
-TICK = 2  # Ticks finished: the heartbeat
+TICK = 2  # Ticks finished, their bells rung: the heartbeat
 AGREEMENT = 3  # Fingerprint of the scenario; 0: has not read it, goes along with any
 EPOCH = 4  # In real time, from the plant's process: CLOCK_MONOTONIC in ns at which tick 0 begins; 0: not known (yet)
 WAIT = 5  # Optional. The token that the process waited for last: tick << 16 | (reader + 1) << 8 | channel + 1, in the order of the nodes and channels above; 0: none

@@ -286,7 +286,6 @@ class Meeting:
         reached = self._outputs[message].send_copy(token)
         if reached < expected and not self.realtime:
             raise Lost(f"{message.SERVICE} of tick {token.tick} reached {reached} of {expected} readers")
-        self._tick.update_with_copy(ctypes.c_uint64(token.tick + 1))
         for peer in readers:
             if peer.asleep():
                 try:
@@ -294,6 +293,8 @@ class Meeting:
                 except Exception:
                     if not self.realtime:  # There it may be the bell of a process that has just died.
                         raise
+        # After the bells: a tick is finished when its readers are told.
+        self._tick.update_with_copy(ctypes.c_uint64(token.tick + 1))
 
     def _pace(self, token):
         """What the sender of measurements owes the others."""

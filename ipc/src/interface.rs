@@ -150,7 +150,7 @@ fn status_entries() -> Vec<StatusEntry> {
             "1: ring the bell after sending; 1 + a channel's number, counted from 1 in the order above: after sending on \
              that one is enough; 0: awake, it polls",
         ),
-        entry(names::TICK, "tick", "Ticks finished: the heartbeat"),
+        entry(names::TICK, "tick", "Ticks finished, their bells rung: the heartbeat"),
         entry(
             names::AGREEMENT,
             "agreement",

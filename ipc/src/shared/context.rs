@@ -3,9 +3,9 @@
 use super::iceoryx::create_node;
 use super::names::{ANY_AGREEMENT, CONNECTED, END, GONE, PORTS};
 use super::status::{PeerStatus, TokenWait};
-use super::waker::{Peer, Rest, Waker, wait};
+use super::waker::{Awaited, Peer, Rest, Waker, wait};
 use crate::error::LinkError;
-use crate::message::{Channel, NodeId};
+use crate::message::NodeId;
 use crate::stop::stop_requested;
 use iceoryx2::prelude::{Node, ipc};
 use std::cell::Cell;
@@ -239,19 +239,19 @@ impl SharedContext {
         }
     }
 
-    /// Waits as this process does until `look` finds something on `channel`; none once it is `until_ns` of the monotonic clock or the run
+    /// Waits as this process does until `look` finds what is `awaited`; none once it is `until_ns` of the monotonic clock or the run
     /// is told to stop, which no longer counts once [`SharedContext::wait_at_most`] was called.
     pub(super) fn wait<T>(
         &self,
         until_ns: u64,
-        channel: Channel,
+        awaited: &Awaited,
         look: impl FnMut() -> Result<Option<T>, LinkError>,
     ) -> Result<Option<T>, LinkError> {
         let rest = match self.settings.wait {
             Wait::Poll { period } => Rest::For(period),
             // Senders look at the status of the process that died: nobody notifies this one.
             Wait::Notified { .. } if self.rejoins => Rest::For(REJOINED_POLL),
-            Wait::Notified { .. } => Rest::Notified(&self.waker, Some(channel)),
+            Wait::Notified { .. } => Rest::Notified(&self.waker, Some(awaited)),
         };
         wait(self.yields(), &rest, until_ns, self.last_wait.get().is_none(), look)
     }
@@ -314,7 +314,7 @@ impl SharedContext {
             .map(|(name, _)| name.as_str())
     }
 
-    fn peer_of(&self, node: NodeId) -> Option<&Rc<Peer>> {
+    pub(super) fn peer_of(&self, node: NodeId) -> Option<&Rc<Peer>> {
         self.process_of(node).and_then(|process| self.peers.get(process))
     }
 

@@ -4,7 +4,7 @@ use super::context::SharedContext;
 use super::iceoryx::{channel_name, refused, retry};
 use super::names::{DEEPEST_BUFFER, LOOP_BUFFER, MAX_BORROWED, MAX_NODES, MAX_PUBLISHERS, MAX_SUBSCRIBERS};
 use super::status::TokenWait;
-use super::waker::{Peer, notify_sleepers};
+use super::waker::{Awaited, Origin, Peer, notify_sleepers};
 use crate::clock::monotonic_ns;
 use crate::error::LinkError;
 use crate::message::{Channel, Message, NodeId};
@@ -193,6 +193,7 @@ pub struct RawReceiver {
     port: Box<dyn Subscribed>,
     channel: Channel,
     reader: NodeId,
+    sender: Option<Rc<Peer>>,
     context: Rc<SharedContext>,
 }
 
@@ -207,6 +208,7 @@ impl RawReceiver {
             port: subscribe(&context.node, channel, reader.name(), depth)?,
             channel,
             reader,
+            sender: context.peer_of(channel.producer()).cloned(),
             context: context.clone(),
         })
     }
@@ -231,7 +233,7 @@ impl RawReceiver {
         let limit = self.context.last_wait().unwrap_or(self.context.receive_limit());
         match self
             .context
-            .wait(after(start_ns, limit), self.channel, || self.poll())?
+            .wait(after(start_ns, limit), &self.awaited(Some(tick)), || self.poll())?
         {
             Some(token) => Ok(token),
             None => Err(self.given_up(tick, start_ns)),
@@ -245,7 +247,7 @@ impl RawReceiver {
         let last_wait = self.context.last_wait();
         let until_ns = last_wait.map_or(until_ns, |limit| after(start_ns, limit));
         let look = || Ok(newest.advance(due, monotonic_ns(), || self.poll())?.then_some(()));
-        let settled = self.context.wait(until_ns, self.channel, look)?.is_some();
+        let settled = self.context.wait(until_ns, &self.awaited(Some(due)), look)?.is_some();
         if settled || last_wait.is_none() && !stop_requested() {
             return Ok(());
         }
@@ -258,7 +260,16 @@ impl RawReceiver {
         limit: Duration,
         look: impl FnMut() -> Result<Option<T>, LinkError>,
     ) -> Result<Option<T>, LinkError> {
-        self.context.wait(after(monotonic_ns(), limit), self.channel, look)
+        self.context
+            .wait(after(monotonic_ns(), limit), &self.awaited(None), look)
+    }
+
+    fn awaited(&self, tick: Option<u64>) -> Awaited {
+        let origin = self.sender.clone().zip(tick);
+        Awaited {
+            channel: self.channel,
+            origin: origin.map(|(sender, tick)| Origin { sender, tick }),
+        }
     }
 
     #[cold]

@@ -5,6 +5,7 @@
 //! a sleeper.
 
 use super::iceoryx::{event, refused, retry};
+use super::names::END;
 use super::status::{OwnStatus, PeerStatus};
 use crate::clock::monotonic_ns;
 use crate::error::LinkError;
@@ -14,7 +15,7 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::*;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::os::fd::BorrowedFd;
 use std::rc::Rc;
 use std::sync::atomic::{Ordering, fence};
@@ -32,8 +33,8 @@ const CROWDED_FOR_NS: u64 = 50_000_000;
 pub struct Waker {
     pub status: OwnStatus,
     listener: Listener<ipc::Service>,
-    /// A sleep found a token at its end that nobody had notified of; its sender may be just about to.
-    unannounced: Cell<bool>,
+    /// A sleep found this token at its end, and nobody had notified of it; its sender may be just about to.
+    unannounced: RefCell<Option<Origin>>,
     lost_notifications: Cell<u64>,
     /// Until when yielding is not worth while.
     crowded_until_ns: Cell<u64>,
@@ -55,7 +56,7 @@ impl Waker {
         Ok(Self {
             status,
             listener,
-            unannounced: Cell::new(false),
+            unannounced: RefCell::new(None),
             lost_notifications: Cell::new(0),
             crowded_until_ns: Cell::new(0),
         })
@@ -65,47 +66,53 @@ impl Waker {
     fn sleep<T>(
         &self,
         left: Duration,
-        awaited: Option<Channel>,
+        awaited: Option<&Awaited>,
         look: &mut impl FnMut() -> Result<Option<T>, LinkError>,
     ) -> Result<Option<T>, LinkError> {
-        if self.unannounced.get() {
-            self.settle(left.min(MAX_SLEEP));
+        if !self.settled(left.min(MAX_SLEEP)) {
             return Ok(None);
         }
-        self.status.fall_asleep(awaited);
+        self.status.fall_asleep(awaited.map(|awaited| awaited.channel));
         // Pairs with the fence in `notify_sleepers`.
         fence(Ordering::SeqCst);
         let mut found = look();
         if matches!(found, Ok(None)) && !self.notified_within(left.min(MAX_SLEEP)) && left > MAX_SLEEP {
             found = look();
-            self.unannounced.set(matches!(found, Ok(Some(_))));
+            if matches!(found, Ok(Some(_))) {
+                self.unannounced
+                    .replace(awaited.and_then(|awaited| awaited.origin.clone()));
+            }
         }
         // Whoever is just about to notify of it shall find the flag up still.
-        if !self.unannounced.get() {
+        if self.settled(Duration::ZERO) {
             self.status.wake_up();
         }
         found
     }
 
-    /// The notification of what the last sleep found has come meanwhile, or comes once its sender, which may have been kept from the core
-    /// between sending and notifying, has it again; or it is lost. The flag is up meanwhile.
-    fn settle(&self, limit: Duration) {
-        if !self.unannounced.get() {
-            return;
-        }
-        let heard = self.notified_within(limit);
-        if !heard && limit >= MAX_SLEEP {
+    /// Whether what the last sleep found has been notified of meanwhile, or its notification is lost; waits so long for it. Its sender may
+    /// have been kept from the core between sending and notifying, for any time: it has lost it only once its heartbeat is past that tick.
+    fn settled(&self, limit: Duration) -> bool {
+        let Some(origin) = self.unannounced.take() else {
+            return true;
+        };
+        // In this order: who notifies does so before its heartbeat.
+        let past = origin.is_past();
+        let heard = self.notified_within(if past { Duration::ZERO } else { limit });
+        if !heard && past {
             self.lost_notifications.set(self.lost_notifications.get() + 1);
         }
-        self.unannounced.set(!heard && limit < MAX_SLEEP);
-        if !self.unannounced.get() {
+        if heard || past {
             self.status.wake_up();
+            return true;
         }
+        self.unannounced.replace(Some(origin));
+        false
     }
 
     /// How often a sleeper was not notified of a token, and found it when it looked up by itself.
     pub fn lost_notifications(&self) -> u64 {
-        self.settle(MAX_SLEEP);
+        self.settled(Duration::ZERO);
         self.lost_notifications.get()
     }
 
@@ -123,6 +130,27 @@ impl Waker {
         // it believes notified, and were that ever wrong, only this would end it.
         let heard = self.listener.try_wait(|_| {});
         !matches!((ready, heard), (Ok(0), Ok(0)))
+    }
+}
+
+/// What a process sleeps for.
+pub struct Awaited {
+    pub channel: Channel,
+    /// None where any token will do: then none counts as not notified of.
+    pub origin: Option<Origin>,
+}
+
+/// Which process sends a token, and of which tick it is.
+#[derive(Clone)]
+pub struct Origin {
+    pub sender: Rc<Peer>,
+    pub tick: u64,
+}
+
+impl Origin {
+    /// The sender has finished this tick, and notified of its token before.
+    fn is_past(&self) -> bool {
+        self.sender.status.tick() > self.tick || self.sender.status.phase() >= END
     }
 }
 
@@ -168,8 +196,8 @@ pub fn notify_sleepers(readers: &[Rc<Peer>], channel: Channel) -> Result<(), Lin
 
 /// How a process rests between two looks.
 pub enum Rest<'a> {
-    /// Until notified of a token on this channel, or on any.
-    Notified(&'a Waker, Option<Channel>),
+    /// Until notified of this token, or of any.
+    Notified(&'a Waker, Option<&'a Awaited>),
     /// For so long.
     For(Duration),
 }
