@@ -28,6 +28,8 @@ pub use share::Share;
 pub use subject::Subject;
 pub use tables::{markdown, summary};
 
+pub use anhyst_witness::Nuisance;
+
 use crate::error::StudyError;
 use anhyst_diagnosis::{DiagnoseOptions, Diagnosed, diagnose};
 use anhyst_measured::{MeasuredRun, Quantity};

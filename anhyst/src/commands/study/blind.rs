@@ -10,9 +10,10 @@ use anhyst_launch::error::RunError;
 use anhyst_launch::say::quoted;
 use anhyst_model::{ActuatorModel, AmplifierConstants};
 use anhyst_scenario::{load, load_model};
-use anhyst_studies::blind::{Case, Plan, Results, StudyRun, Subject, markdown, page, study, summary};
+use anhyst_studies::blind::{Case, Nuisance, Plan, Results, StudyRun, Subject, markdown, page, study, summary};
 use anhyst_sweep::Journal;
 use clap::Args;
+use clap::builder::PossibleValuesParser;
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -45,6 +46,9 @@ pub struct BlindArguments {
     /// Sweep for detection limits: so many runs at each of the gaps 0.25, 0.5, 1, 2 and 4 noises, under each nuisance.
     #[arg(long, default_value_t = 0, value_name = "RUNS", num_args = 0..=1, default_missing_value = "6")]
     pub limits: u64,
+    /// Only under these nuisances.
+    #[arg(long, value_name = "NUISANCE,…", value_delimiter = ',', value_parser = PossibleValuesParser::new(Nuisance::ALL.map(Nuisance::name)))]
+    pub nuisance: Vec<String>,
     /// Of the seeds that decide everything. Nothing was tuned on the default's.
     #[arg(long, default_value_t = 70_000_000)]
     pub first_seed: u64,
@@ -123,6 +127,7 @@ fn command(arguments: &BlindArguments) -> String {
         unlisted,
         pairs,
         limits,
+        nuisance,
         first_seed,
         samples,
         ..
@@ -138,8 +143,13 @@ fn command(arguments: &BlindArguments) -> String {
     } else {
         String::new()
     };
+    let only = if nuisance.is_empty() {
+        String::new()
+    } else {
+        format!(" --nuisance {}", nuisance.join(","))
+    };
     format!(
-        "anhyst study blind{model} --singles {singles} --none {none} --unlisted {unlisted} --pairs {pairs}{sweep} --first-seed {first_seed} --samples {samples}"
+        "anhyst study blind{model} --singles {singles} --none {none} --unlisted {unlisted} --pairs {pairs}{sweep}{only} --first-seed {first_seed} --samples {samples}"
     )
 }
 
@@ -155,7 +165,9 @@ fn all_runs(arguments: &BlindArguments, subject: &Subject, plan: &Plan) -> miett
         present.insert((run.seed, run.rows), run);
     });
     let mut journal = journal.map_err(told)?;
-    let cases = plan.cases(subject);
+    let mut cases = plan.cases(subject);
+    let only = &arguments.nuisance;
+    cases.retain(|case| only.is_empty() || only.iter().any(|name| name == case.nuisance.name()));
     let mut runs: HashMap<u64, StudyRun> = cases
         .iter()
         .filter_map(|case| present.remove(&(case.seed, plan.rows)).filter(|run| run.is_of(case)))
