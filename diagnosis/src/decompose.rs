@@ -164,10 +164,10 @@ impl Search<'_> {
                 .iter()
                 .filter(|(_, fit)| evidence.cost(&fit.point) - least < TIES);
             gathered.ties.extend(as_well.map(|(_, fit)| (*term, fit.clone())));
-            let polished = bench.fit(&best.point.composition, None)?;
-            if at_a_bound(&polished.point.composition, *term) {
+            let polished = bench.fit(&best.point.composition, None);
+            let Some(polished) = polished.filter(|own| !at_a_bound(&own.point.composition, *term)) else {
                 break;
-            }
+            };
             course.push(std::mem::replace(&mut base, polished).point);
             off_mains = self.lines(&mut base)?;
             let is_enough = match self.depth {

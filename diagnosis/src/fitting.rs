@@ -132,7 +132,9 @@ impl Bench {
             Slot::Effect(kind, place) if kind.parameters()[place].is_limit() => 0.01,
             _ => coordinate.step(value),
         };
-        difference(step).or_else(|| difference(-step))
+        // Near the edge of what the model allows, only a small step of one sign may be left.
+        let shares = [1.0, -1.0, 0.1, -0.1, 0.01, -0.01];
+        shares.into_iter().find_map(|share| difference(share * step))
     }
 
     /// Fits the unknowns of a composition from their values; `known` lends its derivatives of all that it has in common, which a rough

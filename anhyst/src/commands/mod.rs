@@ -9,6 +9,7 @@ pub mod check;
 pub mod commission;
 #[cfg(feature = "recorder")]
 mod commission_belief;
+#[cfg(feature = "recorder")]
 mod commission_report;
 pub mod data;
 pub mod diagnose;

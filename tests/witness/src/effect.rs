@@ -295,6 +295,7 @@ impl Effect {
             && hidden.more_mass > -0.8
             && hidden.more_stiffness > -0.8
             && hidden.cubic_coupling.abs() <= 5e-13
+            && !rig.material.stressed(hidden.cubic_coupling).folds()
             && hidden.loop_delay_s <= 0.01
             && hidden.friction_m <= 2e-5
             && sensor.mode.gain.abs() <= 1.0

@@ -142,10 +142,7 @@ impl Plant {
                 .collect(),
         };
         Plant {
-            material: Material {
-                cubic_coupling: material.cubic_coupling + hidden.cubic_coupling,
-                ..material
-            },
+            material: material.stressed(hidden.cubic_coupling),
             rod,
             hidden,
             tick_s,
