@@ -46,6 +46,14 @@ pub(crate) struct LowPass {
 pub(crate) type Likely = Vec<(f64, LowPass)>;
 
 impl LowPass {
+    /// The same where no noise shows it.
+    pub fn supposed(self) -> Self {
+        LowPass {
+            is_supposed: true,
+            ..self
+        }
+    }
+
     /// Of the power at a frequency.
     fn power(&self, frequency_hz: f64, tick_s: f64) -> f64 {
         let of = |ratio: f64| 1.0 / (1.0 + ratio.powi(2 * self.order as i32));

@@ -127,10 +127,8 @@ impl<'a> Evidence<'a> {
 /// White part of a channel's noise, and of its part like 1/f the variance at place 1.
 fn noise(bench: &Bench, best: &Point, channel: &Channel) -> (f64, f64) {
     let white = noise_variance(bench, best, channel);
-    let room = well_passed(bench, best, channel).map(|(band, level)| {
-        let most = level * (1.0 + 3.0 * (2.0 / band.len() as f64).sqrt());
-        (most - white).max(0.0) * middle(band, channel)
-    });
+    let room = well_passed(bench, best, channel)
+        .map(|(band, level)| (at_most(band, level) - white).max(0.0) * middle(band, channel));
     (white, room.reduce(f64::min).unwrap_or(0.0))
 }
 
@@ -148,6 +146,11 @@ fn well_passed<'a>(
         let inside = channel.places.contains(&band[0]) && (end - channel.places.start) as f64 <= most;
         inside.then_some((band, *level))
     })
+}
+
+/// What a band's variance may be, of which a few numbers show less by chance.
+fn at_most(band: &[usize], level: f64) -> f64 {
+    level * (1.0 + 3.0 * (2.0 / band.len() as f64).sqrt())
 }
 
 /// Of a band's places within its channel.
@@ -171,7 +174,7 @@ fn noise_variance(bench: &Bench, point: &Point, channel: &Channel) -> f64 {
     if passed(bench, point, channel).is_none() {
         return own;
     }
-    let levels = well_passed(bench, point, channel).map(|(_, level)| level);
+    let levels = well_passed(bench, point, channel).map(|(band, level)| at_most(band, level));
     levels.reduce(f64::min).unwrap_or(own)
 }
 

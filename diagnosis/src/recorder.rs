@@ -127,10 +127,7 @@ fn supposed(bench: &Bench, known: &[(ChannelKind, LowPass)], found: &Decompositi
         is_supposed: true,
     });
     // What is before one converter is likely before all.
-    let others = known.iter().map(|(_, own)| LowPass {
-        is_supposed: true,
-        ..*own
-    });
+    let others = known.iter().map(|(_, own)| own.supposed());
     let beside = |low_pass: LowPass, fit: &Fitted| {
         let composition = fit.point.composition.clone();
         bench.fit(&composition.with_low_pass(ChannelKind::Output, low_pass), Some(fit))
@@ -289,7 +286,7 @@ fn alternatives(bench: &Bench, seen: &[(ChannelKind, Likely)]) -> Vec<(f64, Form
     if let [(seen, forms)] = seen {
         let mut unseen = bench.plant.channels.iter().map(|own| own.kind);
         if let Some(kind) = unseen.find(|own| own != seen && *own != ChannelKind::Magnetization) {
-            let both = |(unlikely, own): &(f64, LowPass)| (*unlikely, vec![(*seen, *own), (kind, *own)]);
+            let both = |(unlikely, own): &(f64, LowPass)| (*unlikely, vec![(*seen, *own), (kind, own.supposed())]);
             all.extend(forms.iter().map(both));
         }
     }

@@ -111,6 +111,11 @@ pub(crate) fn unlisted(bench: &Bench, base: &Fitted) -> Vec<Unlisted> {
     let linear = Linearised::new(bench, base);
     let curves = parallel::map(bench.threads, &Over::ALL, |over| one(bench, base, &linear, *over));
     let mut found: Vec<Unlisted> = curves.into_iter().flatten().collect();
+    // What a fit that is held at a bound would gain without any curve is no curve's.
+    let (bare, _, _) = linear.gain::<Vec<f64>>(&[], RIDGE, ROUNDS);
+    for own in &mut found {
+        own.gain -= bare.likelihood;
+    }
     found.sort_by(|one, other| other.gain.total_cmp(&one.gain));
     found
 }
