@@ -2,8 +2,8 @@
 //!
 //! Butterworth of order n at f_c: F = 1/Π_k (j x − e^{jπ(2k + n + 1)/2n}), |F|² = 1/(1 + x^{2n}), of circuits x = f/f_c, of the recorder's
 //! program (bilinear, prewarped) x = tan(πfT)/tan(πf_cT); applied to the whole run's spectrum, so exact for both. Noise that passes it has its
-//! shape above the actuator's band: there S(f) = A|F|² + q²/12
-//! (q resolution; a circuit's folded at half the sampling rate) is held against A f^−p + B by the likelihood of Whittle.
+//! shape above the actuator's band: there S(f) = A|F|²(1 + r/fT) + q²/12 (r share like 1/f,
+//! q resolution; a circuit's folded at half the sampling rate) is held against A f^−p + B by the likelihood of Whittle.
 //! A filter that no noise passes is not seen here; it acts as a delay.
 
 use std::f64::consts::PI;
@@ -29,6 +29,8 @@ const MAX_ALTERNATIVES: usize = 4;
 /// Corners that are looked for, as shares of the sampling rate.
 const MIN_CORNER: f64 = 0.03;
 const MAX_CORNER: f64 = 0.46;
+/// Shares of noise like 1/f: as much as white noise over a run, and what is beside it.
+const PINK: [f64; 4] = [0.0, 0.015, 0.05, 0.15];
 const ORDERS: [u32; 7] = [2, 3, 4, 5, 6, 7, 8];
 
 /// A Butterworth low pass.
@@ -174,7 +176,10 @@ impl LowPass {
         let slanted = floors.flat_map(|floor| (1..=8).map(move |power| (floor, f64::from(power))));
         let slanted = slanted.map(|(floor, power)| cost(&|f: f64| (f * tick_s).powf(-power), floor));
         let plain = slanted.fold(cost(&|_| 1.0, floor), f64::min);
-        let at = |low_pass: &LowPass| cost(&|f: f64| low_pass.power(f, tick_s), floor);
+        let at = |low_pass: &LowPass| {
+            let with = |pink: f64| cost(&|f: f64| low_pass.power(f, tick_s) * (1.0 + pink / (f * tick_s)), floor);
+            PINK.map(with).into_iter().fold(f64::INFINITY, f64::min)
+        };
         let best_of = |family: LowPass, corners: &mut dyn Iterator<Item = f64>| {
             let all = corners.filter(|corner_hz| *corner_hz < MAX_CORNER * rate);
             let all = all.map(|corner_hz| LowPass { corner_hz, ..family });
@@ -270,18 +275,22 @@ mod tests {
             is_circuit: false,
             is_supposed: false,
         };
-        let mut filtered = white;
-        truth.apply(
-            &mut filtered,
-            tick_s,
-            &Spectrum::new(40_000),
-            &truth.responses(tick_s, 40_000),
-        );
-        let (_, found) = LowPass::seen(&filtered, tick_s, 0.0, FROM[0])[0];
-        assert!(
-            found.order.abs_diff(4) <= 1 && (found.corner_hz / 1800.0 - 1.0).abs() < 0.06,
-            "{found:?}"
-        );
+        let spectrum = Spectrum::new(40_000);
+        // Noise like 1/f beside the white lets it fall sooner.
+        for pink in [0.0, 0.1] {
+            let mut packed = spectrum.of(&white);
+            for (line, own) in packed[1..].chunks_mut(2).enumerate() {
+                let share = (line + 1) as f64 / 40_000.0;
+                own.iter_mut().for_each(|own| *own *= (1.0_f64 + pink / share).sqrt());
+            }
+            let mut filtered = spectrum.back(&packed);
+            truth.apply(&mut filtered, tick_s, &spectrum, &truth.responses(tick_s, 40_000));
+            let (_, found) = LowPass::seen(&filtered, tick_s, 0.0, FROM[0])[0];
+            assert!(
+                found.order.abs_diff(4) <= 1 && (found.corner_hz / 1800.0 - 1.0).abs() < 0.06,
+                "{pink}: {found:?}"
+            );
+        }
     }
 
     /// Guards the filter itself: below the corner its delay, at, below and above it |F|², and a line is only delayed.
