@@ -5,12 +5,14 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error, Diagnostic)]
 pub enum ScenarioError {
     /// The file cannot be read.
-    #[error("{path} cannot be read: {cause}", path = path.display())]
+    #[error("{path} cannot be read: {cause}{instead}", path = path.display())]
     Unreadable {
         /// Which file.
         path: PathBuf,
         /// What the system says.
         cause: std::io::Error,
+        /// What may be meant, of what is in the program.
+        instead: String,
     },
     /// A value is wrong.
     #[error(transparent)]

@@ -2,7 +2,7 @@
 
 use super::ScenarioError;
 use super::source;
-use super::text::{is_built_in, misread, options, parse, place_of, read};
+use super::text::{instead, is_built_in, misread, options, parse, place_of, read};
 use anhyst_identify::laws::LawFile;
 use anhyst_measured::Quantity;
 use anhyst_model::{
@@ -36,7 +36,7 @@ pub(crate) fn load_material(
     amplifier: AmplifierConstants,
 ) -> Result<ActuatorModel, ScenarioError> {
     if !file.is_file() && !is_built_in(file) {
-        let sentence = format!("the material file {} does not exist", file.display());
+        let sentence = format!("the material file {} does not exist{}", file.display(), instead(file));
         return Err(ScenarioError::at(scenario, text, place_of(text, at), sentence));
     }
     let model = load_model(file)?;

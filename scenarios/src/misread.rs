@@ -1,6 +1,7 @@
 //! What is said of a text that is no good RON, or not of the form that a field has: the field, its unit, and what is wanted.
 
 use super::source;
+use anhyst_measured::nearest;
 use ron::Error;
 
 /// Endings of fields' names and the units that they say; the longer before the shorter.
@@ -32,9 +33,6 @@ const UNITS: [(&str, &str); 26] = [
     ("_m", "m"),
     ("_s", "s"),
 ];
-
-/// So alike a known name must be to what was written to be meant by it.
-const ALIKE: f64 = 0.8;
 
 /// The sentence for an error at a byte of a text.
 pub fn sentence(text: &str, byte: usize, error: &Error) -> String {
@@ -70,10 +68,9 @@ pub fn sentence(text: &str, byte: usize, error: &Error) -> String {
 
 /// A name that nothing has, and the one that is likely meant.
 fn unknown(error: &Error, found: &str, expected: &[&str]) -> String {
-    let alike = |name: &&str| strsim::jaro_winkler(name, found);
-    match expected.iter().max_by(|one, other| alike(one).total_cmp(&alike(other))) {
-        Some(nearest) if alike(nearest) >= ALIKE => format!("{error}; is `{nearest}` meant?"),
-        _ => error.to_string(),
+    match nearest(found, expected.iter().copied()) {
+        Some(nearest) => format!("{error}; is `{nearest}` meant?"),
+        None => error.to_string(),
     }
 }
 

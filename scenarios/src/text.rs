@@ -1,6 +1,7 @@
 //! From a file, or what is in the program, to a text, and from a RON text to our structs or a sentence.
 
 use super::{ScenarioError, misread, source};
+use anhyst_measured::nearest;
 use ron::error::SpannedError;
 use ron::extensions::Extensions;
 use ron::ser::PrettyConfig;
@@ -67,6 +68,10 @@ pub(crate) fn read(path: &Path) -> Result<String, ScenarioError> {
         (Err(_), Some((_, text))) => (*text).to_owned(),
         (Err(cause), None) => {
             return Err(ScenarioError::Unreadable {
+                instead: match cause.kind() {
+                    std::io::ErrorKind::NotFound => instead(path),
+                    _ => String::new(),
+                },
                 path: path.to_owned(),
                 cause,
             });
@@ -76,6 +81,17 @@ pub(crate) fn read(path: &Path) -> Result<String, ScenarioError> {
         Some(text) => text.to_owned(),
         None => text,
     })
+}
+
+/// What may be meant by a file that is missing: what is in the program under its name or one like it, or else all of it.
+pub(crate) fn instead(path: &Path) -> String {
+    let names = || BUILT_IN.iter().map(|(name, _)| *name);
+    let file = |name: &'static str| name.rsplit('/').next().unwrap_or(name);
+    let written = path.file_name().unwrap_or_default().to_string_lossy();
+    match nearest(&written, names().map(file)).and_then(|near| names().find(|name| file(name) == near)) {
+        Some(name) => format!("; in the program is {name}"),
+        None => format!("; in the program are {}", names().collect::<Vec<_>>().join(", ")),
+    }
 }
 
 /// Any of our structs from a RON text, of which `path` is what to call it.

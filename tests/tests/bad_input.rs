@@ -177,6 +177,17 @@ fn missing_files_and_bad_settings_are_refused() {
         "{}",
         refused.err
     );
+    // What is in the program is named to who has no clone.
+    for command in ["run", "check", "graph"] {
+        let said = |file| one_line(Finished::run(&[command, file], LIMIT).expect(2)).err;
+        let refused = said("elsewhere/milling.ron");
+        assert!(refused.contains("in the program is built-in/milling.ron"), "{refused}");
+        let refused = said("elsewhere/q.ron");
+        assert!(
+            refused.contains("in the program are built-in/amplifier.ron, "),
+            "{refused}"
+        );
+    }
     let refused = Finished::run(&["check", "scenarios/milling.ron", "--set", "plant.no.such=1"], LIMIT).expect(2);
     assert!(refused.err.contains("`no`"), "{}", refused.err);
 }
