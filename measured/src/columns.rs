@@ -9,6 +9,7 @@ use std::str::FromStr;
 
 use crate::error::MeasuredError;
 use crate::quantity::{Quantity, Unit};
+use crate::spelling::nearest;
 
 /// The header that stands for "do not read this quantity".
 const LEFT_OUT: &str = "-";
@@ -28,8 +29,11 @@ impl FromStr for ColumnMapping {
 
     /// `name=HEADER`, `name=HEADER*SCALE`, `name=HEADER*SCALE+OFFSET` or `name=-`.
     fn from_str(text: &str) -> Result<Self, MeasuredError> {
+        let key = text.split('=').next().unwrap_or_default().trim();
+        let near = nearest(key, Quantity::ALL.map(Quantity::key)).filter(|near| *near != key);
         let refusal = || MeasuredError::BadMapping {
             text: text.to_owned(),
+            meant: near.map_or_else(String::new, |near| format!("is {near}= meant? Else ")),
             keys: keys(&Quantity::ALL),
         };
         let (key, rest) = text.split_once('=').ok_or_else(refusal)?;
@@ -210,6 +214,8 @@ fn named(file: &Path, headers: &[String], mapping: &ColumnMapping) -> Result<Col
         file: file.to_owned(),
         header: mapping.header.clone(),
         quantity: quantity.name(),
+        meant: nearest(&mapping.header, headers.iter().map(String::as_str))
+            .map_or_else(String::new, |near| format!("Is \"{near}\" meant? ")),
         present: quoted(headers),
     })?;
     let times = headers.iter().filter(same).count();

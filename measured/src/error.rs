@@ -80,11 +80,12 @@ pub enum MeasuredError {
         expected: usize,
         remedy: String,
     },
-    #[error("{file}: there is no column \"{header}\", which was named for the {quantity}. It has {present}")]
+    #[error("{file}: there is no column \"{header}\", which was named for the {quantity}. {meant}It has {present}")]
     NoSuchHeader {
         file: PathBuf,
         header: String,
         quantity: &'static str,
+        meant: String,
         present: String,
     },
     #[error(
@@ -277,10 +278,10 @@ pub enum MeasuredError {
         correlation: f64,
     },
     #[error(
-        "\"{text}\" does not name a column: write {keys}, then = and the header, then * and a scale if the unit is not SI, as in \
+        "\"{text}\" does not name a column: {meant}write {keys}, then = and the header, then * and a scale if the unit is not SI, as in \
          field=H_raw*1000 or temperature=T*1+273.15. A header of - leaves the quantity out"
     )]
-    BadMapping { text: String, keys: String },
+    BadMapping { text: String, meant: String, keys: String },
     #[error("the {quantity_key} is named twice, as \"{first}\" and as \"{second}\": name one column")]
     MappedTwice {
         quantity_key: &'static str,

@@ -88,6 +88,37 @@ fn a_law_is_fitted_to_one_file_and_predicts_another() {
 fn a_wrong_law_is_refused() {
     let root = tempfile::tempdir().unwrap();
     let data = measured(root.path(), "one.csv", 1.0);
+    assert_eq!(line["why"], "", "{line}");
+}
+
+/// Guards the way out of a refusal: under foreign names it ends with the options that read the file, and a misspelt one with the right one.
+#[test]
+fn a_refusal_of_columns_ends_with_what_to_give() {
+    let root = tempfile::tempdir().unwrap();
+    let file = measured(root.path(), "one.csv", 1.0);
+    let text = std::fs::read_to_string(&file).unwrap();
+    let text = text.replace("time_s,voltage_V,displacement_um", "Timestamp [s],v_in_V,PosX_um");
+    std::fs::write(&file, text).unwrap();
+    let out = root.path().join("fit").to_string_lossy().into_owned();
+    let fit = |columns: &[&str]| {
+        let base = ["fit", &file, "--law", "linear", "--out", &out];
+        Finished::run(&[&base[..], columns].concat(), LIMIT)
+    };
+    let columns = ["--column", "voltage=v_in_V", "--column", "displacement=PosX_um"];
+    let words = |finished: Finished| finished.err.split_whitespace().collect::<Vec<_>>().join(" ");
+    let refused = words(fit(&[]).expect(2));
+    let proposed = format!("give --column 'time=Timestamp [s]' {}", columns.join(" "));
+    let timed = columns.join(" ");
+    assert!(
+        refused.contains(&timed) && refused.contains("time=Timestamp"),
+        "no {proposed} in {refused}"
+    );
+    let all = [&["--column", "time=Timestamp [s]"], &columns[..]].concat();
+    fit(&all).expect(0);
+    let misspelt = words(fit(&["--column", "voltage=v_in_v"]).expect(2));
+    assert!(misspelt.contains("Is \"v_in_V\" meant?"), "{misspelt}");
+    let misspelt = words(fit(&["--column", "voltge=v_in_V"]).expect(2));
+    assert!(misspelt.contains("is voltage= meant?"), "{misspelt}");
     let law = root.path().join("law.ron");
     let refused = |text: &str| {
         std::fs::write(&law, text).unwrap();

@@ -82,11 +82,7 @@ fn print(table: &SurveyedTable, of: &str, file: &str) {
     for remark in &table.remarks {
         crate::say!("- {remark}");
     }
-    let options: Vec<String> = table
-        .columns
-        .iter()
-        .map(|own| format!("--column {}", quoted(own)))
-        .collect();
+    let options: Vec<String> = table.columns.iter().map(|own| option(own)).collect();
     crate::say!("");
     for own in &table.uses {
         let mark = if own.reads { "" } else { "not read: " };
@@ -189,6 +185,11 @@ fn row(channel: &Channel) -> Vec<Cell> {
         Cell::Words(to_si),
         Cell::Words(picture),
     ]
+}
+
+/// A column as it is given.
+pub(super) fn option(column: &str) -> String {
+    format!("--column {}", quoted(column))
 }
 
 /// As a shell reads it.

@@ -67,7 +67,7 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
     let runs = arguments
         .data
         .iter()
-        .map(|file| MeasuredRun::read_each(file, &reading).map_err(super::unread(file)))
+        .map(|file| MeasuredRun::read_each(file, &reading).map_err(super::unread("diagnose", file, &reading)))
         .collect::<Result<Vec<_>, _>>()
         .map(|runs| runs.concat())?;
     let runs: Vec<MeasuredRun> = runs.into_iter().map(|run| driven(run, &model)).collect();

@@ -82,8 +82,9 @@ pub fn run(arguments: &EstimateArguments) -> miette::Result<Ending> {
         }
     }
     let model = load_model(&arguments.model)?;
+    let reading = arguments.table.reading();
     let measured =
-        MeasuredRun::read(&arguments.data, &arguments.table.reading()).map_err(super::unread(&arguments.data))?;
+        MeasuredRun::read(&arguments.data, &reading).map_err(super::unread("estimate", &arguments.data, &reading))?;
     let choices = Choices {
         law: arguments.law.clone(),
         range_a_per_m: arguments.range_a_per_m,

@@ -27,7 +27,8 @@ pub fn run(arguments: &FitArguments) -> miette::Result<Ending> {
             "--name {name:?} names a folder and a material: it must not be empty, begin with '.', or hold / \\ \" or a line break"
         ));
     }
-    let measured = MeasuredRun::read_loops(data, &arguments.table.reading()).map_err(super::unread(data))?;
+    let reading = arguments.table.reading();
+    let measured = MeasuredRun::read_loops(data, &reading).map_err(super::unread("fit", data, &reading))?;
     let options = FitOptions {
         curves: match arguments.curve {
             Curve::Both => Curves::Both,

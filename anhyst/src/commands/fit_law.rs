@@ -16,7 +16,8 @@ use std::path::Path;
 /// # Errors
 /// Bad data, a law that does not describe them, or a result that cannot be written.
 pub fn run(arguments: &FitArguments, data: &Path, law: &str) -> miette::Result<Ending> {
-    let runs = MeasuredRun::read_records(data, &arguments.table.reading()).map_err(super::unread(data))?;
+    let reading = arguments.table.reading();
+    let runs = MeasuredRun::read_records(data, &reading).map_err(super::unread("fit --law", data, &reading))?;
     let refused = |error: LawError| miette::miette!("{error}");
     let records = LawData::of(&runs, None, arguments.output).map_err(refused)?;
     let bar = super::count_bar(0, "fit");

@@ -48,7 +48,8 @@ pub mod view;
 
 use anhyst_launch::error::RunError;
 use anhyst_launch::say::quoted;
-use anhyst_measured::MeasuredError;
+use anhyst_measured::survey::Survey;
+use anhyst_measured::{MeasuredError, RunReadOptions};
 use serde::Serialize;
 use std::path::Path;
 
@@ -91,10 +92,19 @@ pub fn save(out: &Path, file: &str, text: &str) -> Result<(), RunError> {
     std::fs::write(&path, text).map_err(|cause| RunError::Write { path, cause })
 }
 
-/// The sentence with which a measured file is refused, and the command that tells what would do.
-pub fn unread(file: &Path) -> impl FnOnce(MeasuredError) -> miette::Report {
-    let help = format!("what it holds, and what to give: anhyst data {}", quoted(file));
-    move |error| miette::miette!(help = help, "{error}")
+/// The sentence with which a measured file is refused, and what to give instead: what `data` proposes, if this command reads it so.
+pub fn unread(command: &str, file: &Path, reading: &RunReadOptions) -> impl FnOnce(MeasuredError) -> miette::Report {
+    move |error| {
+        let survey = Survey::of(file, reading).ok();
+        let proposed = survey.as_ref().and_then(|own| own.read_by(command)).unwrap_or_default();
+        let proposed: Vec<String> = proposed.iter().map(|own| data::option(own)).collect();
+        let look = format!("anhyst data {}", quoted(file));
+        let help = match proposed.as_slice() {
+            [] => format!("what it holds, and what to give: {look}"),
+            _ => format!("as its columns seem to be, give {} (why: {look})", proposed.join(" ")),
+        };
+        miette::miette!(help = help, "{error}")
+    }
 }
 
 /// The name of a file without its ending.

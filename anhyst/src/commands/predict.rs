@@ -64,8 +64,12 @@ struct RecordReport {
 /// Bad data, a bad model, a model that has not the file's input or output, or a result that cannot be written.
 pub fn run(arguments: &PredictArguments) -> miette::Result<Ending> {
     let law: Option<LawFile> = load_with(&arguments.model, "input_extent")?;
-    let runs = MeasuredRun::read_records(&arguments.data, &arguments.table.reading())
-        .map_err(super::unread(&arguments.data))?;
+    let reading = arguments.table.reading();
+    let runs = MeasuredRun::read_records(&arguments.data, &reading).map_err(super::unread(
+        "predict",
+        &arguments.data,
+        &reading,
+    ))?;
     let (data, prediction) = match &law {
         Some(law) => of_law(law, &runs)?,
         None => of_actuator(&arguments.model, &runs)?,

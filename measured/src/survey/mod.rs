@@ -93,6 +93,14 @@ impl Survey {
                 .collect(),
         })
     }
+
+    /// What follows `--column`, with which this command reads the table that is read; none if it does not.
+    pub fn read_by(&self, command: &str) -> Option<&[String]> {
+        let table = self.tables.iter().find(|table| table.read)?;
+        let mut uses = table.uses.iter().filter(|own| own.reads);
+        let reads = uses.any(|own| own.commands.split(", ").any(|name| name == command));
+        reads.then_some(&table.columns)
+    }
 }
 
 fn table(mut sheet: Sheet, read: bool, options: &RunReadOptions) -> SurveyedTable {
