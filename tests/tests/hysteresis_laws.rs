@@ -54,6 +54,13 @@ fn a_law_is_fitted_to_one_file_and_predicts_another() {
     ));
     let told = fit["held_out_nrmse"].as_f64().unwrap();
     assert!(told < 2e-3 && fit["law"].is_string(), "{fit}");
+    // Why this one of all.
+    let (law, why) = (fit["law"].as_str().unwrap(), fit["why"].as_str().unwrap());
+    let rule = ["it predicts what was kept back best", "it has the fewest numbers"];
+    assert!(
+        why.starts_with(law) && rule.iter().any(|rule| why.contains(rule)),
+        "{why}"
+    );
     let law = root.path().join("fit/law.ron").to_string_lossy().into_owned();
     let along = [
         "predict",
@@ -81,13 +88,6 @@ fn a_law_is_fitted_to_one_file_and_predicts_another() {
         LIMIT,
     ));
     assert!(line["held_out_nrmse"].as_f64().unwrap() > 5.0 * told, "{line}");
-}
-
-/// A file of a law that holds what no law takes is refused with its place, and one for another input by name.
-#[test]
-fn a_wrong_law_is_refused() {
-    let root = tempfile::tempdir().unwrap();
-    let data = measured(root.path(), "one.csv", 1.0);
     assert_eq!(line["why"], "", "{line}");
 }
 
@@ -119,6 +119,13 @@ fn a_refusal_of_columns_ends_with_what_to_give() {
     assert!(misspelt.contains("Is \"v_in_V\" meant?"), "{misspelt}");
     let misspelt = words(fit(&["--column", "voltge=v_in_V"]).expect(2));
     assert!(misspelt.contains("is voltage= meant?"), "{misspelt}");
+}
+
+/// A file of a law that holds what no law takes is refused with its place, and one for another input by name.
+#[test]
+fn a_wrong_law_is_refused() {
+    let root = tempfile::tempdir().unwrap();
+    let data = measured(root.path(), "one.csv", 1.0);
     let law = root.path().join("law.ron");
     let refused = |text: &str| {
         std::fs::write(&law, text).unwrap();

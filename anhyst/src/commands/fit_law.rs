@@ -3,10 +3,11 @@
 use super::fit_arguments::FitArguments;
 use super::{Ending, json, save, stem};
 use crate::law_picture;
-use anhyst_identify::laws::{Family, LawData, LawError, LawFit, LawOptions, LawReport, fit_laws};
+use anhyst_identify::laws::{Family, LawData, LawError, LawFit, LawOptions, LawReport, Reaction, fit_laws};
 use anhyst_launch::error::RunError;
 use anhyst_launch::say::quoted;
 use anhyst_measured::MeasuredRun;
+use anhyst_report::number::Si;
 use anhyst_report::table::Table;
 use anhyst_scenario::to_ron;
 use std::path::Path;
@@ -84,6 +85,25 @@ fn print(report: &LawReport) {
         100.0 * report.nrmse,
         100.0 * report.held_out_nrmse
     );
+    if !report.why.is_empty() {
+        crate::say!("taken: {}", report.why);
+    }
+    let Reaction { delay_s, lag_s } = report.reaction;
+    for (name, amount_s, place) in [
+        (
+            "delay",
+            delay_s,
+            "amplifier.delay_ticks, to which `anhyst new` takes it",
+        ),
+        ("lag", lag_s, "amplifier.bandwidth_hz or the rod's resonance"),
+    ] {
+        if amount_s > 0.0 {
+            crate::say!(
+                "found beside the law: a {name} of {} before it; in a loop it is {place}",
+                Si(amount_s, "s")
+            );
+        }
+    }
     crate::say!("assumed: {}", report.start);
     if report.falls {
         crate::say!(

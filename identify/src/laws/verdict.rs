@@ -53,6 +53,8 @@ pub struct LawReport {
     pub records: usize,
     /// The chosen law.
     pub law: &'static str,
+    /// Why this one; empty where there was no choice.
+    pub why: String,
     /// Numbers that the fit chose.
     pub parameters: usize,
     /// rms of what is left, over the output's range.
@@ -163,7 +165,11 @@ pub fn fit_laws(
         .collect();
     let warnings = warnings(data, chosen, &ties, &plain);
     let falls = turned.is_some() && data.beneath.is_none();
-    Ok(made(&seen, data, falls, chosen, &fitted, warnings))
+    let mut fit = made(&seen, data, falls, chosen, &fitted, warnings);
+    if family.is_none() {
+        fit.report.why = why(chosen, &fitted, ties.len());
+    }
+    Ok(fit)
 }
 
 /// The data with an output that rises with the input, where it falls.
@@ -299,6 +305,30 @@ impl Judge {
     }
 }
 
+/// The rule in the numbers of this choice; `fitted` begins with the best prediction.
+fn why(chosen: &FittedLaw, fitted: &[FittedLaw], ties: usize) -> String {
+    let name = chosen.family.name();
+    let to = |own: &FittedLaw| format!("{:.3} %", 100.0 * own.held_out_own_nrmse);
+    match fitted {
+        [best, next, ..] if ties == 0 => format!(
+            "{name}, because it predicts what was kept back best, to {}; the next, {}, to {}",
+            to(best),
+            next.family.name(),
+            to(next)
+        ),
+        [best, _, ..] => format!(
+            "{name}, because {} laws predict what was kept back to within {:.0} % of the best ({}, {}), and of those that also describe \
+             the data alike it has the fewest numbers, {}",
+            ties + 1,
+            100.0 * (TIE - 1.0),
+            best.family.name(),
+            to(best),
+            chosen.parameters
+        ),
+        _ => String::new(),
+    }
+}
+
 fn worse(family: Family, nrmse: f64, line_nrmse: f64) -> LawError {
     LawError::WorseThanALine {
         law: family.name(),
@@ -393,6 +423,7 @@ fn made(
         range: data.output_range(),
         start: chosen.start.words(),
         falls,
+        why: String::new(),
         reaction: *reaction,
         values: values.collect(),
         candidates: fitted.iter().map(candidate).collect(),
