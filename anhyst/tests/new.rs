@@ -57,9 +57,10 @@ fn drawn(draw: &mut Draw, folder: &Path) -> Vec<String> {
     let profile = *draw.one_of(Profile::value_variants());
     words.push(format!("--profile={}", profile.to_possible_value().unwrap().get_name()));
     let actuator = Actuator::of(&wish(&words), folder).unwrap();
+    let unit = actuator.units()[1].to_owned();
     let [low, high] = actuator.gives(None);
     let stroke = 0.9 * (high - low) * draw.between(0.1, 1.0);
-    words.push(format!("--stroke={stroke:e}"));
+    words.push(format!("--stroke={stroke:e}{unit}"));
     let natural_hz = actuator.rod.natural_frequency_hz();
     let usual_hz = actuator
         .preset
@@ -74,7 +75,7 @@ fn drawn(draw: &mut Draw, folder: &Path) -> Vec<String> {
     let frequency_hz = most_hz / profile.busiest() * draw.between(0.05, 0.99);
     words.push(format!("--frequency={frequency_hz:.2}Hz"));
     let noise = stroke * 10_f64.powf(-draw.between(2.5, 5.0));
-    words.push(format!("--noise={noise:e}"));
+    words.push(format!("--noise={noise:e}{unit}"));
     words
 }
 
@@ -107,13 +108,9 @@ fn wishes_within_the_limits_hold() {
             failed.push(format!("{number}: {told}: {:?}", summary.failures));
         }
         println!("{number}: {told}: off by {:e}, {:.4} of the stroke", found.error_max, {
-            let limit: f64 = words
-                .iter()
-                .find_map(|word| word.strip_prefix("--stroke="))
-                .unwrap()
-                .parse()
-                .unwrap();
-            found.error_max / limit
+            let stroke = words.iter().find_map(|word| word.strip_prefix("--stroke=")).unwrap();
+            let stroke: f64 = stroke.trim_end_matches(['m', 'T']).parse().unwrap();
+            found.error_max / stroke
         });
     }
     assert!(
@@ -144,7 +141,15 @@ fn wishes_beyond_the_limits_are_refused_with_the_limit() {
         ("x --rate=2kHz", "outside [10.2"),
         ("x --noise=10um", "at most 4.000"),
         ("x --frequency=0.001Hz", "ask for at least"),
-        ("x --stroke=80V", "give a positive number in m"),
+        (
+            "x --stroke=80V",
+            "give a positive number with its unit, m, as in --stroke 80um",
+        ),
+        (
+            "x --material=piezo --limit=120",
+            "--limit 120: give a positive number with its unit, V, as in --limit 120V",
+        ),
+        ("x --material=piezzo", "is piezo meant?"),
         ("x --resonance=100Hz", "are for stages and magnets"),
         ("x --material=piezo --length=10mm", "is for a rod"),
         ("x --material=ghost", "terfenol, terfenol-measured, piezo, magnet"),
@@ -154,5 +159,60 @@ fn wishes_beyond_the_limits_are_refused_with_the_limit() {
             .unwrap_or_else(|| panic!("{words}"))
             .to_string();
         assert!(error.contains(limit), "{words}: {error}");
+    }
+}
+
+/// Guards what a fitted law's data told beside it: noise and delay come into the scenario, and whatever else was not asked for is named.
+#[test]
+fn a_law_brings_its_delay_and_noise() {
+    let folder = tempfile::tempdir().unwrap();
+    let law = folder.path().join("law.ron");
+    let designed = |delay_s: f64| {
+        let text = format!(
+            "(input: Voltage, output: Displacement, start: Rest, input_extent: (0.0, 100.0), reaction: (delay_s: {delay_s:e}, lag_s: 0.0), \
+             noise_rms: 4e-9, model: (offset: 0.0, slope: 3e-7, laws: [Plays(groups: [(warp: Straight, radii: [10.0], weights: [1e-7])])]))"
+        );
+        std::fs::write(&law, text).unwrap();
+        let words = format!("mine --material={} --frequency=5Hz", law.display());
+        design(&said(&words), &folder.path().join("mine.ron")).unwrap()
+    };
+    let found = designed(5e-4);
+    let ticks = (5e-4 / found.scenario.tick_s).round() as u32;
+    assert_eq!(found.scenario.amplifier.delay_ticks, ticks);
+    assert!(found.text.contains("displacement_noise_m: 4e-9"), "{}", found.text);
+    let assumed = found.assumed.join("\n");
+    for words in [
+        "--stroke",
+        "a sine (--profile)",
+        "a loop at 10.00 kHz (--rate)",
+        "4.000 nm rms, that of the law's data (--noise)",
+        "--limit",
+        "--resonance",
+        &format!("the delay of 500.0 µs that the law's data told, as the amplifier's: {ticks} ticks"),
+    ] {
+        assert!(assumed.contains(words), "no {words} in {assumed}");
+    }
+    assert!(!assumed.contains("--frequency"), "{assumed}");
+    let late = designed(0.1);
+    assert_eq!(late.scenario.amplifier.delay_ticks, 0);
+    assert!(late.assumed.join("").contains("at most 63 ticks"), "{:?}", late.assumed);
+}
+
+/// Guards the order of refusals: an option that cannot be had is told before that the file is there.
+#[test]
+fn a_wrong_option_is_told_before_a_file_that_is_there() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("mine.ron"), "").unwrap();
+    let out = folder.path().to_string_lossy();
+    for (option, sentence) in [
+        ("--limit=30", "--limit 30: give"),
+        ("--limit=30kA/m", "is there already"),
+    ] {
+        let words = ["anhyst", "new", "mine", "--out", &out, "--no-questions", option];
+        let Command::New(own) = parse(words.map(Into::into)).unwrap().command else {
+            panic!("no new")
+        };
+        let refused = anhyst::commands::new::run(&own).unwrap_err().to_string();
+        assert!(refused.contains(sentence), "{refused}");
     }
 }

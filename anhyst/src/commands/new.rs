@@ -2,7 +2,7 @@
 
 use super::Ending;
 use crate::arguments::JsonArgument;
-use crate::design::{Actuator, PRESETS, Profile, Wish, design};
+use crate::design::{Actuator, PRESETS, Profile, Wish, design, possible};
 use anhyst_launch::error::RunError;
 use anhyst_launch::say::quoted;
 use anhyst_report::number::Si;
@@ -44,6 +44,7 @@ pub fn run(arguments: &NewArguments) -> miette::Result<Ending> {
     let file = arguments.out.join(format!("{}.ron", wish.name));
     let file = file.strip_prefix(".").map(Path::to_owned).unwrap_or(file);
     if file.exists() {
+        possible(&wish, &file)?;
         return Err(miette!("{} is there already: give another name", file.display()));
     }
     if std::io::stdin().is_terminal() && !arguments.no_questions && !arguments.json.json {
@@ -86,7 +87,10 @@ pub fn run(arguments: &NewArguments) -> miette::Result<Ending> {
         Si(found.error_max, &output)
     );
     if !found.assumed.is_empty() {
-        crate::say!("assumed, because it was not said: {}", found.assumed.join(", "));
+        crate::say!("assumed, because it was not said:");
+        for own in &found.assumed {
+            crate::say!("  {own}");
+        }
     }
     crate::say!("see what it needs: anhyst check {}", quoted(&file));
     crate::say!("run it:            anhyst run {}", quoted(&file));
@@ -115,11 +119,11 @@ fn ask(wish: &mut Wish, folder: &Path) -> miette::Result<()> {
         .filter_map(ValueEnum::to_possible_value)
         .collect();
     let profiles: Vec<_> = profiles.iter().map(|value| value.get_name()).collect();
-    let own = wish.profile.to_possible_value();
+    let own = wish.profile().to_possible_value();
     let own = own.as_ref().map_or("sine", |value| value.get_name());
     if let Some(text) = answer(&format!("motion: {}", profiles.join(", ")), own)? {
-        wish.profile =
-            Profile::from_str(&text, true).map_err(|_| miette!("{text} is none of {}", profiles.join(", ")))?;
+        let own = Profile::from_str(&text, true).map_err(|_| miette!("{text} is none of {}", profiles.join(", ")))?;
+        wish.profile = Some(own);
     }
     for (question, own) in [
         ("samples a second, as 20kHz", &mut wish.rate),

@@ -4,8 +4,10 @@ use super::Wish;
 use super::amount::{amount, nice_down, ron};
 use super::presets::{PRESETS, Preset};
 use anhyst_controller::StrainLaw;
+use anhyst_identify::laws::{LawFile, Reaction};
+use anhyst_measured::nearest;
 use anhyst_model::{ActuatorModel, Magnetostriction, RodConstants, RodElements, TwoPole, rod_per_strain};
-use anhyst_scenario::{gives_m, load_model};
+use anhyst_scenario::{ScenarioError, gives_m, load_model, load_with};
 use miette::miette;
 use std::path::Path;
 
@@ -29,6 +31,9 @@ pub struct Actuator {
     pub rod_ron: String,
     /// In words.
     pub words: String,
+    /// What the data of a fitted law told beside it.
+    pub reaction: Reaction,
+    pub noise_rms: Option<f64>,
     length_m: Option<f64>,
 }
 
@@ -40,15 +45,20 @@ impl Actuator {
     pub fn of(wish: &Wish, folder: &Path) -> miette::Result<Self> {
         let preset = PRESETS.iter().find(|preset| preset.name == wish.material);
         let file = Path::new(preset.map_or(wish.material.as_str(), |preset| preset.material));
-        if preset.is_none() && !file.is_file() {
-            let names: Vec<_> = PRESETS.iter().map(|preset| preset.name).collect();
-            return Err(miette!(
-                "--material {}: neither a file nor one of {}; `anhyst fit` writes a file from measured loops",
-                wish.material,
-                names.join(", ")
-            ));
-        }
-        let model = load_model(file)?;
+        let model = match load_model(file) {
+            Err(ScenarioError::Unreadable { instead, .. }) if preset.is_none() => {
+                let names = PRESETS.map(|preset| preset.name);
+                let meant = nearest(&wish.material, names);
+                let meant = meant.map_or_else(String::new, |near| format!("is {near} meant? It is "));
+                return Err(miette!(
+                    "--material {}: {meant}neither a file nor one of {}{instead}; `anhyst fit` writes a file from measured loops",
+                    wish.material,
+                    names.join(", ")
+                ));
+            }
+            read => read?,
+        };
+        let fitted: Option<LawFile> = load_with(file, "input_extent")?;
         if model.material.magnetostriction == Magnetostriction::Unmeasured {
             return Err(miette!(
                 "--material {}: it says nothing of a strain, so it drives no rod; fit loops with a column of strain",
@@ -85,6 +95,8 @@ impl Actuator {
             rod_ron,
             model,
             words,
+            reaction: fitted.as_ref().map(|own| own.reaction).unwrap_or_default(),
+            noise_rms: fitted.and_then(|own| own.noise_rms),
             length_m,
         })
     }

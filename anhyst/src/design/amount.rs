@@ -1,4 +1,4 @@
-//! A number with its unit, as a person writes it: `80um`, `20 kHz`, `0.4T`, `1e-5m`; without a unit it is in the SI's.
+//! A number with its unit, as a person writes it: `80um`, `20 kHz`, `0.4T`, `1e-5m`.
 
 const PREFIXES: [(&str, f64); 9] = [
     ("n", 1e-9),
@@ -18,14 +18,13 @@ const PREFIXES: [(&str, f64); 9] = [
 /// A sentence, if it is none, not positive, or in another unit.
 pub fn amount(option: &str, text: &str, unit: &str) -> Result<f64, String> {
     let refuse = || {
-        format!(
-            "{option} {text}: give a positive number in {unit}, as in {option} {}",
-            example(unit)
-        )
+        let with = if unit.is_empty() { "" } else { " with its unit, " };
+        let example = example(unit);
+        format!("{option} {text}: give a positive number{with}{unit}, as in {option} {example}")
     };
     let text = text.trim();
     let (number, prefix) = match text.strip_suffix(unit) {
-        None => (text, ""),
+        None => return Err(refuse()),
         Some(before) => {
             let before = before.trim_end();
             let prefix = PREFIXES.iter().find(|(prefix, _)| before.ends_with(prefix));
@@ -60,6 +59,7 @@ fn example(unit: &str) -> &'static str {
         "V" => "120V",
         "kg" => "0.5kg",
         "Pa" => "30e9Pa",
+        "kg/m3" => "9250kg/m3",
         _ => "10",
     }
 }
@@ -125,7 +125,8 @@ mod tests {
             ("80 µm", "m", 80e-6),
             ("0.08mm", "m", 0.08e-3),
             ("2m", "m", 2.0),
-            ("1e-5", "m", 1e-5),
+            ("1e-5m", "m", 1e-5),
+            ("3", "", 3.0),
             ("10nm", "m", 1e-8),
             ("0.4T", "T", 0.4),
             ("200mT", "T", 0.2),
@@ -139,13 +140,18 @@ mod tests {
         for (text, unit) in [
             ("80V", "m"),
             ("-1um", "m"),
-            ("0", "Hz"),
+            ("0Hz", "Hz"),
+            ("120", "V"),
             ("nan", "Hz"),
             ("", "m"),
             ("um", "m"),
             ("kHz", "Hz"),
         ] {
             assert!(amount("--x", text, unit).unwrap_err().contains("--x"), "{text}");
+        }
+        let said = amount("--limit", "120", "V").unwrap_err();
+        for words in ["--limit 120:", "with its unit, V", "--limit 120V"] {
+            assert!(said.contains(words), "{said}");
         }
     }
 

@@ -24,7 +24,7 @@ use anhyst_launch::summary::Summary;
 use anhyst_report::number::Si;
 use anhyst_scenario::{Placement, Scenario, ScenarioText};
 use miette::miette;
-use plan::Plan;
+use plan::{Plan, ticks_of};
 use std::path::Path;
 
 /// The house's distance of a tolerance from what is reached.
@@ -48,17 +48,39 @@ pub struct Design {
 
 /// See [`Design::assumed`].
 fn assumed(wish: &Wish, actuator: &Actuator, plan: &Plan) -> Vec<String> {
-    let [_, output] = actuator.units();
+    let [input, output] = actuator.units();
     let unknown = actuator.preset.is_none() && actuator.of_law();
     let resonance = Si(actuator.rod.natural_frequency_hz(), "Hz");
+    let noise = Si(plan.noise, output);
+    let of_data = actuator.noise_rms.map_or("", |_| ", that of the law's data");
     let all = [
         (
             unknown && wish.plant.is_none(),
             "a plant that is this very law (--plant names another)".into(),
         ),
         (
+            wish.stroke.is_none(),
+            format!("a stroke of {} (--stroke)", Si(plan.stroke, output)),
+        ),
+        (
+            wish.frequency.is_none(),
+            format!("a motion that repeats at {} (--frequency)", Si(plan.frequency_hz, "Hz")),
+        ),
+        (
+            wish.profile.is_none(),
+            format!("{} (--profile)", wish.profile().words()),
+        ),
+        (
+            wish.rate.is_none(),
+            format!("a loop at {} (--rate)", Si(round(1.0 / plan.tick_s, 6), "Hz")),
+        ),
+        (
             wish.noise.is_none(),
-            format!("a sensor's noise of {} rms (--noise)", Si(plan.noise, output)),
+            format!("a sensor's noise of {noise} rms{of_data} (--noise)"),
+        ),
+        (
+            wish.limit.is_none(),
+            format!("no more than {} (--limit)", Si(plan.limit, input)),
         ),
         (
             unknown && wish.resonance.is_none(),
@@ -75,8 +97,20 @@ fn assumed(wish: &Wish, actuator: &Actuator, plan: &Plan) -> Vec<String> {
             unknown && plan.bandwidth_hz.is_none(),
             "an amplifier without a lag (--bandwidth)".into(),
         ),
+        (actuator.reaction.delay_s > 0.0, delay(actuator, plan)),
     ];
     all.into_iter().filter_map(|(is, words)| is.then_some(words)).collect()
+}
+
+/// What became of the delay that a law's data told.
+fn delay(actuator: &Actuator, plan: &Plan) -> String {
+    let delay_s = actuator.reaction.delay_s;
+    let told = format!("the delay of {} that the law's data told", Si(delay_s, "s"));
+    match ticks_of(delay_s, plan.tick_s) {
+        Ok(0) => format!("{told} is less than half a tick: the loop has nothing of it"),
+        Ok(ticks) => format!("{told}, as the amplifier's: {ticks} ticks (amplifier.delay_ticks)"),
+        Err(error) => format!("nothing of {told}, for {error}: the rig will answer later than this loop"),
+    }
 }
 
 /// Gains in front of the margins: an integrator alone where the resonance rings.
@@ -95,14 +129,26 @@ fn gains(actuator: &Actuator) -> PidSettings {
     }
 }
 
+/// Whether a wish can be had, as far as it shows without a run.
+///
+/// # Errors
+/// The first option that cannot, with its limit.
+pub fn possible(wish: &Wish, file: &Path) -> miette::Result<()> {
+    planned(wish, file).map(drop)
+}
+
+fn planned(wish: &Wish, file: &Path) -> miette::Result<(Actuator, Plan)> {
+    let actuator = Actuator::of(wish, file.parent().unwrap_or(Path::new("")))?;
+    let plan = Plan::of(wish, &actuator)?;
+    Ok((actuator, plan))
+}
+
 /// Designs the scenario that will stand in `file`.
 ///
 /// # Errors
 /// A wish that cannot be had, with the limit.
 pub fn design(wish: &Wish, file: &Path) -> miette::Result<Design> {
-    let folder = file.parent().unwrap_or(Path::new(""));
-    let actuator = Actuator::of(wish, folder)?;
-    let mut plan = Plan::of(wish, &actuator)?;
+    let (actuator, mut plan) = planned(wish, file)?;
     let read = |text: String| {
         let embed = |scenario: &mut Scenario| {
             scenario.placement = Placement::Embedded;

@@ -3,7 +3,7 @@
 use super::amount::{nice_down, nice_up, round};
 use super::{Actuator, Wish};
 use anhyst_controller::StrainLaw;
-use anhyst_model::MagneticState;
+use anhyst_model::{AmplifierConstants, MagneticState, ModelError};
 use anhyst_report::number::Si;
 use miette::miette;
 
@@ -33,6 +33,8 @@ pub struct Plan {
     pub settling_s: f64,
     pub duration_s: f64,
     pub noise: f64,
+    /// Of the amplifier: a model's own, or what a law's data told.
+    pub delay_ticks: u32,
     pub bandwidth_hz: Option<f64>,
     pub limit: f64,
     /// It was asked for.
@@ -97,6 +99,7 @@ impl Plan {
         let tick_s = 1.0 / rate(wish, actuator, frequency_hz)?;
         let noise = wish
             .number("--noise", &wish.noise, output)?
+            .or(actuator.noise_rms.map(|rms| round(rms, 3)))
             .unwrap_or_else(|| nice_down(stroke / 8000.0));
         if noise > NOISIEST * stroke {
             return Err(miette!(
@@ -137,6 +140,11 @@ impl Plan {
             settling_s: round(start_s + settles_s, 4),
             duration_s: round(duration_s, 4),
             noise,
+            delay_ticks: actuator
+                .model
+                .amplifier
+                .delay_ticks
+                .max(ticks_of(actuator.reaction.delay_s, tick_s).unwrap_or(0)),
             bandwidth_hz,
             limit: limit.unwrap_or_else(|| usual_limit(actuator, farthest)),
             limit_given: limit.is_some(),
@@ -148,8 +156,21 @@ impl Plan {
     }
 }
 
+/// The ticks nearest to a delay.
+///
+/// # Errors
+/// More than an amplifier can have.
+pub fn ticks_of(delay_s: f64, tick_s: f64) -> Result<u32, ModelError> {
+    let delay_ticks = (delay_s / tick_s).round() as u32;
+    let amplifier = AmplifierConstants {
+        delay_ticks,
+        ..AmplifierConstants::default()
+    };
+    amplifier.validate().map(|()| delay_ticks)
+}
+
 fn frequency(wish: &Wish, actuator: &Actuator, bandwidth_hz: Option<f64>) -> miette::Result<f64> {
-    let busiest = wish.profile.busiest();
+    let busiest = wish.profile().busiest();
     let natural_hz = actuator.rod.natural_frequency_hz();
     let most_hz = OF_RESONANCE * natural_hz / busiest;
     let usual_hz = actuator.usual_frequency_hz();
@@ -160,7 +181,7 @@ fn frequency(wish: &Wish, actuator: &Actuator, bandwidth_hz: Option<f64>) -> mie
     };
     let frequency_hz = wish.number("--frequency", &wish.frequency, "Hz")?.unwrap_or(usual_hz);
     let refuse = |whose: String, most_hz: f64| {
-        let motion = wish.profile.words();
+        let motion = wish.profile().words();
         Err(miette!(
             "--frequency {}: {motion} moves up to {} times as fast, and {whose}; ask for at most {}",
             Si(frequency_hz, "Hz"),
@@ -189,7 +210,7 @@ fn rate(wish: &Wish, actuator: &Actuator, frequency_hz: f64) -> miette::Result<f
     } else {
         QUIET
     };
-    let of_motion_hz = SAMPLES * wish.profile.busiest() * frequency_hz;
+    let of_motion_hz = SAMPLES * wish.profile().busiest() * frequency_hz;
     let usual_hz = nice_up((usual * natural_hz).max(of_motion_hz));
     let rate_hz = wish.number("--rate", &wish.rate, "Hz")?.unwrap_or(usual_hz);
     let least_hz = (least * natural_hz).max(of_motion_hz);

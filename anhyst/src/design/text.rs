@@ -98,7 +98,7 @@ pub(super) fn scenario(
 )
 ",
         actuator.words,
-        wish.profile.words(),
+        wish.profile().words(),
         Si(plan.stroke, output),
         Si(plan.frequency_hz, "Hz"),
         wish.name,
@@ -110,7 +110,7 @@ pub(super) fn scenario(
         actuator.rod_ron,
         ron(plan.noise),
         ron(field_noise),
-        wish.profile.trajectory(plan.stroke, plan.mean, plan.frequency_hz),
+        wish.profile().trajectory(plan.stroke, plan.mean, plan.frequency_hz),
         ron(plan.start_s),
         ron(plan.limit),
         ron(plan.settling_s),
@@ -126,7 +126,7 @@ fn amplifier(actuator: &Actuator, plan: &Plan) -> String {
             .map(|value| format!("field_limit_a_per_m: {}", ron(value))),
         own.slew_limit_a_per_m_s
             .map(|value| format!("slew_limit_a_per_m_s: {}", ron(value))),
-        (own.delay_ticks > 0).then(|| format!("delay_ticks: {}", own.delay_ticks)),
+        (plan.delay_ticks > 0).then(|| format!("delay_ticks: {}", plan.delay_ticks)),
     ];
     let parts: Vec<String> = parts.into_iter().flatten().collect();
     format!("({})", parts.join(", "))

@@ -23,9 +23,9 @@ pub struct Wish {
     /// How often the motion repeats: 50Hz.
     #[arg(long, value_name = "AMOUNT")]
     pub frequency: Option<String>,
-    /// The motion.
-    #[arg(long, value_enum, default_value_t = Profile::Sine)]
-    pub profile: Profile,
+    /// The motion (default: sine).
+    #[arg(long, value_enum)]
+    pub profile: Option<Profile>,
     /// How often the loop samples: 20kHz.
     #[arg(long, value_name = "AMOUNT")]
     pub rate: Option<String>,
@@ -62,6 +62,11 @@ pub struct Wish {
 }
 
 impl Wish {
+    /// The motion.
+    pub fn profile(&self) -> Profile {
+        self.profile.unwrap_or(Profile::Sine)
+    }
+
     /// The first option of a rod that was given.
     pub(super) fn of_rod(&self) -> Option<&'static str> {
         let given = [

@@ -21,6 +21,9 @@ pub struct LawFile {
     /// Before the law.
     #[serde(default)]
     pub reaction: Reaction,
+    /// Noise floor under the output that it was fitted to, rms.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noise_rms: Option<f64>,
     pub model: LawModel,
     /// Of a strain: the model gives the magnetization, and this the strain.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -1,6 +1,6 @@
 //! Which law, of those that were fitted, and what the data cannot tell.
 
-use anhyst_measured::sweep;
+use anhyst_measured::{noise_floor, sweep};
 use anhyst_model::HysteresisLaw;
 use serde::Serialize;
 
@@ -387,6 +387,13 @@ fn warnings(data: &LawData, chosen: &FittedLaw, ties: &[&FittedLaw], plain: &Fit
     warnings
 }
 
+/// The floor under the output of the longest record over time; the records of sweeps have none that could be told from their motion.
+fn noise_rms(data: &LawData) -> Option<f64> {
+    let timed = data.records.iter().filter(|record| record.time_s.is_some());
+    let floor = noise_floor(&timed.max_by_key(|record| record.len())?.output, &[])?;
+    Some(floor.rms).filter(|rms| *rms > 0.0)
+}
+
 fn made(
     seen: &Seen,
     asked: &LawData,
@@ -416,6 +423,7 @@ fn made(
         samples: data.samples(),
         records: data.records.len(),
         law: chosen.family.name(),
+        why: String::new(),
         parameters: chosen.parameters,
         nrmse: chosen.nrmse,
         held_out_nrmse: chosen.held_out_nrmse,
@@ -423,7 +431,6 @@ fn made(
         range: data.output_range(),
         start: chosen.start.words(),
         falls,
-        why: String::new(),
         reaction: *reaction,
         values: values.collect(),
         candidates: fitted.iter().map(candidate).collect(),
@@ -435,6 +442,7 @@ fn made(
         start: chosen.start,
         input_extent: asked.input_extent,
         reaction: *reaction,
+        noise_rms: noise_rms(asked),
         model: chosen.model.clone(),
         even: chosen.curve,
         falls,
