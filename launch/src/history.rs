@@ -13,6 +13,9 @@ use serde::{Deserialize, Serialize};
 /// Events that are listed; a guard that raises more says nothing new.
 const MAX_EVENTS: usize = 64;
 
+/// From so many windows in a period on, their ends draw it.
+const DRAWN: f64 = 16.0;
+
 /// States by name: bits of the words of controller, estimator and guard that mean them.
 const STATES: [(&str, u64, u64, u64); 9] = [
     ("learning", Demand::LEARNING, 0, 0),
@@ -152,9 +155,9 @@ impl History {
         }
     }
 
-    /// So far.
-    pub fn told(&self, tick_s: f64) -> Told {
-        let windows = self.windows.all(tick_s).filter(|(_, own)| own.samples > 0);
+    /// So far; `period_s` of what repeats.
+    pub fn told(&self, tick_s: f64, period_s: Option<f64>) -> Told {
+        let windows = whole(&self.windows.all(tick_s).collect::<Vec<_>>(), period_s).into_iter();
         let lasted = self.states.iter().zip(STATES).filter(|(own, _)| own.ticks > 0);
         Told {
             windows: windows.map(|(time_s, own)| (time_s, own.with_means())).collect(),
@@ -165,6 +168,24 @@ impl History {
             ticks: self.ticks,
         }
     }
+}
+
+/// Windows that hold a period each, unless they are so many in one that they draw it: else their ends beat with it.
+fn whole(windows: &[(f64, &Window)], period_s: Option<f64>) -> Vec<(f64, Window)> {
+    let window_s = windows.get(1).map_or(f64::INFINITY, |second| second.0 - windows[0].0);
+    let in_a_period = period_s.unwrap_or(0.0) / window_s;
+    let together = if in_a_period < DRAWN { in_a_period.ceil() } else { 1.0 };
+    let together = (together as usize).min(windows.len()).max(1);
+    let one = |own: &[(f64, &Window)]| {
+        let all = own.iter().fold(Window::default(), |all, (_, own)| all.with(**own));
+        (0.5 * (own[0].0 + own[own.len() - 1].0), all)
+    };
+    // The last ones may hold less.
+    windows
+        .chunks_exact(together)
+        .map(one)
+        .filter(|(_, own)| own.samples > 0)
+        .collect()
 }
 
 impl Told {
@@ -181,13 +202,12 @@ impl Told {
         let mut sections = Vec::new();
         if !self.windows.is_empty() {
             let (title, charts, caption) = if units.shape {
-                let caption = "In each of at most 256 windows of the run: lowest and highest reference and measured displacement; mean of the \
+                let caption = "In each of at most 256 windows of the run, or of as many as hold a period: lowest and highest reference and measured displacement. Mean of the \
                                estimate of a, with two of the law's standard deviations either way where it gives them, and of the true a where it is known.";
                 let charts = vec![self.tracking(units), self.estimate()];
                 ("Tracking and estimate", charts, caption)
             } else {
-                let caption =
-                    "In each of at most 256 windows of the run: lowest and highest reference and measured output.";
+                let caption = "In each of at most 256 windows of the run, or of as many as hold a period: lowest and highest reference and measured output.";
                 ("Tracking", vec![self.tracking(units)], caption)
             };
             let figure = Figure::new(title, charts).columns(1);
@@ -306,7 +326,7 @@ mod tests {
             };
             history.observe(tick, (&measured, 7001.0), (&demand, &estimate, &field));
         }
-        let told = history.told(1e-3);
+        let told = history.told(1e-3, None);
         assert_eq!(told.events.len(), MAX_EVENTS);
         assert_eq!(told.events[1], (3, Event::ErrorDiverging.number()));
         let expected = [("learning", 900, 100, 999), ("estimate held", 10, 0, 9)];
@@ -329,5 +349,40 @@ mod tests {
             assert!(page.contains(word), "{word}");
         }
         assert!(told.without_pictures().windows.is_empty());
+    }
+
+    /// Guards the picture of the tracking: windows shorter than a period would show now this part of it and now that, a beat that the run
+    /// has not; where they are short enough they draw the motion itself.
+    #[test]
+    fn windows_do_not_beat_with_the_motion() {
+        let told = |period_ticks: f64| {
+            let mut history = History::default();
+            for tick in 0..2560_u64 {
+                let angle = std::f64::consts::TAU * tick as f64 / period_ticks;
+                let measured = Measurement {
+                    displacement_m: angle.sin(),
+                    ..Measurement::default()
+                };
+                let others = (&Demand::default(), &Estimate::default(), &SafeField::default());
+                history.observe(tick, (&measured, 0.0), others);
+            }
+            history.told(1e-3, Some(1e-3 * period_ticks)).windows
+        };
+        for period_ticks in [17.0, 27.3, 61.0, 250.0] {
+            for (time_s, own) in told(period_ticks) {
+                let [low, high] = own.displacement_m;
+                assert!(
+                    low < -0.97 && high > 0.97,
+                    "{period_ticks}, {time_s} s: {low} to {high}"
+                );
+            }
+        }
+        let drawn = told(1280.0);
+        assert!(
+            drawn.len() > 64
+                && drawn
+                    .iter()
+                    .all(|(_, own)| own.displacement_m[1] - own.displacement_m[0] < 0.2)
+        );
     }
 }

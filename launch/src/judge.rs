@@ -260,12 +260,14 @@ impl Judge {
     /// The verdict so far.
     pub fn verdict(&self) -> Verdict {
         let mean = |sum: f64| (sum / self.samples.max(1) as f64).sqrt();
+        let trajectory = self.trajectory.as_ref();
+        let turn_s = trajectory.and_then(|own| Some(own.turns_per_s(self.tick_s)?.recip()));
         Verdict {
             error_rms_m: mean(self.sum_of_squares_m2),
             a_error_rms_a_per_m: mean(self.shape_error_sum_of_squares),
             judged_ticks: self.samples,
             error_course: self.course.windows(self.tick_s),
-            history: self.history.told(self.tick_s),
+            history: self.history.told(self.tick_s, turn_s),
             between: self.between.error(),
             trajectory: self.trajectory_judge.as_ref().map(CourseJudge::verdict),
             error_lines: self.spectrum.as_ref().map(ErrorSpectrum::lines).unwrap_or_default(),

@@ -364,7 +364,7 @@ impl Trajectory {
     }
 
     /// How fast that is once the start is over.
-    pub(crate) fn turns_per_s(&self, tick_s: f64) -> Option<f64> {
+    pub fn turns_per_s(&self, tick_s: f64) -> Option<f64> {
         let [from, to] = [self.start_s, self.start_s + tick_s].map(|time_s| self.turns(time_s));
         Some((to? - from?) / tick_s)
     }
