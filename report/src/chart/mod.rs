@@ -261,14 +261,9 @@ impl Chart {
 
     /// The powers of ten that are taken out of both axes, and the axes' labels: ([exponent of x, of y], [label of x, of y]).
     pub fn prefixes(&self) -> ([i32; 2], [String; 2]) {
-        let of = |axis: &Axis, values: &mut dyn Iterator<Item = f64>| {
-            let largest = match axis.range {
-                Some((low, high)) => low.abs().max(high.abs()),
-                None => values
-                    .filter(|value| value.is_finite())
-                    .fold(0.0, |largest, value| value.abs().max(largest)),
-            };
-            scale::labelled(axis, largest)
+        let of = |axis: &Axis, values: &mut dyn Iterator<Item = f64>| match axis.range {
+            Some((low, high)) => scale::labelled(axis, [low, high].into_iter()),
+            None => scale::labelled(axis, values),
         };
         let (x, y) = (of(&self.x, &mut self.abscissas()), of(&self.y, &mut self.ordinates()));
         ([x.0, y.0], [x.1, y.1])

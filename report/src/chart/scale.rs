@@ -34,7 +34,8 @@ impl Scale {
         };
         let wanted = (pixels / spacing).max(2.0);
         let (unit, ticks) = if axis.logarithmic {
-            (axis.unit.clone(), decades(low, high, wanted))
+            let (exponent, unit) = middle(&axis.unit, low, high);
+            (unit, decades(low, high, exponent, wanted))
         } else {
             let (exponent, unit) = prefixed(&axis.unit, low.abs().max(high.abs()));
             (unit, round_ticks(low, high, exponent, wanted))
@@ -79,10 +80,23 @@ fn roomy((low, high): (f64, f64), room: f64) -> (f64, f64) {
     }
 }
 
-/// The power of ten that is taken out of an axis whose values reach so far, and its label.
-pub(crate) fn labelled(axis: &Axis, largest: f64) -> (i32, String) {
-    let (exponent, unit) = prefixed(&axis.unit, largest);
+/// The power of ten that is taken out of an axis whose values are of these sizes, and its label.
+pub(crate) fn labelled(axis: &Axis, sizes: impl Iterator<Item = f64>) -> (i32, String) {
+    let used = sizes.map(f64::abs).filter(|size| !axis.logarithmic || *size > 0.0);
+    let (low, high) = extremes(used);
+    let (exponent, unit) = match axis.logarithmic {
+        true => middle(&axis.unit, low.log10(), high.log10()),
+        false => prefixed(&axis.unit, high.max(0.0)),
+    };
     (exponent, label(axis, &unit))
+}
+
+/// Of an axis over decades, whose ends are logarithms, the prefix of the middle.
+fn middle(unit: &str, low: f64, high: f64) -> (i32, String) {
+    match number::takes_prefix(unit) {
+        true => number::prefixed(unit, 10_f64.powf(0.5 * (low + high))),
+        false => (0, unit.to_owned()),
+    }
 }
 
 fn label(axis: &Axis, unit: &str) -> String {
@@ -134,13 +148,13 @@ fn round_ticks(low: f64, high: f64, exponent: i32, wanted: f64) -> Vec<(f64, Str
 }
 
 /// Powers of ten; with few of them 2 and 5 times each as well.
-fn decades(low: f64, high: f64, wanted: f64) -> Vec<(f64, String)> {
+fn decades(low: f64, high: f64, exponent: i32, wanted: f64) -> Vec<(f64, String)> {
     let (first, last) = (low.floor() as i32, high.ceil() as i32);
     let every = ((high - low) / wanted).ceil().max(1.0) as i32;
     let mantissas: &[f64] = if high - low < 2.0 { &[1.0, 2.0, 5.0] } else { &[1.0] };
     let powers = (first..=last).filter(|power| power.rem_euclid(every) == 0);
     let all = powers.flat_map(|power| mantissas.iter().map(move |mantissa| (*mantissa, power)));
-    all.map(|(mantissa, power)| (f64::from(power) + mantissa.log10(), decade(mantissa, power)))
+    all.map(|(mantissa, power)| (f64::from(power) + mantissa.log10(), decade(mantissa, power - exponent)))
         .filter(|(at, _)| *at >= low - 1e-9 && *at <= high + 1e-9)
         .collect()
 }
@@ -228,7 +242,18 @@ mod tests {
         let axis = Axis::new("frequency", "Hz").logarithmic();
         assert_eq!(texts(&axis, 0.1, 5000.0).1, ["0.1", "1", "10", "100", "1000"]);
         assert_eq!(texts(&axis, 1.5, 60.0).1, ["2", "5", "10", "20", "50"]);
-        assert_eq!(texts(&axis, 1e-9, 1e6).1, ["10⁻⁹", "10⁻⁶", "0.001", "1", "1000", "10⁶"]);
+        let share = Axis::new("share", "").logarithmic();
+        assert_eq!(
+            texts(&share, 1e-9, 1e6).1,
+            ["10⁻⁹", "10⁻⁶", "0.001", "1", "1000", "10⁶"]
+        );
+        let error = Axis::new("error", "m").logarithmic();
+        let ticks = ["1", "10", "100", "1000"].map(str::to_owned).to_vec();
+        assert_eq!(texts(&error, 1e-9, 1e-6), ("error, nm".to_owned(), ticks));
+        assert_eq!(
+            labelled(&error, [0.0, 1e-9, 1e-6].into_iter()),
+            (-9, "error, nm".to_owned())
+        );
         let scale = Scale::new(&axis, [1.0, 100.0].into_iter(), 0.0, 400.0, 80.0);
         assert!((scale.share(10.0) - 0.5).abs() < 1e-12 && scale.share(-1.0).is_nan());
     }
