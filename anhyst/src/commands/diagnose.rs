@@ -1,5 +1,6 @@
 //! `anhyst diagnose`: where model and measurement disagree, named, added to the model, and shown.
 
+use super::unread::unread;
 use super::{Ending, json, save, stem};
 use crate::arguments::{JsonArgument, OutArgument, SettleArgument, TableArguments, ThreadsArgument};
 use crate::control::{Control, Models, control, section, ticks};
@@ -67,7 +68,7 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
     let runs = arguments
         .data
         .iter()
-        .map(|file| MeasuredRun::read_each(file, &reading).map_err(super::unread("diagnose", file, &reading)))
+        .map(|file| MeasuredRun::read_each(file, &reading).map_err(unread("diagnose", file, &reading)))
         .collect::<Result<Vec<_>, _>>()
         .map(|runs| runs.concat())?;
     let runs: Vec<MeasuredRun> = runs.into_iter().map(|run| driven(run, &model)).collect();

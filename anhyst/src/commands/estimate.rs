@@ -1,5 +1,6 @@
 //! `anhyst estimate`: parameters of a model from a measured run, by the laws of the loop, off line.
 
+use super::unread::unread;
 use super::{Ending, json, save, stem};
 use crate::arguments::{JsonArgument, OutArgument, SettleArgument, TableArguments, ThreadsArgument};
 use crate::estimate::{Choices, Estimated, one_parameter, picture, several_parameters};
@@ -84,7 +85,7 @@ pub fn run(arguments: &EstimateArguments) -> miette::Result<Ending> {
     let model = load_model(&arguments.model)?;
     let reading = arguments.table.reading();
     let measured =
-        MeasuredRun::read(&arguments.data, &reading).map_err(super::unread("estimate", &arguments.data, &reading))?;
+        MeasuredRun::read(&arguments.data, &reading).map_err(unread("estimate", &arguments.data, &reading))?;
     let choices = Choices {
         law: arguments.law.clone(),
         range_a_per_m: arguments.range_a_per_m,

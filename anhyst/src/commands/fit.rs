@@ -1,6 +1,7 @@
 //! `anhyst fit`: a material from measured loops, with standard deviations, warnings and a picture.
 
 use super::fit_arguments::{Curve, FitArguments};
+use super::unread::unread;
 use super::{Ending, json, save, stem};
 use crate::fit_picture::picture;
 use anhyst_identify::{Curves, Fit, FitOptions, FitReport, IdentifyError, Progress, fit, material_text};
@@ -28,7 +29,7 @@ pub fn run(arguments: &FitArguments) -> miette::Result<Ending> {
         ));
     }
     let reading = arguments.table.reading();
-    let measured = MeasuredRun::read_loops(data, &reading).map_err(super::unread("fit", data, &reading))?;
+    let measured = MeasuredRun::read_loops(data, &reading).map_err(unread("fit", data, &reading))?;
     let options = FitOptions {
         curves: match arguments.curve {
             Curve::Both => Curves::Both,

@@ -1,6 +1,7 @@
 //! `anhyst fit --law`: hysteresis laws from measured data, chosen by what they predict of data that were kept back.
 
 use super::fit_arguments::FitArguments;
+use super::unread::unread;
 use super::{Ending, json, save, stem};
 use crate::law_picture;
 use anhyst_identify::laws::{Family, LawData, LawError, LawFit, LawOptions, LawReport, Reaction, fit_laws};
@@ -18,9 +19,9 @@ use std::path::Path;
 /// Bad data, a law that does not describe them, or a result that cannot be written.
 pub fn run(arguments: &FitArguments, data: &Path, law: &str) -> miette::Result<Ending> {
     let reading = arguments.table.reading();
-    let runs = MeasuredRun::read_records(data, &reading).map_err(super::unread("fit --law", data, &reading))?;
+    let runs = MeasuredRun::read_records(data, &reading).map_err(unread("fit --law", data, &reading))?;
     let refused = |error: LawError| miette::miette!("{error}");
-    let records = LawData::of(&runs, None, arguments.output).map_err(refused)?;
+    let records = LawData::of(&runs, None, arguments.output).map_err(unread("fit --law", data, &reading))?;
     let bar = super::count_bar(0, "fit");
     let progress = |done: usize, total: usize| {
         bar.set_length(total as u64);

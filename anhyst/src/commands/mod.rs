@@ -42,14 +42,12 @@ pub mod several;
 pub mod study;
 pub mod sweep;
 pub mod tune;
+mod unread;
 pub mod verify_amplifier;
 #[cfg(feature = "recorder")]
 pub mod view;
 
 use anhyst_launch::error::RunError;
-use anhyst_launch::say::quoted;
-use anhyst_measured::survey::Survey;
-use anhyst_measured::{MeasuredError, RunReadOptions};
 use serde::Serialize;
 use std::path::Path;
 
@@ -90,21 +88,6 @@ pub fn json(value: &impl Serialize) -> Result<String, RunError> {
 pub fn save(out: &Path, file: &str, text: &str) -> Result<(), RunError> {
     let path = out.join(file);
     std::fs::write(&path, text).map_err(|cause| RunError::Write { path, cause })
-}
-
-/// The sentence with which a measured file is refused, and what to give instead: what `data` proposes, if this command reads it so.
-pub fn unread(command: &str, file: &Path, reading: &RunReadOptions) -> impl FnOnce(MeasuredError) -> miette::Report {
-    move |error| {
-        let survey = Survey::of(file, reading).ok();
-        let proposed = survey.as_ref().and_then(|own| own.read_by(command)).unwrap_or_default();
-        let proposed: Vec<String> = proposed.iter().map(|own| data::option(own)).collect();
-        let look = format!("anhyst data {}", quoted(file));
-        let help = match proposed.as_slice() {
-            [] => format!("what it holds, and what to give: {look}"),
-            _ => format!("as its columns seem to be, give {} (why: {look})", proposed.join(" ")),
-        };
-        miette::miette!(help = help, "{error}")
-    }
 }
 
 /// The name of a file without its ending.

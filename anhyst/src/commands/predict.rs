@@ -1,5 +1,6 @@
 //! `anhyst predict`: a free run of any model along any measured file, and how far it is from what was measured.
 
+use super::unread::unread;
 use super::{Ending, json, save, stem};
 use crate::arguments::{JsonArgument, OutArgument, TableArguments};
 use crate::law_picture;
@@ -65,11 +66,8 @@ struct RecordReport {
 pub fn run(arguments: &PredictArguments) -> miette::Result<Ending> {
     let law: Option<LawFile> = load_with(&arguments.model, "input_extent")?;
     let reading = arguments.table.reading();
-    let runs = MeasuredRun::read_records(&arguments.data, &reading).map_err(super::unread(
-        "predict",
-        &arguments.data,
-        &reading,
-    ))?;
+    let runs =
+        MeasuredRun::read_records(&arguments.data, &reading).map_err(unread("predict", &arguments.data, &reading))?;
     let (data, prediction) = match &law {
         Some(law) => of_law(law, &runs)?,
         None => of_actuator(&arguments.model, &runs)?,
