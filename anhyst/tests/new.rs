@@ -150,6 +150,10 @@ fn wishes_beyond_the_limits_are_refused_with_the_limit() {
             "--limit 120: give a positive number with its unit, V, as in --limit 120V",
         ),
         ("x --material=piezzo", "is piezo meant?"),
+        (
+            "x --material=materials/magnet_plays.ron",
+            "in the program is built-in/materials/magnet_plays.ron",
+        ),
         ("x --resonance=100Hz", "are for stages and magnets"),
         ("x --material=piezo --length=10mm", "is for a rod"),
         ("x --material=ghost", "terfenol, terfenol-measured, piezo, magnet"),

@@ -48,6 +48,10 @@ impl Actuator {
         let model = match load_model(file) {
             Err(ScenarioError::Unreadable { instead, .. }) if preset.is_none() => {
                 let names = PRESETS.map(|preset| preset.name);
+                // What is no file's name means none.
+                let instead = Some(instead)
+                    .filter(|_| wish.material.ends_with(".ron"))
+                    .unwrap_or_default();
                 let meant = nearest(&wish.material, names);
                 let meant = meant.map_or_else(String::new, |near| format!("is {near} meant? It is "));
                 return Err(miette!(
