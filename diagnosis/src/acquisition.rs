@@ -1,7 +1,8 @@
 //! The recorder's own low pass: found in the spectrum of what is left, applied to what is simulated.
 //!
 //! Butterworth of order n at f_c: F = 1/Π_k (j x − e^{jπ(2k + n + 1)/2n}), |F|² = 1/(1 + x^{2n}), of circuits x = f/f_c, of the recorder's
-//! program (bilinear, prewarped) x = tan(πfT)/tan(πf_cT); applied to the whole run's spectrum, so exact for both. Noise that passes it has its
+//! program (bilinear, prewarped) x = tan(πfT)/tan(πf_cT); applied to the whole run's spectrum, so exact for both: of what is smooth by F, of
+//! straight lines with their images. Noise that passes it has its
 //! shape above the actuator's band: there S(f) = A|F|²(1 + r/fT) + q²/12 (r share like 1/f,
 //! q resolution; a circuit's folded at half the sampling rate) is held against A f^−p + B by the likelihood of Whittle.
 //! A filter that no noise passes is not seen here; it acts as a delay.
@@ -31,6 +32,8 @@ const MIN_CORNER: f64 = 0.03;
 const MAX_CORNER: f64 = 0.46;
 /// Shares of noise like 1/f: as much as white noise over a run, and what is beside it.
 const PINK: [f64; 4] = [0.0, 0.015, 0.05, 0.15];
+/// Images of a line on each side of it.
+const IMAGES: i32 = 3;
 const ORDERS: [u32; 7] = [2, 3, 4, 5, 6, 7, 8];
 
 /// A Butterworth low pass.
@@ -108,6 +111,24 @@ impl LowPass {
     pub fn responses(&self, tick_s: f64, rows: usize) -> Vec<Complex<f64>> {
         let response = self.response(tick_s);
         (1..=rows / 2).map(|line| response(line as f64 / rows as f64)).collect()
+    }
+
+    /// The same of a series that is a straight line between its rows, in whose samples the images about the sampling rate fold back: exact for a
+    /// circuit, Σ_m sinc²(s + m) F(s + m), s share of the sampling rate.
+    pub fn responses_to_lines(&self, tick_s: f64, rows: usize) -> Vec<Complex<f64>> {
+        if !self.is_circuit {
+            return self.responses(tick_s, rows);
+        }
+        let response = self.response(tick_s);
+        let folded = |share: f64| {
+            let image = |m: i32| {
+                let place = share + f64::from(m);
+                let sinc = (PI * share).sin() / (PI * place);
+                response(place) * (sinc * sinc)
+            };
+            (-IMAGES..=IMAGES).map(image).sum()
+        };
+        (1..=rows / 2).map(|line| folded(line as f64 / rows as f64)).collect()
     }
 
     /// What it makes of a series, but for the time that it remembers at its begin, by its [`LowPass::responses`].
@@ -290,6 +311,32 @@ mod tests {
                 found.order.abs_diff(order) <= 1 && (found.corner_hz / corner_hz).ln().abs() < off,
                 "{found:?}"
             );
+        }
+    }
+
+    /// Guards the images: a filter of first order of straight lines has a closed form.
+    #[test]
+    fn straight_lines_pass_as_they_are_solved() {
+        let (tick_s, rows, corner_hz) = (1e-4, 2000, 1500.0);
+        let own = LowPass {
+            order: 1,
+            corner_hz,
+            is_circuit: true,
+            is_supposed: false,
+        };
+        // y' = (u − y)/τ, u from u_k to u_{k + 1}.
+        let ticks = 1.0 / (2.0 * PI * corner_hz * tick_s);
+        let decay = (-1.0 / ticks).exp();
+        let mean = (1.0 - decay) * ticks;
+        let both = own
+            .responses_to_lines(tick_s, rows)
+            .into_iter()
+            .zip(own.responses(tick_s, rows));
+        for (line, (found, plain)) in both.enumerate().skip(100).take(500) {
+            let back = Complex::from_polar(1.0, -2.0 * PI * (line + 1) as f64 / rows as f64);
+            let solved = (back * (mean - decay) + (1.0 - mean)) / (-back * decay + 1.0);
+            let (error, without) = ((found - solved).norm(), (plain - solved).norm());
+            assert!(error < 2e-3 && error < 0.1 * without, "{line}: {error} {without}");
         }
     }
 

@@ -53,7 +53,7 @@ type Half = (usize, Option<MagneticStart>, f64, [f64; 2], ActuatorModel);
 pub(crate) struct Memory {
     halves: Recent<Half, MagneticHalf>,
     shapes: Recent<(Range<usize>, usize, Shape), Vec<f64>>,
-    responses: Recent<(usize, LowPass), Vec<Complex<f64>>>,
+    responses: Recent<(usize, ChannelKind, LowPass), Vec<Complex<f64>>>,
     /// Of a field, which most of what is fitted leaves alone.
     fields: Recent<Vec<f64>, Vec<f64>>,
     /// Runs that were simulated, and those whose magnetic half was not there.
@@ -111,9 +111,13 @@ impl Plant {
             } else {
                 &mut outputs.displacement_m
             };
-            for (series, low_pass) in [&mut outputs.field_a_per_m, output].into_iter().zip(low_passes) {
+            let parts = [
+                (ChannelKind::Field, &mut outputs.field_a_per_m),
+                (ChannelKind::Output, output),
+            ];
+            for ((kind, series), low_pass) in parts.into_iter().zip(low_passes) {
                 if let Some(low_pass) = low_pass {
-                    self.filter(series, index, low_pass);
+                    self.filter(series, index, kind, low_pass);
                 }
             }
             Some(outputs)
@@ -145,11 +149,17 @@ impl Plant {
         doubts.filter(|_| !self.fitted).filter_map(|own| answer(&own)).collect()
     }
 
-    /// A series of all rows of a run after a low pass of its recorder.
-    pub fn filter(&self, series: &mut [f64], run: usize, low_pass: LowPass) {
+    /// A series of all rows of a run after a low pass of its recorder. The coil's field is a straight line within a tick; what moves is smooth.
+    pub fn filter(&self, series: &mut [f64], run: usize, kind: ChannelKind, low_pass: LowPass) {
         let Some(tick_s) = self.runs[run].tick_s else { return };
-        let asked = (run, low_pass);
-        let answer = || Some(low_pass.responses(tick_s, series.len()));
+        let asked = (run, kind, low_pass);
+        let answer = || {
+            Some(if kind == ChannelKind::Field {
+                low_pass.responses_to_lines(tick_s, series.len())
+            } else {
+                low_pass.responses(tick_s, series.len())
+            })
+        };
         let responses = self.memory.responses.get(|own| *own == asked, || asked, answer);
         low_pass.apply(series, tick_s, &self.whole[run], &responses.unwrap_or_default());
     }
