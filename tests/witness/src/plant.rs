@@ -193,9 +193,9 @@ impl Plant {
         self.tick_s / self.substeps as f64
     }
 
-    /// Goes on by a tick, at whose end command (A/m) and `a` (A/m) are these; each is a straight line until then. `seen` hears
-    /// the sensor's end (m) after every substep. The bias comes up over the first tick.
-    pub fn advance(&mut self, command: f64, shape: f64, seen: &mut dyn FnMut(f64)) {
+    /// Goes on by a tick, at whose end command (A/m) and `a` (A/m) are these; each is a straight line until then. `look` is taken after
+    /// every substep. The bias comes up over the first tick.
+    pub fn advance(&mut self, command: f64, shape: f64, look: &mut dyn FnMut(&Self)) {
         let (h, shape_from, bias_from) = (self.substep_s(), self.material.shape_a_per_m, self.bias);
         self.amplifier.hear(command);
         let substeps = self.substeps;
@@ -219,7 +219,7 @@ impl Plant {
             for (end, width) in self.plays_m.iter_mut().zip(play_widths(&self.hidden)) {
                 *end = end.max(tip - 0.5 * width).min(tip + 0.5 * width);
             }
-            seen(self.sensed_m());
+            look(self);
         }
         self.material.shape_a_per_m = shape;
         self.bias = self.hidden.bias_a_per_m;

@@ -91,19 +91,21 @@ impl Rig {
         let (points, h) = (plant.substeps(), plant.substep_s());
         let (mut way, mut fields) = (vec![plant.sensed_m()], vec![plant.coil_field_a_per_m()]);
         for command in command_a_per_m.iter().skip(1) {
-            plant.advance(self.surroundings.commanded(*command), shape, &mut |seen| way.push(seen));
-            fields.push(plant.coil_field_a_per_m());
+            plant.advance(self.surroundings.commanded(*command), shape, &mut |plant| {
+                way.push(plant.sensed_m());
+                fields.push(plant.coil_field_a_per_m());
+            });
         }
         let mut seen = self.sensor.look(way, h, self.hidden.laws);
         if let Some(filter) = &self.surroundings.filter {
             filter.pass(&mut seen, h);
             if filter.field_too {
-                filter.pass(&mut fields, tick_s);
+                filter.pass(&mut fields, h);
             }
         }
         Record {
             command_a_per_m,
-            field_a_per_m: fields,
+            field_a_per_m: fields.into_iter().step_by(points).collect(),
             displacement_m: seen.into_iter().step_by(points).collect(),
         }
     }
