@@ -4,7 +4,9 @@
 //! 2. Where it does not, one is supposed, as long as it makes a difference to what was found.
 //! 3. The noise tells its form roughly, the motion better: a misfit is searched again under each likely form, first with what explains most
 //!    alone, then with what was found.
-//! 4. Under the form that explains most, what was tried may take the place of what joined (`decompose.rs`).
+//! 4. So is what was found at all: under a wrong form a term may stand for what the right one does, and what is taken for the noise of a gap
+//!    may show another form than the noise beneath it.
+//! 5. Under the form that explains most, what was tried may take the place of what joined (`decompose.rs`).
 
 use anhyst_identify::parallel;
 
@@ -24,6 +26,9 @@ const MAX_FORMS: usize = 3;
 /// Corners of a low pass that is supposed, as shares of the sampling rate.
 const SUPPOSED: [f64; 3] = [0.1, 0.18, 0.32];
 
+/// Corners within this share are alike.
+const ALIKE: f64 = 0.03;
+
 /// What the noise shows of each channel.
 type Seen = Vec<(ChannelKind, Likely)>;
 /// One low pass for each channel.
@@ -36,7 +41,7 @@ pub(crate) fn decomposed(
     progress: &mut dyn FnMut(&str, f64),
 ) -> Option<Decomposition> {
     let nominal = bench.point(&Composition::default())?;
-    let mut seen = seen(bench, &nominal, FROM[0]);
+    let seen = seen(bench, &nominal, FROM[0]);
     let watches = !of_output(&seen) && !bench.plant.fitted;
     let mut found = under(bench, &seen, lattice, watches, progress)?;
     if watches {
@@ -48,19 +53,30 @@ pub(crate) fn decomposed(
         {
             // And some of it may be the low pass itself.
             again = seen_beneath(&aside, &other);
-            let without = aside.point(&found.last.point.composition);
-            let gain = without.map_or(0.0, |without| without.cost - other.last.point.cost);
-            if !of_output(&again) && gain > JOINS {
+            if !of_output(&again) && gain(&found, &aside, &other) > JOINS {
                 (*bench, found) = (aside, other);
             }
         }
         if of_output(&again) {
-            seen.retain(|(kind, _)| again.iter().all(|(other, _)| other != kind));
-            seen.extend(again);
-            found = under(bench, &seen, lattice, false, progress)?;
+            found = under(bench, &with_those_of(seen, again), lattice, false, progress)?;
         }
     }
     Some(Search::new(bench, lattice, progress).with_exchanges(found))
+}
+
+/// What is seen of each channel, or was before where it is not.
+fn with_those_of(mut before: Seen, seen: Seen) -> Seen {
+    before.retain(|(kind, _)| seen.iter().all(|(other, _)| other != kind));
+    before.extend(seen);
+    before
+}
+
+/// By how much the other decomposition explains more, on its own bench.
+fn gain(found: &Decomposition, bench: &Bench, other: &Decomposition) -> f64 {
+    let point = bench.point(&found.last.point.composition);
+    let own = point.map_or(f64::NEG_INFINITY, |point| point.cost);
+    let more = other.last.point.composition.terms().len() as f64 - found.last.point.composition.terms().len() as f64;
+    own - other.last.point.cost - JOINS * more
 }
 
 fn is_misfit(bench: &Bench, found: &Decomposition) -> bool {
@@ -165,7 +181,7 @@ fn under(
         // What it was fed before the first row is not known.
         *bench = Bench::new(bench.plant.skipping(memory_s), bench.threads);
     }
-    let all = alternatives(bench, seen);
+    let mut all = alternatives(bench, seen);
     let mut search = Search::new(bench, lattice, progress);
     search.low_passes.clone_from(&all[0].1);
     search.depth = match &all[..] {
@@ -211,9 +227,17 @@ fn under(
     }
     search.depth = Depth::Whole;
     for _ in 0..MAX_FORMS {
-        // Another form that explains better with what was found is searched with from the start.
-        if !is_misfit(bench, &best.found) {
+        // Another form that explains better with what was found, or without some of it, is searched with from the start: under a wrong form a
+        // term may stand for what the right one does.
+        if best.found.last.point.composition.terms().is_empty() && !is_misfit(bench, &best.found) {
             break;
+        }
+        // What is taken for the noise of a gap may show another than the noise beneath it.
+        let beneath = self::seen(bench, &best.found.last.point, FROM[0]);
+        if !watches && of_output(&beneath) {
+            let others = alternatives(bench, &with_those_of(seen.to_vec(), beneath));
+            let is_new = |(_, forms): &(f64, Forms)| all.iter().all(|(_, own)| !alike(own, forms));
+            all.extend(others.into_iter().filter(is_new).collect::<Vec<_>>());
         }
         let rival = best.rival(&search, &all);
         let Some((_, unlikely, forms)) = rival.filter(|(rival, _, _)| *rival < best.cost()) else {
@@ -269,6 +293,16 @@ impl Best {
         });
         rivals.min_by(|one, other| one.0.total_cmp(&other.0))
     }
+}
+
+/// A fit from one comes to the other.
+fn alike(forms: &Forms, others: &Forms) -> bool {
+    let alike = |((kind, own), (other_kind, other)): (&(ChannelKind, LowPass), &(ChannelKind, LowPass))| {
+        let corner_hz = other.corner_hz;
+        let moved = LowPass { corner_hz, ..*own };
+        kind == other_kind && moved == *other && (own.corner_hz / corner_hz).ln().abs() < ALIKE
+    };
+    forms.len() == others.len() && forms.iter().zip(others).all(alike)
 }
 
 /// The likeliest low pass of each channel, then each other one of each with the likeliest of the others, and how unlikely that is; and one that is
