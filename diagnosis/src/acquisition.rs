@@ -34,7 +34,7 @@ const MAX_CORNER: f64 = 0.46;
 const PINK: [f64; 4] = [0.0, 0.015, 0.05, 0.15];
 /// Images of a line on each side of it.
 const IMAGES: i32 = 3;
-const ORDERS: [u32; 7] = [2, 3, 4, 5, 6, 7, 8];
+pub(crate) const ORDERS: [u32; 7] = [2, 3, 4, 5, 6, 7, 8];
 
 /// A Butterworth low pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,6 +68,16 @@ impl LowPass {
             folded.iter().map(|own| of(own / self.corner_hz)).sum()
         } else {
             of((PI * frequency_hz * tick_s).tan() / (PI * self.corner_hz * tick_s).tan())
+        }
+    }
+
+    /// Of another order, with about the same delay: Σ sin((2k + 1)π/2n) = 1/sin(π/2n).
+    pub fn of_order(self, order: u32) -> Self {
+        let sum = |order: u32| 1.0 / (0.5 * PI / f64::from(order)).sin();
+        LowPass {
+            order,
+            corner_hz: self.corner_hz * sum(order) / sum(self.order),
+            ..self
         }
     }
 

@@ -10,7 +10,7 @@
 
 use anhyst_identify::parallel;
 
-use crate::acquisition::{FROM, Likely, LowPass};
+use crate::acquisition::{FROM, Likely, LowPass, ORDERS};
 use crate::channel::ChannelKind;
 use crate::composition::Composition;
 use crate::decomposition::{Decomposition, cost};
@@ -234,10 +234,17 @@ fn under(
         }
         // What is taken for the noise of a gap may show another than the noise beneath it.
         let beneath = self::seen(bench, &best.found.last.point, FROM[0]);
+        let mut others: Vec<(f64, Forms)> = Vec::new();
         if !watches && of_output(&beneath) {
-            let others = alternatives(bench, &with_those_of(seen.to_vec(), beneath));
-            let is_new = |(_, forms): &(f64, Forms)| all.iter().all(|(_, own)| !alike(own, forms));
-            all.extend(others.into_iter().filter(is_new).collect::<Vec<_>>());
+            others.extend(alternatives(bench, &with_those_of(seen.to_vec(), beneath)));
+        }
+        if !watches && is_misfit(bench, &best.found) {
+            others.extend(other_orders(bench, &best.found));
+        }
+        for other in others {
+            if all.iter().all(|(_, own)| !alike(own, &other.1)) {
+                all.push(other);
+            }
         }
         let rival = best.rival(&search, &all);
         let Some((_, unlikely, forms)) = rival.filter(|(rival, _, _)| *rival < best.cost()) else {
@@ -293,6 +300,25 @@ impl Best {
         });
         rivals.min_by(|one, other| one.0.total_cmp(&other.0))
     }
+}
+
+/// Low passes of other orders that delay as the output's does, on the output and on both channels: where the noise beneath a gap is not seen, the motion
+/// tells the order.
+fn other_orders(bench: &Bench, found: &Decomposition) -> Vec<(f64, Forms)> {
+    let composition = &found.last.point.composition;
+    let Some(own) = composition.fitted_low_pass(ChannelKind::Output) else {
+        return Vec::new();
+    };
+    let channels = &bench.plant.channels;
+    let kinds = [ChannelKind::Output, ChannelKind::Field];
+    let has = |kind: &ChannelKind| channels.iter().any(|channel| channel.kind == *kind);
+    let kinds: Vec<ChannelKind> = kinds.into_iter().filter(has).collect();
+    let orders = ORDERS.into_iter().map(|order| own.of_order(order).supposed());
+    let forms = orders.flat_map(|low_pass| {
+        let on = |count: usize| (0.0, kinds[..count].iter().map(|kind| (*kind, low_pass)).collect());
+        (1..=kinds.len()).map(on).collect::<Vec<_>>()
+    });
+    forms.collect()
 }
 
 /// A fit from one comes to the other.
