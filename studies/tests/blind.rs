@@ -4,8 +4,8 @@ use anhyst_model::ActuatorModel;
 use anhyst_studies::blind::{Family, Outcome, Plan, StudyRun, Subject, study};
 use anhyst_witness::{Drive, Effect, Nuisance};
 
-/// A broadband run of a second with an effect of twenty noises, or nothing; seeds of their own, of nothing the one after so many.
-fn run(nuisance: Nuisance, effect: Option<Effect>, after: usize) -> StudyRun {
+/// A run of a second with an effect of twenty noises, or nothing; seeds of their own, of nothing the one after so many.
+fn run(nuisance: Nuisance, effect: Option<Effect>, drive: Drive, after: usize) -> StudyRun {
     let plan = Plan {
         none: 1 + after as u64,
         singles: 1,
@@ -26,7 +26,7 @@ fn run(nuisance: Nuisance, effect: Option<Effect>, after: usize) -> StudyRun {
     let mut case = cases.swap_remove(after);
     case.wanted.effects = effect.into_iter().collect();
     case.wanted.gap_over_noise = effect.map(|_| 20.0);
-    case.wanted.drive = Some(Drive::Broadband);
+    case.wanted.drive = Some(drive);
     let run = study(&case, &subject);
     println!("{} under {}: {}", run.truth(), run.nuisance, run.answer());
     run
@@ -46,7 +46,7 @@ fn what_is_hidden_is_named_whatever_disturbs() {
         (Nuisance::OtherLaw, Effect::Friction),
         (Nuisance::OtherLaw, Effect::SensorSaturation),
     ] {
-        let run = run(nuisance, Some(effect), 0);
+        let run = run(nuisance, Some(effect), Drive::Broadband, 0);
         assert!(run.outcome.is_right(), "{run:#?}");
         let part = &run.hidden[0];
         if let (Some(truth), Some(found)) = (part.share, part.share_found) {
@@ -55,19 +55,20 @@ fn what_is_hidden_is_named_whatever_disturbs() {
     }
 }
 
-/// Guards against false alarms: a nuisance alone is no effect, nor is a filter whose field is a straight line between the rows, or whose order
-/// the noise beneath the gap shows only once the gap is explained.
+/// Guards against false alarms: a nuisance alone is no effect, nor is a filter whose field is a straight line between the rows, whose order
+/// the noise beneath the gap shows only once the gap is explained, or which only the motion tells.
 #[test]
 fn nothing_is_named_where_nothing_is_hidden() {
-    for (nuisance, after) in [
-        (Nuisance::Hum, 0),
-        (Nuisance::History, 0),
-        (Nuisance::Drift, 0),
-        (Nuisance::AntiAlias, 2),
-        (Nuisance::AntiAlias, 6),
-        (Nuisance::All, 0),
+    for (nuisance, drive, after) in [
+        (Nuisance::Hum, Drive::Broadband, 0),
+        (Nuisance::History, Drive::Broadband, 0),
+        (Nuisance::Drift, Drive::Broadband, 0),
+        (Nuisance::AntiAlias, Drive::Broadband, 2),
+        (Nuisance::AntiAlias, Drive::Broadband, 6),
+        (Nuisance::AntiAlias, Drive::Multisine, 3),
+        (Nuisance::All, Drive::Broadband, 0),
     ] {
-        let run = run(nuisance, None, after);
+        let run = run(nuisance, None, drive, after);
         assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
     }
 }
@@ -75,6 +76,6 @@ fn nothing_is_named_where_nothing_is_hidden() {
 /// Guards trust in a name: what the library does not hold is given none of its names.
 #[test]
 fn what_nobody_listed_is_unknown() {
-    let run = run(Nuisance::Clean, Some(Effect::XRipple), 0);
+    let run = run(Nuisance::Clean, Some(Effect::XRipple), Drive::Broadband, 0);
     assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
 }
