@@ -71,23 +71,20 @@ impl LowPass {
         }
     }
 
-    /// Of another order, with about the same delay: Σ sin((2k + 1)π/2n) = 1/sin(π/2n).
+    /// Of another order that delays slow motion alike.
     pub fn of_order(self, order: u32) -> Self {
-        let sum = |order: u32| 1.0 / (0.5 * PI / f64::from(order)).sin();
         LowPass {
             order,
-            corner_hz: self.corner_hz * sum(order) / sum(self.order),
+            corner_hz: self.corner_hz * delay_angle(order) / delay_angle(self.order),
             ..self
         }
     }
 
     /// Of slow motion, s.
     fn delay_s(&self, tick_s: f64) -> f64 {
-        let order = self.order;
-        let poles = (0..order).map(|pole| (PI * f64::from(2 * pole + 1) / f64::from(2 * order)).sin());
         let angle = PI * self.corner_hz * tick_s;
         let k = if self.is_circuit { angle } else { angle.tan() };
-        poles.sum::<f64>() * 0.5 * tick_s / k
+        delay_angle(self.order) * 0.5 * tick_s / k
     }
 
     /// How long it remembers what it was fed before, s: e^−8 is left.
@@ -123,8 +120,8 @@ impl LowPass {
         (1..=rows / 2).map(|line| response(line as f64 / rows as f64)).collect()
     }
 
-    /// The same of a series that is a straight line between its rows, in whose samples the images about the sampling rate fold back: exact for a
-    /// circuit, Σ_m sinc²(s + m) F(s + m), s share of the sampling rate.
+    /// The same of a series that is a straight line between its rows, in whose samples the images about multiples of the sampling rate fold back: for a
+    /// circuit Σ_m sinc²(s + m) F(s + m), s share of the sampling rate.
     pub fn responses_to_lines(&self, tick_s: f64, rows: usize) -> Vec<Complex<f64>> {
         if !self.is_circuit {
             return self.responses(tick_s, rows);
@@ -253,6 +250,12 @@ impl LowPass {
             .map(|(own, low_pass)| (own - least, low_pass))
             .collect()
     }
+}
+
+/// 2π f_c times the delay of slow motion behind a circuit.
+fn delay_angle(order: u32) -> f64 {
+    let poles = (0..order).map(|pole| (PI * f64::from(2 * pole + 1) / f64::from(2 * order)).sin());
+    poles.sum()
 }
 
 /// Power of the lines of windows of [`WINDOW`] samples (Hann, half overlapping), of the quiet ones; in units of the series squared.

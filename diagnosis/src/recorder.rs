@@ -5,7 +5,7 @@
 //! 3. The noise tells its form roughly, the motion better: a misfit is searched again under each likely form, first with what explains most
 //!    alone, then with what was found.
 //! 4. So is what was found at all: under a wrong form a term may stand for what the right one does, and what is taken for the noise of a gap
-//!    may show another form than the noise beneath it.
+//!    may show another form than the noise beneath it. A misfit is tried under every order that delays alike.
 //! 5. Under the form that explains most, what was tried may take the place of what joined (`decompose.rs`).
 
 use anhyst_identify::parallel;
@@ -26,8 +26,8 @@ const MAX_FORMS: usize = 3;
 /// Corners of a low pass that is supposed, as shares of the sampling rate.
 const SUPPOSED: [f64; 3] = [0.1, 0.18, 0.32];
 
-/// Corners within this share are alike.
-const ALIKE: f64 = 0.03;
+/// Corners within this share are the same: a fit from one comes to the other.
+const SAME_CORNER: f64 = 0.03;
 
 /// What the noise shows of each channel.
 type Seen = Vec<(ChannelKind, Likely)>;
@@ -326,7 +326,7 @@ fn alike(forms: &Forms, others: &Forms) -> bool {
     let alike = |((kind, own), (other_kind, other)): (&(ChannelKind, LowPass), &(ChannelKind, LowPass))| {
         let corner_hz = other.corner_hz;
         let moved = LowPass { corner_hz, ..*own };
-        kind == other_kind && moved == *other && (own.corner_hz / corner_hz).ln().abs() < ALIKE
+        kind == other_kind && moved == *other && (own.corner_hz / corner_hz).ln().abs() < SAME_CORNER
     };
     forms.len() == others.len() && forms.iter().zip(others).all(alike)
 }
