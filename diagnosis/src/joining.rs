@@ -6,7 +6,7 @@ use anhyst_model::{ActuatorModel, EffectKind, Stage};
 use crate::composition::{Composition, Slot, Unknown};
 use crate::fitting::Fitted;
 use crate::likelihood::Bench;
-use crate::linearised::{Linearised, PROMISES};
+use crate::linearised::{Held, Linearised, PROMISES};
 use crate::probes::Surroundings;
 use crate::screening::{Screened, screen};
 use crate::search::{Depth, Search};
@@ -70,7 +70,7 @@ impl Search<'_> {
             let Term::Parameter(parameter) = term else { return None };
             let mut unknowns = composition.unknowns.iter();
             let index = unknowns.position(|own| own.slot == Slot::Nominal(parameter))?;
-            let (gain, _, _) = linear.gain(&[base.columns[index].as_slice()], 0.0, 1);
+            let (gain, _, _) = linear.gain(&[base.columns[index].as_slice()], Held::Free, 1);
             Some(Screened {
                 term,
                 values: vec![composition.unknowns[index].value],

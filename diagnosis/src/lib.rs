@@ -18,6 +18,7 @@ mod error;
 mod evidence;
 mod experiment;
 mod fitting;
+mod forms;
 mod joining;
 mod leaving;
 mod likelihood;

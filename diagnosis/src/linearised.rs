@@ -61,9 +61,9 @@ impl<'a> Linearised<'a> {
         self.products.with_further(&self.bench.bands, &all)
     }
 
-    /// Falls of J and E with further columns, and their multiples, under the levels that are left after some rounds. `ridge` holds the
-    /// multiples back.
-    pub fn gain<C: AsRef<[f64]>>(&self, further: &[C], ridge: f64, rounds: usize) -> (Gain, Vec<f64>, Vec<f64>) {
+    /// Falls of J and E with further columns, and their multiples, under the levels that are left after some rounds. `held`
+    /// keeps the multiples back.
+    pub fn gain<C: AsRef<[f64]>>(&self, further: &[C], held: Held, rounds: usize) -> (Gain, Vec<f64>, Vec<f64>) {
         let products = self.with(further);
         let own = self.base.all().len() - 1;
         let mut weights = self.weights.clone();
@@ -71,7 +71,12 @@ impl<'a> Linearised<'a> {
         for _ in 0..rounds {
             let mut normal = products.normal(&weights);
             for index in own..own + further.len() {
-                normal.matrix[(index, index)] *= 1.0 + ridge;
+                let own = &mut normal.matrix[(index, index)];
+                match held {
+                    Held::Free => {}
+                    Held::Ridge(share) => *own *= 1.0 + share,
+                    Held::Unit => *own += 1.0,
+                }
             }
             let pull = normal.believe(&self.base.point.composition.unknowns);
             let solution = normal.solve(&pull);
@@ -124,6 +129,16 @@ impl<'a> Linearised<'a> {
         };
         (gain, levels)
     }
+}
+
+/// What is believed of the multiples of further columns.
+#[derive(Clone, Copy)]
+pub(crate) enum Held {
+    Free,
+    /// By a share of each column's own information.
+    Ridge(f64),
+    /// A standard deviation of 1 about 0.
+    Unit,
 }
 
 /// By how much something explains a measurement better.

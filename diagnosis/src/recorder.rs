@@ -61,7 +61,9 @@ pub(crate) fn decomposed(
             found = under(bench, &with_those_of(seen, again), lattice, false, progress)?;
         }
     }
-    Some(Search::new(bench, lattice, progress).with_exchanges(found))
+    let mut search = Search::new(bench, lattice, progress);
+    let found = search.with_exchanges(found);
+    search.without_those_of_form(found)
 }
 
 /// What is seen of each channel, or was before where it is not.

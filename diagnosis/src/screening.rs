@@ -9,7 +9,7 @@ use anhyst_identify::parallel;
 use crate::channel::ChannelKind;
 use crate::fitting::Fitted;
 use crate::likelihood::Bench;
-use crate::linearised::{Gain, Linearised};
+use crate::linearised::{Gain, Held, Linearised};
 use crate::probes::{ProbeGroup, Surroundings};
 use crate::term::Term;
 
@@ -104,7 +104,7 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
                 seen = Some(own);
             }
         }
-        let (gain, multiples, _) = linear.gain(&answers, 0.0, 1);
+        let (gain, multiples, _) = linear.gain(&answers, Held::Free, 1);
         let values = at(&group, &coordinates, &group.absent, &multiples);
         // What is no multiple of a small trial (a play, a friction) is tried at the size of the gap, too: by what it is over the noise, and
         // as it is, because a small play answers to ripples of which a large one knows nothing.
@@ -147,7 +147,7 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
                 values = halved.collect();
                 continue;
             };
-            let (gain, multiples, _) = linear.gain(std::slice::from_ref(&answer), 0.0, 1);
+            let (gain, multiples, _) = linear.gain(std::slice::from_ref(&answer), Held::Free, 1);
             let gain = gain.likelihood;
             if best.as_ref().is_none_or(|(most, _)| gain > *most) {
                 best = Some((gain, values.clone()));

@@ -13,7 +13,7 @@ use crate::channel::ChannelKind;
 use crate::evidence::Evidence;
 use crate::fitting::Fitted;
 use crate::likelihood::Bench;
-use crate::linearised::Linearised;
+use crate::linearised::{Held, Linearised};
 use crate::statistics::{quantile, rms, sorted};
 
 /// Of J, for each coefficient.
@@ -112,7 +112,7 @@ pub(crate) fn unlisted(bench: &Bench, base: &Fitted) -> Vec<Unlisted> {
     let curves = parallel::map(bench.threads, &Over::ALL, |over| one(bench, base, &linear, *over));
     let mut found: Vec<Unlisted> = curves.into_iter().flatten().collect();
     // What a fit that is held at a bound would gain without any curve is no curve's.
-    let (bare, _, _) = linear.gain::<Vec<f64>>(&[], RIDGE, ROUNDS);
+    let (bare, _, _) = linear.gain::<Vec<f64>>(&[], Held::Ridge(RIDGE), ROUNDS);
     for own in &mut found {
         own.gain -= bare.likelihood;
     }
@@ -180,7 +180,7 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, over: Over) -> Option<
             stacked
         })
         .collect();
-    let (gain, multiples, levels) = linear.gain(&columns, RIDGE, ROUNDS);
+    let (gain, multiples, levels) = linear.gain(&columns, Held::Ridge(RIDGE), ROUNDS);
     let contribution = (0..outputs.len()).flat_map(|run| {
         let mut sum = vec![0.0; series[0][run].len()];
         for (series, multiple) in series.iter().zip(&multiples) {
