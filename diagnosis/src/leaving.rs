@@ -5,7 +5,9 @@ use anhyst_identify::parallel;
 use crate::evidence::Evidence;
 use crate::fitting::Fitted;
 use crate::joining::unbent;
+use crate::likelihood::Point;
 use crate::search::{JOINS, Search, values_of};
+use crate::shares::{Gap, remainder_rms, without};
 use crate::term::Term;
 
 /// A rough fit tells of so many times that fall that it is there.
@@ -14,17 +16,25 @@ const SURELY: f64 = 10.0;
 pub(crate) const REFITTED: usize = 2;
 /// Terms that are tried in the place of each that joined.
 const EXCHANGED: usize = 5;
+/// Share of the gap below which an effect only makes up for others.
+const AGAINST: f64 = -0.5;
 /// Fits whose evidence lies within this explain equally well.
 pub(crate) const TIES: f64 = 12.0;
 
 impl Search<'_> {
-    /// Takes terms out, the one that is missed least first, until the evidence would fall by what lets one join, and as plainly.
+    /// Takes terms out, those that only make up for others, and then the one that is missed least, until the evidence would fall by what lets
+    /// one join, and as plainly.
     pub fn without_those_that_earn_nothing(&self, mut last: Fitted) -> Option<Fitted> {
         let bench = self.bench;
+        let gap = Gap::of(bench);
         loop {
             let terms = last.point.composition.terms();
             if terms.is_empty() {
                 return Some(last);
+            }
+            if let Some(term) = self.compensating(&last, &gap) {
+                last = bench.fit(&last.point.composition.without(term, self.model), None)?;
+                continue;
             }
             let evidence = Evidence::new(bench, &last.point);
             let (own, model) = (evidence.cost(&last.point), self.model);
@@ -39,6 +49,8 @@ impl Search<'_> {
             rough.sort_by(|one, other| one.0.total_cmp(&other.0));
             rough.retain(|(rise, _)| *rise < SURELY * JOINS);
             rough.truncate(REFITTED);
+            // What is left of the output is larger with it: nothing is explained, however the bands are weighed.
+            let grows = |without: &Point| remainder_rms(bench, without) < remainder_rms(bench, &last.point);
             // It must not earn what the others had not been fitted to yet.
             let fits = parallel::map(bench.threads, &rough, |(_, rough)| {
                 let fit = bench.fit(&rough.point.composition, None)?;
@@ -48,10 +60,25 @@ impl Search<'_> {
             });
             let falls = fits.into_iter().flatten().map(|fit| (evidence.cost(&fit.point), fit));
             match falls.min_by(|one, other| one.0.total_cmp(&other.0)) {
-                Some((cost, fit)) if cost - own < JOINS || !self.moves(&fit, &last) => last = fit,
+                Some((cost, fit))
+                    if cost - own < JOINS || !self.moves(&fit, &last) || evidence.is_misfit && grows(&fit.point) =>
+                {
+                    last = fit;
+                }
                 _ => return Some(last),
             }
         }
+    }
+
+    /// The term that works most against the gap, by half of it and more: it makes up for what others explain too much.
+    fn compensating(&self, last: &Fitted, gap: &Gap) -> Option<Term> {
+        let bench = self.bench;
+        let shares = last.point.composition.terms().into_iter().filter_map(|term| {
+            let part = without(bench, &last.point, &last.point.composition.without(term, self.model))?;
+            Some((gap.share(&part), term))
+        });
+        let least = shares.min_by(|(one, _), (other, _)| one.total_cmp(other));
+        least.filter(|(share, _)| *share < AGAINST).map(|(_, term)| term)
     }
 
     /// Where a misfit is left, the best fit with a term that was tried in the place of one that joined: what came first may have come

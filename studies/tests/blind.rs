@@ -55,6 +55,13 @@ fn what_is_hidden_is_named_whatever_disturbs() {
     }
 }
 
+/// Guards against names for the form of a law: diffusion is one lag to a library that holds no other, not a lag, a loss and a load.
+#[test]
+fn another_law_of_a_kind_is_one_name() {
+    let run = run(Nuisance::OtherLaw, Some(Effect::EddyCurrent), Drive::Broadband, 0);
+    assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
+}
+
 /// Guards against false alarms: a nuisance alone is no effect, nor is a filter whose field is a straight line between the rows, whose order
 /// the noise beneath the gap shows only once the gap is explained, or which only the motion tells.
 #[test]
@@ -73,9 +80,11 @@ fn nothing_is_named_where_nothing_is_hidden() {
     }
 }
 
-/// Guards trust in a name: what the library does not hold is given none of its names.
+/// Guards trust in a name: what the library does not hold is given none of its names, nor two whose parts cancel.
 #[test]
 fn what_nobody_listed_is_unknown() {
-    let run = run(Nuisance::Clean, Some(Effect::XRipple), Drive::Broadband, 0);
-    assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
+    for effect in [Effect::XRipple, Effect::XAsymmetry] {
+        let run = run(Nuisance::Clean, Some(effect), Drive::Broadband, 0);
+        assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
+    }
 }
