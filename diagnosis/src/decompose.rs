@@ -4,7 +4,8 @@
 //!    it leaves.
 //! 2. Every term is screened beside it, the best few are fitted, and the one with the lowest J joins if J falls by more than `JOINS`
 //!    and the residual moves by more than a share of what is left. Until nothing joins.
-//! 3. The one that is missed least is taken out (`leaving.rs`), as long as the evidence (`evidence.rs`) falls by less than `JOINS`.
+//! 3. Those that only make up for others are taken out (`leaving.rs`), and then the one that is missed least, as long as the evidence
+//!    (`evidence.rs`) falls by less than `JOINS`.
 //! 4. A free curve that gained far more than all that joined after it has no name, and they go. One that leaves no misfit ends the search at once.
 //! 5. Terms that were tried take the place of one that joined, where that explains more: what joins first may be what several others imitate.
 //! 6. What another law of the same kind as the rest explains leaves (`forms.rs`).

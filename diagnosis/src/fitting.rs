@@ -109,13 +109,8 @@ impl Bench {
             let mut moved = here.composition.clone();
             moved.unknowns[index].value = coordinate.value(free + step);
             let inverse = 1.0 / (coordinate.free(moved.unknowns[index].value) - free);
-            let (_, mut column) = self.simulate(&moved)?;
-            for (own, base) in column.iter_mut().zip(&here.simulated) {
-                *own = (*own - base) * inverse;
-            }
-            for channel in &self.plant.channels {
-                column[channel.places.start] = 0.0;
-            }
+            let mut column = self.change(here, &moved)?;
+            column.iter_mut().for_each(|own| *own *= inverse);
             inverse.is_finite().then_some(column)
         };
         let step = match slot {

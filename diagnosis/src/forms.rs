@@ -55,8 +55,7 @@ impl Search<'_> {
             };
             // Beyond what the fit's own columns promise, which may stand at a bound.
             let explained = cost(&[]) - cost(&forms(bench, &fit));
-            let cost = evidence.cost(&fit.point) - explained;
-            Some((cost - own, fit))
+            Some((evidence.cost(&fit.point) - explained - own, fit))
         });
         let mut fits: Vec<(f64, Fitted)> = fits.into_iter().flatten().filter(|(rise, _)| *rise < JOINS).collect();
         fits.sort_by(|(one, _), (other, _)| one.total_cmp(other));
@@ -79,14 +78,7 @@ fn forms(bench: &Bench, fit: &Fitted) -> Vec<Vec<f64>> {
             }
             let mut moved = composition.clone();
             moved.unknowns[index].value = value;
-            let (_, mut column) = bench.simulate(&moved)?;
-            for (z, here) in column.iter_mut().zip(&fit.point.simulated) {
-                *z -= here;
-            }
-            for channel in &bench.plant.channels {
-                column[channel.places.start] = 0.0;
-            }
-            Some(column)
+            bench.change(&fit.point, &moved)
         })
     });
     moved.collect()

@@ -83,6 +83,18 @@ impl Bench {
         Some((runs, spectra))
     }
 
+    /// What changes in the spectra where a composition takes the place of a point's; means are the zero's.
+    pub fn change(&self, here: &Point, moved: &Composition) -> Option<Vec<f64>> {
+        let (_, mut change) = self.simulate(moved)?;
+        for (own, base) in change.iter_mut().zip(&here.simulated) {
+            *own -= base;
+        }
+        for channel in &self.plant.channels {
+            change[channel.places.start] = 0.0;
+        }
+        Some(change)
+    }
+
     /// A composition held against the measurement.
     pub fn point(&self, composition: &Composition) -> Option<Point> {
         let (runs, simulated) = self.simulate(composition)?;

@@ -68,14 +68,7 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
         let tried = base.point.composition.with(term, surroundings.model, values)?;
         // An edge answers to what is just beside it only.
         let tried = if term.is_limit() { tried.inside(term) } else { tried };
-        let (_, mut spectra) = bench.simulate(&tried)?;
-        for (own, without) in spectra.iter_mut().zip(&base.point.simulated) {
-            *own -= without;
-        }
-        for channel in &bench.plant.channels {
-            spectra[channel.places.start] = 0.0;
-        }
-        Some(spectra)
+        bench.change(&base.point, &tried)
     };
     if term.is_limit() || term.is_lattice() {
         return limit(term, linear, surroundings, difference);
