@@ -120,7 +120,7 @@ impl Controller {
             .map_err(|error| Invalid::new("", error.to_string()).within("material"))?;
         let trajectory = Trajectory::load(&settings.trajectory, settings.start_s, tick_s, base_dir)
             .map_err(|refusal| refusal.within("trajectory"))?;
-        let known = KnownEffects::new(effects, tick_s)
+        let known = KnownEffects::new(effects, &rod, material, tick_s)
             .map_err(|error| Invalid::new("", error.to_string()).within("effects"))?;
         let shape = LoopShape::new(&rod, settings.feedback.as_ref(), tick_s).with_effects(effects);
         shape.validate()?;
@@ -316,7 +316,7 @@ impl Controller {
         let known = coming.filter(|(time_s, _)| *time_s == now_s);
         let now = known.map_or_else(|| self.trajectory.at(now_s), |(_, motion)| motion);
         let applied = self.applied(observed);
-        let (mut forward_m, rate_m_per_s) = self.feedforward.map_or((0.0, 0.0), |forward| {
+        let (mut forward_m, mut rate_m_per_s) = self.feedforward.map_or((0.0, 0.0), |forward| {
             (forward.displacement_m(&then), forward.rate_m_per_s(&then))
         });
         let mut expected_m = now.position_m;
@@ -324,7 +324,10 @@ impl Controller {
             expected_m = effects.expected_m(now.position_m);
             let warm_m = self.law.metres_per_strain() * effects.warm_strain(observed.field_a_per_m);
             if self.feedforward.is_some() {
-                forward_m += effects.own_forces_m(&then) - warm_m;
+                let before_a_per_m = self.law.magnetization_a_per_m(self.wanted_m);
+                let (own_m, own_m_per_s) = effects.advance_own_forces(&then, before_a_per_m);
+                forward_m += own_m - warm_m;
+                rate_m_per_s += own_m_per_s;
             }
         }
         let feedback = self

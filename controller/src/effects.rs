@@ -4,11 +4,13 @@
 //! sensor: the reference goes through what the sensor does to a displacement before it is compared, e = s(r) − y; else
 //! the PID would fight a delay, a play or a wrong scale as if the tip were wrong. Then a tip on its reference gives no
 //! error but the noise. G static displacement per strain (m), λ_T strain by warming, reckoned from the permitted field
-//! (A/m). The rod: a cubic spring asks for β·r³ more, dry friction for d·tanh(r′/v₀) (metres of quasi-static
-//! displacement). Rounding of the sensor is not imitated: it is right in the mean.
+//! (A/m). The rod: a cubic spring asks for β·r³ more (metres of quasi-static displacement), dry friction for d·n, a stiffness that grows
+//! by g with M for less, −g/(1 + g)·(r″ + k̂ r′)/ĉ. Rounding of the sensor is not imitated: it is right in the mean.
 
 use crate::Motion;
-use anhyst_model::{Effect, EffectKind, Expansion, ModelError, SignalPath, Spring, Stage};
+use anhyst_model::{
+    Effect, EffectKind, Expansion, Material, ModelError, OwnForces, RodState, SignalPath, Stage, TwoPole,
+};
 use serde::{Deserialize, Serialize};
 
 /// The known effects and their memories.
@@ -17,9 +19,10 @@ pub(crate) struct KnownEffects {
     sensor: SignalPath,
     expansion: Option<Expansion>,
     ahead_s: f64,
-    spring: Option<Spring>,
-    friction_m: f64,
-    friction_speed_m_per_s: f64,
+    own_forces: Option<OwnForces>,
+    magnetization_a_per_m: f64,
+    last_own_m: f64,
+    tick_s: f64,
 }
 
 impl KnownEffects {
@@ -27,11 +30,15 @@ impl KnownEffects {
     ///
     /// # Errors
     /// An effect that cannot be built for this tick.
-    pub fn new(effects: &[Effect], tick_s: f64) -> Result<Option<Self>, ModelError> {
+    pub fn new(
+        effects: &[Effect],
+        rod: &TwoPole,
+        material: &Material,
+        tick_s: f64,
+    ) -> Result<Option<Self>, ModelError> {
         if effects.is_empty() {
             return Ok(None);
         }
-        let size = |kind, parameter| value(effects, kind, parameter);
         let seen: Vec<Effect> = effects
             .iter()
             .filter(|effect| effect.kind() != EffectKind::Quantisation)
@@ -40,10 +47,11 @@ impl KnownEffects {
         Ok(Some(KnownEffects {
             sensor: SignalPath::new(&seen, Stage::Sensor, tick_s)?,
             expansion: Expansion::new(effects, tick_s),
-            ahead_s: size(EffectKind::LoopDelay, "delay_s"),
-            spring: Spring::new(effects),
-            friction_m: size(EffectKind::Friction, "friction_m"),
-            friction_speed_m_per_s: size(EffectKind::Friction, "speed_m_per_s"),
+            ahead_s: value(effects, EffectKind::LoopDelay, "delay_s"),
+            own_forces: OwnForces::new(effects, material, *rod, tick_s)?,
+            magnetization_a_per_m: 0.0,
+            last_own_m: 0.0,
+            tick_s,
         }))
     }
 
@@ -63,13 +71,33 @@ impl KnownEffects {
         self.expansion.as_mut().map_or(0.0, |expansion| expansion.step(finite))
     }
 
-    /// Quasi-static displacement that the rod's own forces take, along the reference.
+    /// Quasi-static displacement that the rod's own forces take along the reference, m.
     pub fn own_forces_m(&self, motion: &Motion) -> f64 {
-        let mut own_m = self.spring.map_or(0.0, |spring| spring.excess_m(motion.position_m));
-        if self.friction_m > 0.0 {
-            own_m += self.friction_m * libm::tanh(motion.velocity_m_per_s / self.friction_speed_m_per_s);
-        }
-        own_m
+        let Some(forces) = &self.own_forces else {
+            return 0.0;
+        };
+        forces.along_m(state(motion), motion.acceleration_m_per_s2, self.magnetization_a_per_m)
+    }
+
+    /// The same of this tick's motion, and its rate (m/s), for the lags to lead by; the magnetization (A/m) is that of the tick before.
+    pub fn advance_own_forces(&mut self, motion: &Motion, magnetization_a_per_m: f64) -> (f64, f64) {
+        let Some(forces) = &mut self.own_forces else {
+            return (0.0, 0.0);
+        };
+        forces.follow(state(motion));
+        self.magnetization_a_per_m = magnetization_a_per_m;
+        let own_m = self.own_forces_m(motion);
+        // Between the ticks before and behind: friction turns round in a few.
+        let rate_m_per_s = (self.own_forces_m(&motion.after(self.tick_s)) - self.last_own_m) / (2.0 * self.tick_s);
+        self.last_own_m = own_m;
+        (own_m, rate_m_per_s)
+    }
+}
+
+fn state(motion: &Motion) -> RodState {
+    RodState {
+        displacement_m: motion.position_m,
+        velocity_m_per_s: motion.velocity_m_per_s,
     }
 }
 

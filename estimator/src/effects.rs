@@ -11,7 +11,7 @@
 use crate::coil_field::FieldKnowledge;
 use crate::{EstimatorError, EstimatorSettings, FieldSource, LawSettings};
 use anhyst_ipc::Invalid;
-use anhyst_model::{Effect, EffectKind, Expansion, FieldPath, SignalPath, Stage};
+use anhyst_model::{Effect, EffectKind, Expansion, FieldPath, PinningGrowth, SignalPath, Stage};
 use serde::{Deserialize, Serialize};
 
 /// The known effects in motion, one path for every member where members differ.
@@ -19,6 +19,9 @@ use serde::{Deserialize, Serialize};
 pub(crate) struct KnownEffects {
     field: FieldPath,
     next_field_a_per_m: f64,
+    pinning: Option<PinningGrowth>,
+    /// The field at which the bank stands; none before the first.
+    last_field_a_per_m: Option<f64>,
     creeps: Vec<SignalPath>,
     magnetizations: Vec<f64>,
     expansion: Option<Expansion>,
@@ -57,6 +60,8 @@ impl KnownEffects {
         let known = KnownEffects {
             field: FieldPath::new(effects, tick_s)?,
             next_field_a_per_m: 0.0,
+            pinning: PinningGrowth::new(effects, tick_s),
+            last_field_a_per_m: None,
             creeps: each(effects, Stage::Magnetization)?,
             magnetizations: vec![0.0; columns],
             expansion: Expansion::new(effects, tick_s),
@@ -93,6 +98,15 @@ impl KnownEffects {
             now_a_per_m,
             next_a_per_m: self.next_field_a_per_m,
         }
+    }
+
+    /// k over its quasi-static value on the way to this field in the material.
+    pub fn pinning_factor(&mut self, field_a_per_m: f64) -> f64 {
+        let last = self.last_field_a_per_m.replace(field_a_per_m);
+        let change = last.map(|last| field_a_per_m - last);
+        change
+            .zip(self.pinning)
+            .map_or(1.0, |(change, pinning)| pinning.factor(change))
     }
 
     /// M with creep, for every member.

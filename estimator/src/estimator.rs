@@ -16,7 +16,7 @@ use crate::rods::Rods;
 use crate::taught::Weight;
 use crate::washout::Washout;
 use crate::{EstimatorError, EstimatorSettings};
-use anhyst_model::{AmplifierConstants, Effect, Magnetostriction, Material, Spring, TwoPole};
+use anhyst_model::{AmplifierConstants, Effect, Magnetostriction, Material, OwnForces, TwoPole};
 use serde::{Deserialize, Serialize};
 
 /// What the estimator knows at t_k.
@@ -70,7 +70,7 @@ impl Estimator {
     }
 
     /// The same for an actuator that has these effects. Those that change nothing but numbers of material and rod must be in
-    /// them already ([`anhyst_model::with_known_effects`]); inside the hysteresis none is taken into account, and in the rod only a spring that stiffens.
+    /// them already ([`anhyst_model::with_known_effects`]).
     ///
     /// # Errors
     /// A setting, a constant or an effect that cannot be used.
@@ -94,6 +94,7 @@ impl Estimator {
         };
         let largest_strain = strain_at(1.0).abs().max(strain_at(-1.0).abs());
         let stroke_m = (largest_strain * two_pole_per_strain.gain / two_pole_per_strain.stiffness_per_s2).abs();
+        let own_forces = OwnForces::new(effects, material, two_pole_per_strain, tick_s)?;
         let outlier = settings.outlier;
         let innovation_limit_m = outlier.innovation_limit_m.unwrap_or(stroke_m);
         Ok(Self {
@@ -102,7 +103,7 @@ impl Estimator {
             saturation_a_per_m,
             magnetostriction: material.magnetostriction,
             strains: vec![0.0; columns],
-            rods: Rods::new(two_pole_per_strain, tick_s, columns)?.with_spring(Spring::new(effects), values),
+            rods: Rods::new(two_pole_per_strain, tick_s, columns)?.with_own_forces(own_forces, values),
             washout: settings
                 .washout_hz
                 .map(|corner_hz| Washout::new(corner_hz, columns, tick_s)),
@@ -124,26 +125,32 @@ impl Estimator {
             None => coil,
             Some(effects) => effects.within(tick, coil),
         };
-        self.models.advance(field.now_a_per_m);
+        let pinning_factor = self
+            .effects
+            .as_mut()
+            .map_or(1.0, |effects| effects.pinning_factor(field.now_a_per_m));
+        self.models.advance(field.now_a_per_m, pinning_factor);
         let magnetizations = match &mut self.effects {
             None => self.models.magnetizations(),
             Some(effects) => effects.crept(self.models.magnetizations()),
         };
+        let magnetization_a_per_m = self.models.at_estimate(magnetizations);
         let strains = &mut self.strains;
         self.models
             .strains(&self.magnetostriction, self.saturation_a_per_m, magnetizations, strains);
         if let Some(effects) = &mut self.effects {
-            effects.expand(coil.now_a_per_m, &mut self.strains);
+            effects.expand(coil.now_a_per_m, strains);
         }
         // At tick 0 the rod is at rest where it stands; there is no interval before it.
         if tick > 0 {
-            self.rods.advance(&self.strains);
+            self.rods
+                .advance(strains, (self.models.at_estimate(strains), magnetization_a_per_m));
         }
         let sensed_m = match &mut self.effects {
             None => self.rods.displacements_m(),
             Some(effects) => effects.sensed(self.rods.displacements_m()),
         };
-        let predicted_m = self.models.predicted_m(sensed_m);
+        let predicted_m = self.models.at_estimate(sensed_m);
         let outlier = self.outlier_test.leaves_out(measured_displacement_m, predicted_m);
         // A filter must not see it either: it would remember it.
         let believed_m = if outlier { f64::NAN } else { measured_displacement_m };

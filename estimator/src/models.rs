@@ -81,11 +81,11 @@ impl Models {
         }
     }
 
-    /// Follows the field to the next tick.
-    pub fn advance(&mut self, field_a_per_m: f64) {
+    /// Follows the field to the next tick; the pinning is so many times as strong meanwhile.
+    pub fn advance(&mut self, field_a_per_m: f64, pinning_factor: f64) {
         match self {
-            Models::Bank(own) => own.bank.advance(field_a_per_m),
-            Models::Tangent(own) => own.advance(field_a_per_m),
+            Models::Bank(own) => own.bank.advance_pinned(field_a_per_m, pinning_factor),
+            Models::Tangent(own) => own.advance(field_a_per_m, pinning_factor),
             Models::Sum(own) => own.advance(field_a_per_m),
         }
     }
@@ -118,12 +118,12 @@ impl Models {
         }
     }
 
-    /// Displacement at the estimate, m.
-    pub fn predicted_m(&self, displacements_m: &[f64]) -> f64 {
+    /// What the columns have at the estimate, in their unit.
+    pub fn at_estimate(&self, columns: &[f64]) -> f64 {
         match self {
-            Models::Bank(own) => own.grid.linear(displacements_m, own.law.shape_a_per_m()),
-            Models::Tangent(_) => displacements_m[0],
-            Models::Sum(own) => own.output(displacements_m),
+            Models::Bank(own) => own.grid.linear(columns, own.law.shape_a_per_m()),
+            Models::Tangent(_) => columns[0],
+            Models::Sum(own) => own.output(columns),
         }
     }
 

@@ -2,10 +2,11 @@
 //!
 //! y_j displacement of member j (m), λ_j its free strain (no unit), g acceleration per unit of free strain (m/s²),
 //! k̂ 1/s, ĉ 1/s². Propagated exactly for strains that are linear between ticks.
-//! A known load that stiffens adds −ĉβy³ to the right, at the tick's end taken at y + T·ẏ: off by ½T²ÿ, nothing is solved for.
+//! Known forces of the rod's own are added to the right: those of one more rod, under the strain at the estimate, for every member alike. So the
+//! member at the estimate has its own; what they change in the derivatives by the parameters is left out.
 //! Source: the paper's (13), with the gain taken per strain so that any magnetostriction law can drive it.
 
-use anhyst_model::{ModelError, RodMotion, Spring, TwoPole, TwoPolePropagator};
+use anhyst_model::{ModelError, OwnForces, RodMotion, TwoPole, TwoPolePropagator};
 use serde::{Deserialize, Serialize};
 
 /// The rods and their outputs.
@@ -13,11 +14,10 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct Rods {
     two_pole_per_strain: TwoPole,
-    tick_s: f64,
     propagator: TwoPolePropagator,
-    spring: Option<Spring>,
-    /// Rods that carry it: derivatives do not.
-    sprung: usize,
+    own_forces: Option<OwnForces>,
+    /// Rods that have them: derivatives do not.
+    values: usize,
     motions: Vec<RodMotion>,
     displacements_m: Vec<f64>,
 }
@@ -31,18 +31,21 @@ impl Rods {
     pub fn new(two_pole_per_strain: TwoPole, tick_s: f64, members: usize) -> Result<Self, ModelError> {
         Ok(Self {
             two_pole_per_strain,
-            tick_s,
             propagator: TwoPolePropagator::new(two_pole_per_strain, tick_s)?,
-            spring: None,
-            sprung: 0,
+            own_forces: None,
+            values: 0,
             motions: vec![RodMotion::default(); members],
             displacements_m: vec![0.0; members],
         })
     }
 
-    /// The same with the first `sprung` rods under a load that stiffens.
-    pub fn with_spring(self, spring: Option<Spring>, sprung: usize) -> Self {
-        Self { spring, sprung, ..self }
+    /// The same with forces of its own on the first `values` rods.
+    pub fn with_own_forces(self, own_forces: Option<OwnForces>, values: usize) -> Self {
+        Self {
+            own_forces,
+            values,
+            ..self
+        }
     }
 
     /// Moves the first rod by so much of each of the others, which are its derivatives.
@@ -57,17 +60,15 @@ impl Rods {
         }
     }
 
-    /// Moves every rod one tick on; `strains` are those at its end, one per member.
-    pub fn advance(&mut self, strains: &[f64]) {
+    /// Moves every rod one tick on; `strains` are those at its end, one per member, `at_estimate` strain and magnetization (A/m) there.
+    pub fn advance(&mut self, strains: &[f64], at_estimate: (f64, f64)) {
         let gain = self.two_pole_per_strain.gain;
+        let own_forces = self.own_forces.as_mut();
+        let own = own_forces.map_or(0.0, |forces| forces.under(at_estimate.0, at_estimate.1));
         let rods = self.motions.iter_mut().zip(&mut self.displacements_m).zip(strains);
         for (index, ((motion, displacement), strain)) in rods.enumerate() {
-            let mut reached = gain * strain;
-            if let Some(spring) = self.spring.as_ref().filter(|_| index < self.sprung) {
-                let coming_m = motion.state.displacement_m + self.tick_s * motion.state.velocity_m_per_s;
-                reached -= self.two_pole_per_strain.stiffness_per_s2 * spring.excess_m(coming_m);
-            }
-            *displacement = motion.advance(&self.propagator, reached);
+            let own = if index < self.values { own } else { 0.0 };
+            *displacement = motion.advance(&self.propagator, gain * strain + own);
         }
     }
 

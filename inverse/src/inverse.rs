@@ -11,12 +11,15 @@
 use crate::lead::Lead;
 use crate::nominal::Nominal;
 use crate::{InverseError, InverseSettings, Structure};
-use anhyst_model::{AmplifierConstants, CoilGain, Creep, Effect, EffectKind, Hysteresis, MagneticState};
+use anhyst_model::{AmplifierConstants, CoilGain, Creep, Effect, EffectKind, Hysteresis, MagneticState, PinningGrowth};
 use serde::{Deserialize, Serialize};
 
 /// Fields beyond this multiple of the limit, and shapes this many times larger or smaller than the material's, are no
 /// knowledge: whoever says so is broken.
 const CREDIBLE: f64 = 10.0;
+
+/// Inversions where the pinning depends on the change that is sought: each leaves at most half of the error of the one before, mostly a tenth.
+const ROUNDS: usize = 4;
 
 /// What the estimator says about t_k and t_k+1.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -83,6 +86,9 @@ pub struct Inverse {
     bias_a_per_m: f64,
     creep: Option<Creep>,
     coil: Option<CoilGain>,
+    pinning: Option<PinningGrowth>,
+    /// By how much the field was to change in the tick before, A/m.
+    last_change_a_per_m: f64,
     /// Command over field in the coil, no unit.
     coil_gain: f64,
     /// The answer before.
@@ -106,7 +112,7 @@ impl Inverse {
         Self::with_effects(settings, hysteresis, amplifier, guard_limit_a_per_m, &[], 1.0)
     }
 
-    /// The same for an actuator that has these effects, at ticks of `tick_s`. Turned round are creep, a constant field, a warm coil,
+    /// The same for an actuator that has these effects, at ticks of `tick_s`. Turned round are creep, a constant field, a warm coil, excess loss,
     /// and the lags of eddy currents and amplifier; other effects are others' business or nobody's.
     ///
     /// # Errors
@@ -144,6 +150,8 @@ impl Inverse {
             bias_a_per_m: size(EffectKind::BiasShift),
             creep: Creep::new(effects, tick_s)?,
             coil: CoilGain::new(effects, tick_s),
+            pinning: PinningGrowth::new(effects, tick_s),
+            last_change_a_per_m: 0.0,
             coil_gain: 1.0,
             last: Command::default(),
             nominal: None,
@@ -244,7 +252,9 @@ impl Inverse {
             let command = match self.structure {
                 Structure::FromEstimate => {
                     let model = self.model(&known);
-                    self.invert(&model, model.advance(known.state, known.next_field_a_per_m), wanted)
+                    let change = known.next_field_a_per_m - known.state.field_a_per_m;
+                    let start = self.held(&model, change).advance(known.state, known.next_field_a_per_m);
+                    self.invert(&model, start, wanted)
                 }
                 Structure::OwnMemory => {
                     let start = MagneticState {
@@ -295,10 +305,25 @@ impl Inverse {
             && self.model(known).validate().is_ok()
     }
 
+    /// The material while its field changes by this much in a tick, A/m.
+    fn held(&self, model: &Hysteresis, change_a_per_m: f64) -> Hysteresis {
+        self.pinning
+            .map_or(*model, |pinning| model.pinned(pinning.factor(change_a_per_m)))
+    }
+
     fn invert(&mut self, model: &Hysteresis, start: MagneticState, wanted: MagnetizationDemand) -> Command {
         let limit = self.field_limit_a_per_m;
         let bare = self.without_creep(start.magnetization_a_per_m, wanted.magnetization_a_per_m);
-        let end = model.advance_to_magnetization(start, bare, limit);
+        let mut end = self
+            .held(model, self.last_change_a_per_m)
+            .advance_to_magnetization(start, bare, limit);
+        if self.pinning.is_some() {
+            for _ in 1..ROUNDS {
+                let change = end.state.field_a_per_m - start.field_a_per_m;
+                end = self.held(model, change).advance_to_magnetization(start, bare, limit);
+            }
+            self.last_change_a_per_m = end.state.field_a_per_m - start.field_a_per_m;
+        }
         let coil_field = end.state.field_a_per_m;
         let lead = if end.limited {
             0.0

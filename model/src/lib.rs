@@ -27,8 +27,8 @@ pub mod sensor;
 
 pub use actuator::{
     Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutput, ActuatorOutputs, ActuatorRod, CoilGain,
-    Creep, Drive, Expansion, FieldPath, MagneticHalf, MagneticStart, SignalPath, Spring, rod_per_magnetization,
-    rod_per_strain, simulate, validate_effects, with_known_effects,
+    Creep, Drive, Expansion, FieldPath, MagneticHalf, MagneticStart, OwnForces, PinningGrowth, SignalPath,
+    rod_per_magnetization, rod_per_strain, simulate, validate_effects, with_known_effects,
 };
 pub use amplifier::{Amplifier, AmplifierConstants, AmplifierOutput};
 pub use anhysteretic::Anhysteretic;

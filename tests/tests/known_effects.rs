@@ -5,7 +5,7 @@ mod around;
 
 use anhyst_scenario::load;
 use anhyst_tests::{Witness, repository};
-use anhyst_witness::{Hidden, Material, Noise, Plant, Rod};
+use anhyst_witness::{Hidden, Laws, Material, Noise, Plant, Rod};
 use around::Cut;
 
 /// The cut of diagnosed.ron on the witness.
@@ -42,10 +42,14 @@ fn the_loop_that_is_told_tracks_five_times_better() {
         (Hidden { amplifier_lag_s: 1e-4, ..nothing }, "AmplifierBandwidth(time_constant_s: 1e-4)"),
         (Hidden { eddy_current_s: 1.8e-4, ..nothing }, "EddyCurrent(time_constant_s: 1.8e-4)"),
         (Hidden { bias_a_per_m: 500.0, ..nothing }, "BiasShift(bias_field_a_per_m: 500.0)"),
+        (Hidden { pinning_growth: 0.1, ..nothing }, "ExcessLoss(pinning_growth: 0.1)"),
         (Hidden { cubic_coupling: 5e-14, ..nothing }, "Prestress(cubic_coupling_m2_per_a2: 5e-14)"),
         (Hidden { creep: 0.0325, ..nothing }, "AfterEffect(fraction: 0.0325, shortest_s: 0.03, longest_s: 3.0)"),
         (Hidden { quadratic: 0.1, ..nothing }, "QuadraticMagnetostriction(quadratic_fraction: 0.1)"),
         (Hidden { cubic_stiffness_per_m2: 1e7, ..nothing }, "Stiffening(cubic_stiffness_per_m2: 1e7)"),
+        (Hidden { delta_e: 0.5, ..nothing }, "DeltaE(relative_growth: 0.5)"),
+        (Hidden { friction_m: 1e-6, ..nothing }, "Friction(friction_m: 1e-6, speed_m_per_s: 1e-3)"),
+        (Hidden { friction_m: 1e-6, laws: Laws::Other, ..nothing }, "Friction(friction_m: 1e-6, speed_m_per_s: 1e-5, presliding_m: 5e-7)"),
         (Hidden { backlash_m: 1.81e-6, ..nothing }, "Backlash(gap_m: 1.81e-6, start: 0.0)"),
     ];
     let mut wrong = Vec::new();

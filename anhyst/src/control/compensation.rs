@@ -43,19 +43,17 @@ impl Compensation {
             EffectKind::CoilHeating => {
                 Full("the inverse asks a warm coil for more, and the estimator's field falls by it")
             }
-            EffectKind::Stiffening => {
-                Full("the feedforward brings up the spring's force, and the estimator's rods have it")
+            EffectKind::DeltaE | EffectKind::Stiffening | EffectKind::Friction => {
+                Full("the feedforward brings up the force along the reference, and the estimator's rods have it")
             }
             EffectKind::AmplifierSaturation | EffectKind::AmplifierSlew => Part(
                 "a limit stays a limit: the estimator knows what field comes of a command; move more slowly or less far",
             ),
-            EffectKind::Friction => {
-                Part("the feedforward brings up the force along the reference; the estimator's rods do not know it")
+            EffectKind::ExcessLoss => {
+                Full("estimator and inverse step a hysteresis whose pinning grows with the rate of its field")
             }
-            EffectKind::ExcessLoss => None("the bank and the inverse step a hysteresis without rate"),
             EffectKind::Prestress => Full("estimator and inverse step a hysteresis with its cubic coupling"),
             EffectKind::Accommodation => None("what walls are frozen depends on the whole past of every minor loop"),
-            EffectKind::DeltaE => None("the feedforward's rod is linear"),
             EffectKind::Quantisation => None("what is rounded away is lost; it is right in the mean"),
         }
     }

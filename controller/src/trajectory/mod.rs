@@ -50,6 +50,27 @@ pub struct Motion {
     pub snap_m_per_s4: f64,
 }
 
+impl Motion {
+    /// This much later, s, to the fourth derivative.
+    pub fn after(&self, time_s: f64) -> Motion {
+        let snap = self.snap_m_per_s4;
+        let jerk = self.jerk_m_per_s3;
+        let to = |value: f64, rates: [f64; 3]| {
+            value + time_s * (rates[0] + time_s / 2.0 * (rates[1] + time_s / 3.0 * rates[2]))
+        };
+        Motion {
+            position_m: to(
+                self.position_m,
+                [self.velocity_m_per_s, self.acceleration_m_per_s2, jerk],
+            ),
+            velocity_m_per_s: to(self.velocity_m_per_s, [self.acceleration_m_per_s2, jerk, snap]),
+            acceleration_m_per_s2: to(self.acceleration_m_per_s2, [jerk, snap, 0.0]),
+            jerk_m_per_s3: jerk + time_s * snap,
+            snap_m_per_s4: snap,
+        }
+    }
+}
+
 /// Places of a turn that are looked at.
 const PLACES: u32 = 4096;
 

@@ -111,8 +111,9 @@ impl MultiParameter {
     }
 
     /// Follows the field to the next tick; M and ∂M/∂θ.
-    pub fn advance(&mut self, field_a_per_m: f64) {
-        self.state = self.hysteresis.advance_with_sensitivities(self.state, field_a_per_m);
+    pub fn advance(&mut self, field_a_per_m: f64, pinning_factor: f64) {
+        let hysteresis = self.hysteresis.pinned(pinning_factor);
+        self.state = hysteresis.advance_with_sensitivities(self.state, field_a_per_m);
         self.columns[0] = self.state.magnetization_a_per_m;
         self.columns[1..].copy_from_slice(&self.state.derivatives);
     }

@@ -22,7 +22,7 @@ mod strain;
 pub use chain::{Actuator, simulate};
 pub use magnetizer::MagneticStart;
 pub use model::{ActuatorModel, validate_effects};
-pub use parts::{CoilGain, Creep, Expansion, FieldPath, SignalPath, Spring};
+pub use parts::{CoilGain, Creep, Expansion, FieldPath, OwnForces, PinningGrowth, SignalPath};
 pub use restated::{rod_per_magnetization, rod_per_strain, with_known_effects};
 pub use rod::ActuatorRod;
 pub use samples::{ActuatorInput, ActuatorInputs, ActuatorOutput, ActuatorOutputs, Drive, MagneticHalf};

@@ -120,6 +120,39 @@ impl NonlinearRod {
         })
     }
 
+    /// Whether it is more than a linear rod.
+    pub fn has_own_forces(&self) -> bool {
+        self.delta_e.is_some() || self.stiffening.is_some() || self.friction.is_some()
+    }
+
+    /// ĉ, 1/s².
+    pub fn stiffness_per_s2(&self) -> f64 {
+        self.two_pole.stiffness_per_s2
+    }
+
+    /// N at the state, m/s².
+    pub fn own_acceleration(&self) -> f64 {
+        self.own
+    }
+
+    /// N (m/s²) of a motion that is given, with this acceleration (m/s²) and magnetization (A/m): A is not known then, but what it must be.
+    pub fn own_along(&self, state: RodState, acceleration: f64, magnetization_a_per_m: f64) -> f64 {
+        let (others, _, _) = self.own(state, Moment::default());
+        let growth = self
+            .delta_e
+            .map_or(0.0, |delta_e| delta_e.growth(magnetization_a_per_m));
+        let moved = acceleration + self.two_pole.damping_per_s * state.velocity_m_per_s;
+        others - growth / (1.0 + growth) * (others - moved)
+    }
+
+    /// Stands there on a motion that is given.
+    pub fn follow(&mut self, state: RodState) {
+        if let Some(friction) = &mut self.friction {
+            friction.slide(state.displacement_m - self.state.displacement_m, state.velocity_m_per_s);
+        }
+        self.state = state;
+    }
+
     fn moment(&self, load: &Load, index: usize) -> Moment {
         let by_strain = self.two_pole.gain * load.strain[index];
         let by_force = self.two_pole.force_gain_per_kg * load.force_n(index);
@@ -248,11 +281,7 @@ impl NonlinearRod {
                 break;
             }
         }
-        let state = with(guess - before);
-        if let Some(friction) = &mut self.friction {
-            friction.slide(state.displacement_m - self.state.displacement_m, state.velocity_m_per_s);
-        }
-        self.state = state;
+        self.follow(with(guess - before));
         (self.own, self.trend) = (guess, guess - before);
     }
 }
@@ -333,5 +362,38 @@ mod tests {
             // Without any such way the straight lines of the load between ticks put it off by 11 nm of 20 μm.
             assert!(off_m < 15e-9, "{presliding_m:e} m: off by {off_m:e} m");
         }
+    }
+
+    /// Guards what a controller asks for: along the motion that a rod makes, a second one that only follows knows the forces of the first.
+    #[test]
+    fn along_a_motion_the_forces_are_those_of_the_rod_that_makes_it() {
+        let effects = [
+            Effect::new(EffectKind::DeltaE, &[0.4]).unwrap(),
+            Effect::new(EffectKind::Stiffening, &[2e8]).unwrap(),
+            Effect::new(EffectKind::Friction, &[1e-6, 1e-4, 2e-7]).unwrap(),
+        ];
+        let model = effects
+            .into_iter()
+            .fold(ActuatorModel::terfenol_d(), ActuatorModel::with_effect);
+        let strain: Vec<f64> = (0..3000).map(|tick| 4e-4 * libm::sin(0.02 * tick as f64)).collect();
+        let magnetization: Vec<f64> = strain.iter().map(|strain| 1e9 * strain).collect();
+        let at_rest = vec![0.0; strain.len()];
+        let load = Load {
+            magnetization: &magnetization,
+            ..load(&strain, &at_rest)
+        };
+        let mut rod = started(&model, 5e-5, &load);
+        let mut follower = rod.clone();
+        let two_pole = rod.two_pole;
+        let largest = (1..strain.len()).fold([0.0_f64; 2], |[off, size], tick| {
+            rod.step(&load, tick);
+            let pulled = rod.from.by_strain + rod.own;
+            let held = two_pole.damping_per_s * rod.state.velocity_m_per_s
+                + two_pole.stiffness_per_s2 * rod.state.displacement_m;
+            follower.follow(rod.state);
+            let own = follower.own_along(rod.state, pulled - held, magnetization[tick]);
+            [off.max((own - rod.own).abs()), size.max(rod.own.abs())]
+        });
+        assert!(largest[0] < 1e-3 * largest[1], "{largest:?}");
     }
 }

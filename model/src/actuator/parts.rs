@@ -2,22 +2,25 @@
 //!
 //! A [`FieldPath`] leads from the coil's field to that in the material, a [`SignalPath`] from M to M with creep or
 //! from the tip to what the sensor says, [`Creep`] has the inverse of one, [`Expansion`] is the strain by warming,
-//! [`CoilGain`] what a warm coil must be asked for, [`Spring`] the force of a load that stiffens. All begin settled at
+//! [`CoilGain`] what a warm coil must be asked for, [`PinningGrowth`] how a fast field is held, [`OwnForces`] the
+//! forces of a rod that is not linear. All begin settled at
 //! their first sample, allocate nothing afterwards, and are the code that the whole chain runs.
 //! Left out of a field's path is a pure delay: it shifts everything that follows, and its user shifts time instead.
 
 use serde::{Deserialize, Serialize};
 
 use super::fields::Fields;
+use super::nonlinear_rod::NonlinearRod;
+use super::rod::Load;
 use super::signals::Signals;
 use crate::effects::after_effect::AfterEffect;
 use crate::effects::coil_heating::COPPER_PER_K;
+use crate::effects::excess_loss::ExcessLoss;
 use crate::effects::intersample_field::IntersampleField;
 use crate::effects::signal::Signal;
-use crate::effects::stiffening::Stiffening;
 use crate::effects::thermal_expansion;
 use crate::effects::warming::Warming;
-use crate::{Effect, EffectKind, ModelError, Stage};
+use crate::{ActuatorModel, Effect, EffectKind, Material, ModelError, RodState, Stage, TwoPole};
 
 /// Field that the nominal amplifier gives → field in the material, both A/m.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -201,19 +204,62 @@ impl CoilGain {
     }
 }
 
-/// The cubic part of a load's spring.
+/// By how much a field that changes raises the pinning.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Spring(Stiffening);
+pub struct PinningGrowth(ExcessLoss);
 
-impl Spring {
-    /// None where `effects` have no stiffening.
-    pub fn new(effects: &[Effect]) -> Option<Self> {
-        let known = effects.iter().find(|effect| effect.kind() == EffectKind::Stiffening)?;
-        Some(Spring(Stiffening::new(known.values())))
+impl PinningGrowth {
+    /// None where `effects` have no excess loss.
+    pub fn new(effects: &[Effect], tick_s: f64) -> Option<Self> {
+        let known = effects.iter().find(|effect| effect.kind() == EffectKind::ExcessLoss)?;
+        Some(PinningGrowth(ExcessLoss::new(known.values(), tick_s)))
     }
 
-    /// β u³ in metres of quasi-static displacement.
-    pub fn excess_m(&self, displacement_m: f64) -> f64 {
-        self.0.excess(displacement_m).0
+    /// k over its quasi-static value while the field in the material changes by this much in a tick, A/m.
+    pub fn factor(&self, change_a_per_m: f64) -> f64 {
+        self.0.pinning_factor(change_a_per_m)
+    }
+}
+
+/// Forces of a known rod's own: what delta_e, a load that stiffens and friction take of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OwnForces(NonlinearRod);
+
+impl OwnForces {
+    /// None where `effects` have no such force. The gain of `rod` is per strain.
+    ///
+    /// # Errors
+    /// A rod that is too fast for the tick.
+    pub fn new(effects: &[Effect], material: &Material, rod: TwoPole, tick_s: f64) -> Result<Option<Self>, ModelError> {
+        let model = ActuatorModel {
+            material: material.clone(),
+            effects: effects.to_vec(),
+            ..ActuatorModel::terfenol_d()
+        };
+        let rod = NonlinearRod::new(&model, rod, tick_s)?;
+        Ok(rod.has_own_forces().then_some(OwnForces(rod)))
+    }
+
+    /// Moves the rod by a tick, at whose end this is its free strain and its magnetization (A/m), and gives N there, m/s².
+    pub fn under(&mut self, strain: f64, magnetization_a_per_m: f64) -> f64 {
+        let load = Load {
+            first: false,
+            strain: &[strain],
+            mean_excess: &[0.0],
+            magnetization: &[magnetization_a_per_m],
+            force: None,
+        };
+        self.0.step(&load, 0);
+        self.0.own_acceleration()
+    }
+
+    /// What they take (m of quasi-static displacement) of a motion that is given, with this acceleration (m/s²) and magnetization (A/m).
+    pub fn along_m(&self, state: RodState, acceleration: f64, magnetization_a_per_m: f64) -> f64 {
+        -self.0.own_along(state, acceleration, magnetization_a_per_m) / self.0.stiffness_per_s2()
+    }
+
+    /// Stands there on a motion that is given.
+    pub fn follow(&mut self, state: RodState) {
+        self.0.follow(state);
     }
 }

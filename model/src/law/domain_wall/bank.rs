@@ -87,11 +87,20 @@ impl Bank {
 
     /// Moves the field monotonically to `field_to_a_per_m` in every member. Allocates nothing.
     pub fn advance(&mut self, field_to_a_per_m: f64) {
-        self.advance_with(field_to_a_per_m, Instructions::best());
+        self.advance_by(field_to_a_per_m, 1.0, Instructions::best());
+    }
+
+    /// The same while the pinning is so many times as strong, not weaker.
+    pub fn advance_pinned(&mut self, field_to_a_per_m: f64, factor: f64) {
+        self.advance_by(field_to_a_per_m, factor, Instructions::best());
     }
 
     /// The same on chosen instructions: the same bits.
     pub fn advance_with(&mut self, field_to_a_per_m: f64, instructions: Instructions) {
+        self.advance_by(field_to_a_per_m, 1.0, instructions);
+    }
+
+    fn advance_by(&mut self, field_to_a_per_m: f64, pinning_factor: f64, instructions: Instructions) {
         let to = field_to_a_per_m;
         let from = self.field;
         let change = to - from;
@@ -111,9 +120,10 @@ impl Bank {
             reversed: direction != self.direction,
             longest: self.longest_substep,
         };
-        let coupled = (self.base.coupling * self.base.saturation_magnetization_a_per_m).abs();
+        let base = self.base.pinned(pinning_factor);
+        let coupled = (base.coupling * base.saturation_magnetization_a_per_m).abs();
         let argument = (from.abs().max(to.abs()) + coupled) / self.smallest_shape;
-        bank_step::advance(&self.base, &mut self.lanes, step, argument, instructions);
+        bank_step::advance(&base, &mut self.lanes, step, argument, instructions);
         self.direction = direction;
     }
 

@@ -96,6 +96,14 @@ impl Hysteresis {
         Hysteresis { shape_a_per_m, ..self }
     }
 
+    /// The same where the pinning is so many times as strong.
+    pub fn pinned(self, factor: f64) -> Self {
+        Hysteresis {
+            pinning_a_per_m: self.pinning_a_per_m * factor,
+            ..self
+        }
+    }
+
     /// αM + b₃M³, A/m.
     #[inline]
     fn coupling_field(&self, magnetization: f64) -> f64 {
