@@ -5,8 +5,9 @@ use anhyst_identify::parallel;
 use crate::evidence::Evidence;
 use crate::fitting::Fitted;
 use crate::joining::unbent;
+use crate::likelihood::Point;
 use crate::search::{JOINS, Search, values_of};
-use crate::shares::{Gap, without};
+use crate::shares::{Gap, remainder_rms, without};
 use crate::term::Term;
 
 /// A rough fit tells of so many times that fall that it is there.
@@ -48,6 +49,8 @@ impl Search<'_> {
             rough.sort_by(|one, other| one.0.total_cmp(&other.0));
             rough.retain(|(rise, _)| *rise < SURELY * JOINS);
             rough.truncate(REFITTED);
+            // What is left of the output is larger with it: nothing is explained, however the bands are weighed.
+            let grows = |without: &Point| remainder_rms(bench, without) < remainder_rms(bench, &last.point);
             // It must not earn what the others had not been fitted to yet.
             let fits = parallel::map(bench.threads, &rough, |(_, rough)| {
                 let fit = bench.fit(&rough.point.composition, None)?;
@@ -57,7 +60,11 @@ impl Search<'_> {
             });
             let falls = fits.into_iter().flatten().map(|fit| (evidence.cost(&fit.point), fit));
             match falls.min_by(|one, other| one.0.total_cmp(&other.0)) {
-                Some((cost, fit)) if cost - own < JOINS || !self.moves(&fit, &last) => last = fit,
+                Some((cost, fit))
+                    if cost - own < JOINS || !self.moves(&fit, &last) || evidence.is_misfit && grows(&fit.point) =>
+                {
+                    last = fit;
+                }
                 _ => return Some(last),
             }
         }
