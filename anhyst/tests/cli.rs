@@ -3,7 +3,9 @@
 
 use anhyst::cli::{GROUPS, command};
 use anhyst::spelling;
+use anhyst_model::EffectKind;
 use std::collections::BTreeSet;
+use std::path::Path;
 use std::process::{Command, Output};
 
 fn anhyst(arguments: &[&str]) -> Output {
@@ -258,4 +260,48 @@ fn bad_arguments_end_with_status_2() {
     ] {
         assert_eq!(anhyst(arguments).status.code(), Some(2), "{arguments:?}");
     }
+}
+
+/// Guards a law that was fitted with a lag beside it: its model has the lag, a scenario that takes the law says its own, and no constant of the
+/// domain wall law is estimated of it.
+#[test]
+fn a_fitted_law_is_the_whole_of_what_was_fitted() {
+    let folder = tempfile::tempdir().unwrap();
+    let law = folder.path().join("law.ron");
+    let words = "(input: Voltage, output: Displacement, start: Rest, input_extent: (0.0, 100.0), reaction: (delay_s: 1e-3, lag_s: 2e-3), \
+         model: (offset: 0.0, slope: 3e-7, laws: [Plays(groups: [(warp: Straight, radii: [10.0], weights: [1e-7])])]))";
+    std::fs::write(&law, words).unwrap();
+    let model = anhyst_scenario::load_model(&law).unwrap();
+    let values: Vec<(EffectKind, f64)> = model.effects.iter().map(|own| (own.kind(), own.values()[0])).collect();
+    assert_eq!(
+        values,
+        [(EffectKind::EddyCurrent, 2e-3), (EffectKind::SensorDelay, 1e-3)]
+    );
+    let told = format!("material=File({:?})", law.display().to_string());
+    let scenario = anhyst_scenario::load(
+        &Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/piezo/sine.ron"),
+        &[told.parse().unwrap()],
+    );
+    assert!(scenario.unwrap().effects.is_empty());
+    let path = law.display().to_string();
+    let refused = anhyst(&["estimate", "--model", &path, "--data", "nothing.csv"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("a law of its own, which has no such constant"));
+}
+
+/// Guards a stage that only pushes: a motion to where no input of its law takes it is refused, whatever the law would do beyond.
+#[test]
+fn a_motion_that_a_law_does_not_reach_is_refused() {
+    let refused = anhyst(&[
+        "check",
+        "built-in/piezo/sine.ron",
+        "--set",
+        "controller.trajectory.mean_m=-25e-6",
+    ]);
+    assert_eq!(refused.status.code(), Some(2), "{refused:?}");
+    let said = text(&refused.stderr);
+    assert!(
+        said.contains("within the inputs that its law was fitted to, 0 to 120 V"),
+        "{said}"
+    );
 }

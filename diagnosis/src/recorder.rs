@@ -19,7 +19,7 @@ use crate::fitting::Fitted;
 use crate::leaving::REFITTED;
 use crate::likelihood::{Bench, Point};
 use crate::search::{Depth, JOINS, Search};
-use crate::shares::remainder_rms;
+use crate::shares::{Gap, remainder_rms};
 
 /// Forms that are searched with beyond the likeliest.
 const MAX_FORMS: usize = 3;
@@ -63,7 +63,18 @@ pub(crate) fn decomposed(
     }
     let mut search = Search::new(bench, lattice, progress);
     let found = search.with_exchanges(found);
-    search.without_those_of_form(found)
+    let found = search.without_those_of_form(found)?;
+    Some(explaining(bench, found))
+}
+
+/// Names with which more is left than the model as given leaves explain nothing.
+fn explaining(bench: &Bench, mut found: Decomposition) -> Decomposition {
+    if Gap::of(bench).explained(bench, &found.last.point) <= 0.0 {
+        found.last = found.base.clone();
+        found.ties.clear();
+        found.nameless = true;
+    }
+    found
 }
 
 /// What is seen of each channel, or was before where it is not.

@@ -84,7 +84,10 @@ fn page(scenario: &Scenario, summary: &Summary) -> Page {
     }
     let mut page = Page::new(&format!("Run of {}", scenario.name), &sentence)
         .section(run.table(summary.figures()))
-        .fact("digest", &summary.digest);
+        .fact("digest", &summary.digest)
+        .fact("seed", &scenario.seed.to_string())
+        .fact("anhyst", env!("CARGO_PKG_VERSION"))
+        .fact("as it ran", "scenario.ron, beside this page");
     let own = &summary.verdict;
     let own = own.trajectory.as_ref().map(|course| course.section(&own.units.output));
     let sections = [
@@ -154,7 +157,7 @@ fn spectrum(verdict: &crate::verdict::Verdict) -> Option<Section> {
                    bands, Welch's method, the window of Blackman and Harris.";
     let section = Section::new("Spectrum").figure(Figure::new("Spectrum", vec![chart]).columns(1), caption);
     Some(match verdict.error_lines.as_slice() {
-        [] => section.paragraph("No line stands out of the error's spectrum."),
+        [] => section.paragraph("No line of the error stands ten times above what is around it."),
         _ => section.table(lines),
     })
 }

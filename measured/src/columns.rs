@@ -12,7 +12,7 @@ use crate::quantity::{Quantity, Unit};
 use crate::spelling::nearest;
 
 /// The header that stands for "do not read this quantity".
-const LEFT_OUT: &str = "-";
+pub(crate) const LEFT_OUT: &str = "-";
 
 /// A column named by the user: quantity, header, and the factor and offset to SI if they were given.
 #[derive(Clone, Debug, PartialEq)]
@@ -206,7 +206,8 @@ pub(crate) fn missing(file: &Path, headers: &[String], quantity: Quantity) -> Me
     }
 }
 
-fn named(file: &Path, headers: &[String], mapping: &ColumnMapping) -> Result<Column, MeasuredError> {
+/// The column that a user names.
+pub(crate) fn named(file: &Path, headers: &[String], mapping: &ColumnMapping) -> Result<Column, MeasuredError> {
     let quantity = mapping.quantity;
     let same = |header: &&String| **header == mapping.header;
     let index = headers.iter().position(|header| same(&header));

@@ -223,6 +223,67 @@ fn gaps_holes_and_a_sign_are_told() {
     );
 }
 
+/// Guards a log with a few cells that are no numbers: its columns are told all the same, and what is proposed reads it.
+#[test]
+fn rows_with_a_torn_cell_are_proposed_to_be_left_out() {
+    let rig = Rig::new("t_ms,drive (kA/m),gauge [um]", |time_s, drive, answer| {
+        let row = (time_s * 1e4).round();
+        let answer = match row {
+            57.0 | 58.0 => "NaN".to_owned(),
+            200.0 => String::new(),
+            _ => (9.0 * answer).to_string(),
+        };
+        format!("{},{},{answer}", 1e3 * time_s, 20.0 * drive)
+    });
+    let survey = rig.survey(&[]);
+    assert_eq!(survey.drop_rows, ["57..59", "200..201"]);
+    assert_eq!(
+        (survey.channels[2].left_out, survey.channels[2].first_not_number),
+        (3, Some(57))
+    );
+    assert!(survey.uses[0].reads, "{:?}", survey.uses);
+    let reading = RunReadOptions {
+        drop_rows: survey.drop_rows.iter().map(|own| own.parse().unwrap()).collect(),
+        ..options(&survey.columns)
+    };
+    let run = MeasuredRun::read(&rig.file(), &reading).unwrap();
+    assert!((peak(&run, Quantity::Displacement) / 9e-6 - 1.0).abs() < 2e-3);
+    // Where half of a column is missing it is no column of numbers.
+    let gauge = |time_s: f64, _: f64, answer: f64| {
+        let late = if time_s > 0.02 {
+            "n/a".to_owned()
+        } else {
+            answer.to_string()
+        };
+        format!("{time_s},{late}")
+    };
+    assert!(Rig::new("time_s,gauge", gauge).survey(&[]).drop_rows.is_empty());
+}
+
+/// Guards what is pasted: a header that is not there is refused, and a scale beside a unit that the header names is not proposed again.
+#[test]
+fn what_is_named_wrongly_is_not_proposed() {
+    let rig = Rig::new("time_s,field_A_per_m,displacement_um", |time_s, drive, answer| {
+        format!("{time_s},{},{}", 2e4 * drive, 9.0 * answer)
+    });
+    let refused = Survey::of(&rig.file(), &options(&["field=nosuch".to_owned()])).unwrap_err();
+    assert!(refused.to_string().contains("no column \"nosuch\""), "{refused}");
+    let survey = rig.survey(&["field=field_A_per_m*1000"]);
+    assert_eq!(survey.columns, ["field=field_A_per_m"]);
+    assert!(survey.uses[0].reads, "{:?}", survey.uses);
+}
+
+/// Guards what a command is promised: without a field `estimate` reads nothing.
+#[test]
+fn a_voltage_is_nothing_for_estimate() {
+    let rig = Rig::new("time_s,voltage_V,displacement_um", |time_s, drive, answer| {
+        format!("{time_s},{},{}", 60.0 * drive, 9.0 * answer)
+    });
+    let survey = rig.survey(&[]);
+    let of = |command: &str| survey.uses.iter().find(|own| own.commands == command).unwrap();
+    assert!(of("diagnose").reads && !of("estimate").reads, "{:?}", survey.uses);
+}
+
 #[test]
 fn what_is_no_table_is_refused_as_by_the_reader() {
     let folder = TempDir::new().unwrap();

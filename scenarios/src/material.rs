@@ -3,10 +3,11 @@
 use super::ScenarioError;
 use super::source;
 use super::text::{instead, is_built_in, misread, options, parse, place_of, read};
-use anhyst_identify::laws::LawFile;
+use anhyst_identify::laws::{LawFile, Reaction};
 use anhyst_measured::Quantity;
 use anhyst_model::{
-    ActuatorModel, AmplifierConstants, Hysteresis, Magnetostriction, Material, MaterialLaw, ModelError,
+    ActuatorModel, AmplifierConstants, Effect, EffectKind, Hysteresis, Magnetostriction, Material, MaterialLaw,
+    ModelError,
 };
 use ron::error::SpannedError;
 use ron::extensions::Extensions;
@@ -39,7 +40,11 @@ pub(crate) fn load_material(
         let sentence = format!("the material file {} does not exist{}", file.display(), instead(file));
         return Err(ScenarioError::at(scenario, text, place_of(text, at), sentence));
     }
-    let model = load_model(file)?;
+    let mut model = load_model(file)?;
+    // What was beside a fitted law is the rig's that it was measured on; a scenario says its own amplifier and rod.
+    if load_with::<LawFile>(file, "input_extent")?.is_some() {
+        model.effects.clear();
+    }
     // An amended model of a run has the amplifier of that run's scenario.
     if model.amplifier != AmplifierConstants::default() && model.amplifier != amplifier {
         let sentence = format!(
@@ -63,7 +68,8 @@ pub fn load_with<T: DeserializeOwned>(path: &Path, field: &str) -> Result<Option
 }
 
 /// Reads a model of an actuator; a file of a material alone is one without amplifier and rod, for sweeps, and one of a hysteresis
-/// alone, as `anhyst fit` writes it where no strain was measured, one without a strain law too, for sweeps of magnetization.
+/// alone, as `anhyst fit` writes it where no strain was measured, one without a strain law too, for sweeps of magnetization. The lag and
+/// the delay that were fitted beside a law are effects of its model.
 ///
 /// # Errors
 /// The first thing that is wrong, with file, line and column.
@@ -115,10 +121,20 @@ fn of_law(file: LawFile, path: &Path) -> Result<ActuatorModel, ModelError> {
         input_extent: [low.min(0.0), high.max(0.0)],
         model: file.model,
     };
+    // A lag before the law, whatever it is of; with nothing behind the law the delay of its output is that of its input.
+    let Reaction { delay_s, lag_s } = file.reaction;
+    let reaction = [(EffectKind::EddyCurrent, lag_s), (EffectKind::SensorDelay, delay_s)];
+    let told = reaction.into_iter().filter(|(_, own_s)| *own_s > 0.0);
+    let effects = told.map(|(kind, own_s)| {
+        let of = &kind.parameters()[0];
+        Effect::identity(kind).with(of.name, own_s.min(of.upper))
+    });
+    let effects = effects.collect::<Result<_, _>>()?;
     let name = path.file_stem().map_or("law".into(), |stem| stem.to_string_lossy());
     let material = Material::of_law(&name, &path.display().to_string(), law)?;
     Ok(ActuatorModel {
         coil: matches!(file.input, Quantity::FieldCommand | Quantity::Field | Quantity::Current),
+        effects,
         ..alone(material)
     })
 }

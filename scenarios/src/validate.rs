@@ -1,6 +1,6 @@
 //! Checks a scenario as a whole: each setting, and what only shows when settings meet.
 
-use super::{Placement, Scenario};
+use super::{Placement, Scenario, gives_m};
 use anhyst_controller::{Controller, LoopShape, PidSettings, TrajectorySettings};
 use anhyst_estimator::{Estimator, EstimatorError, LawSettings};
 use anhyst_ipc::{Invalid, NodeId};
@@ -14,6 +14,8 @@ const MAX_TICKS: f64 = 1e9;
 const MIN_REAL_TICK_S: f64 = 1e-5;
 /// More elements than this change nothing and cost a step quadratically.
 const MAX_ELEMENTS: usize = 64;
+/// Of the reach of a law: a motion that goes no farther beyond it rounds.
+const BEYOND_LAW: f64 = 0.02;
 
 fn physical(path: &'static str) -> impl Fn(ModelError) -> Invalid {
     move |error| Invalid::new(path, error.to_string())
@@ -318,6 +320,21 @@ impl Scenario {
     pub(super) fn validate_reach(&self, material: &Material) -> Result<(), Invalid> {
         let inside = |invalid: Invalid| invalid.within("controller");
         let controller = self.controller()?;
+        if let Some(law) = &material.law {
+            let (_, rod) = self.believed()?;
+            let [low, high] = gives_m(material, &rod, self.guard.field_limit_a_per_m);
+            let (least, most) = controller.asks_m(self.duration_s);
+            let beyond = (low - least).max(most - high);
+            if beyond > BEYOND_LAW * (high - low) || beyond.is_nan() {
+                let [from, to] = law.input_extent;
+                let [input, output] = material.units();
+                let sentence = format!(
+                    "the motion asks for {least:.4e} to {most:.4e} {output}, but within the inputs that its law was fitted to, {from} to {to} \
+                     {input}, the actuator gives {low:.4e} to {high:.4e} {output}"
+                );
+                return Err(Invalid::new("controller.trajectory", sentence));
+            }
+        }
         controller.validate_reach(self.duration_s).map_err(inside)?;
         let peak = controller.peak_magnetization(self.duration_s);
         let limit = self.guard.field_limit_a_per_m;

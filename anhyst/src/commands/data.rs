@@ -79,10 +79,14 @@ fn print(table: &SurveyedTable, of: &str, file: &str) {
         let (from, to) = (Si(gap.from_s, "s"), Si(gap.to_s, "s"));
         crate::say!("gap before row {}: {from} to {to}, {} missing", gap.row, gap.missing);
     }
+    let more = table.clock.as_ref().map_or(0, |clock| clock.gaps - clock.listed.len());
+    if more > 0 {
+        crate::say!("and {more} more");
+    }
     for remark in &table.remarks {
         crate::say!("- {remark}");
     }
-    let options: Vec<String> = table.columns.iter().map(|own| option(own)).collect();
+    let options = options(table);
     crate::say!("");
     for own in &table.uses {
         let mark = if own.reads { "" } else { "not read: " };
@@ -135,14 +139,20 @@ fn timed(clock: &Clock) -> String {
 }
 
 fn row(channel: &Channel) -> Vec<Cell> {
-    let is = match (channel.quantity, channel.not_numbers) {
-        (Some(quantity), _) => quantity.to_owned(),
-        (None, 0) => String::new(),
-        (None, count) => format!(
-            "{count} cells no number,\nfirst in row {}",
-            channel.first_not_number.unwrap_or_default()
-        ),
+    let first = channel.first_not_number.unwrap_or_default();
+    let cells = |count: usize| match count {
+        1 => "1 cell is no number".to_owned(),
+        count => format!("{count} cells are no number"),
     };
+    let mut is = channel.quantity.unwrap_or_default().to_owned();
+    if channel.left_out > 0 {
+        let cells = cells(channel.left_out);
+        is = format!("{is}\n{cells},\nfirst in row {first}: left out")
+            .trim_start()
+            .to_owned();
+    } else if channel.quantity.is_none() && channel.not_numbers > 0 {
+        is = format!("{},\nfirst in row {first}", cells(channel.not_numbers));
+    }
     let because = channel.because.as_deref().unwrap_or_default();
     let because = if because.is_empty() {
         String::new()
@@ -187,9 +197,11 @@ fn row(channel: &Channel) -> Vec<Cell> {
     ]
 }
 
-/// A column as it is given.
-pub(super) fn option(column: &str) -> String {
-    format!("--column {}", quoted(column))
+/// What a table is read with.
+pub(super) fn options(table: &SurveyedTable) -> Vec<String> {
+    let columns = table.columns.iter().map(|own| format!("--column {}", quoted(own)));
+    let dropped = table.drop_rows.iter().map(|own| format!("--drop-rows {own}"));
+    columns.chain(dropped).collect()
 }
 
 /// As a shell reads it.

@@ -83,6 +83,17 @@ pub fn run(arguments: &EstimateArguments) -> miette::Result<Ending> {
         }
     }
     let model = load_model(&arguments.model)?;
+    let of_hysteresis = parameters
+        .iter()
+        .find(|own| matches!(own, NominalParameter::Hysteresis(_)));
+    if let (Some(_), Some(parameter)) = (&model.material.law, of_hysteresis) {
+        return Err(miette::miette!(
+            help = "`anhyst fit` fits the numbers of a law; `anhyst diagnose` says where a law and a run part",
+            "--parameters {}: the hysteresis of {} is a law of its own, which has no such constant",
+            parameter.symbol(),
+            arguments.model.display()
+        ));
+    }
     let reading = arguments.table.reading();
     let measured =
         MeasuredRun::read(&arguments.data, &reading).map_err(unread("estimate", &arguments.data, &reading))?;

@@ -19,6 +19,8 @@ const WITHOUT_MEMORY: [Family; 2] = [Family::Linear, Family::Curve];
 const UNDESCRIBED: f64 = 0.05;
 /// Times what the best history leaves: one that leaves no more describes alike, and the plainest of these is taken.
 const SAME_START: f64 = 1.02;
+/// What is left is more than noise from this multiple of it on.
+const ABOVE_NOISE: f64 = 5.0;
 /// A prediction so much worse than its fit tells of too many numbers for these data.
 const OVERFITTED: f64 = 3.0;
 
@@ -163,7 +165,8 @@ pub fn fit_laws(
         .filter(tied)
         .filter(|own| own.family != chosen.family)
         .collect();
-    let warnings = warnings(data, chosen, &ties, &plain);
+    let mut warnings = warnings(data, chosen, &ties, &plain);
+    warnings.extend(doubts_of_fit(&seen, data, chosen));
     let falls = turned.is_some() && data.beneath.is_none();
     let mut fit = made(&seen, data, falls, chosen, &fitted, warnings);
     if family.is_none() {
@@ -188,6 +191,8 @@ fn rising(data: &LawData) -> Option<LawData> {
 struct Seen {
     data: LawData,
     reaction: Reaction,
+    /// Nothing slower was tried.
+    at_end: bool,
 }
 
 fn fit_all(
@@ -198,7 +203,7 @@ fn fit_all(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> (Seen, Vec<FittedLaw>) {
     let beneath = data.beneath.as_deref().unwrap_or(data);
-    let (start, reaction) = circumstances(beneath, options, threads);
+    let (start, reaction, at_end) = circumstances(beneath, options, threads);
     let seen = data.reacted(reaction, start == Start::Rest);
     let done = AtomicUsize::new(0);
     let fitted = parallel::map(threads, families, |family| {
@@ -209,7 +214,12 @@ fn fit_all(
         progress(1 + done.fetch_add(1, Ordering::Relaxed), families.len());
         fitted
     });
-    (Seen { data: seen, reaction }, fitted)
+    let seen = Seen {
+        data: seen,
+        reaction,
+        at_end,
+    };
+    (seen, fitted)
 }
 
 /// Every law that [`fit_laws`] would choose from, each with a report of its own.
@@ -224,7 +234,8 @@ pub fn fit_each(data: &LawData, options: &LawOptions, threads: usize) -> Vec<Law
 
 /// History, and how quickly the device reacts: they matter more than the form, so one form tells what they are; another, where that
 /// one does not describe the data.
-fn circumstances(data: &LawData, options: &LawOptions, threads: usize) -> (Start, Reaction) {
+/// And whether nothing slower was tried.
+fn circumstances(data: &LawData, options: &LawOptions, threads: usize) -> (Start, Reaction, bool) {
     let judge = if data.has_time() {
         Family::BentPlays
     } else {
@@ -241,7 +252,13 @@ fn circumstances(data: &LawData, options: &LawOptions, threads: usize) -> (Start
         lags: &[0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0],
         worth: 1.0,
     };
+    let told_by = |of: &Judge, (start, reaction): (Start, Reaction)| {
+        let slowest_s = data.tick_s().unwrap_or_default() * of.lags.last().copied().unwrap_or_default();
+        let own_s = reaction.delay_s + reaction.lag_s;
+        (start, reaction, own_s > 0.0 && own_s >= 0.999 * slowest_s)
+    };
     let (told, left) = of.judged(data, &quick, threads);
+    let told = told_by(&of, told);
     if left <= UNDESCRIBED {
         return told;
     }
@@ -258,7 +275,11 @@ fn circumstances(data: &LawData, options: &LawOptions, threads: usize) -> (Start
         ..quick
     };
     let (other, left_by_other) = of.judged(data, &longer, threads);
-    if left_by_other < left { other } else { told }
+    if left_by_other < left {
+        told_by(&of, other)
+    } else {
+        told
+    }
 }
 
 /// A form that tells the circumstances.
@@ -387,6 +408,27 @@ fn warnings(data: &LawData, chosen: &FittedLaw, ties: &[&FittedLaw], plain: &Fit
     warnings
 }
 
+/// Where what was found may be what the law lacks.
+fn doubts_of_fit(seen: &Seen, data: &LawData, chosen: &FittedLaw) -> Vec<String> {
+    let mut doubts = Vec::new();
+    let Reaction { delay_s, lag_s } = seen.reaction;
+    if seen.at_end {
+        doubts.push(format!(
+            "the reaction beside the law, {:.4} ms, is the slowest that was tried: unless the device is as slow, it stands for what the law \
+             lacks, and one of other motions is worse with it",
+            1e3 * (delay_s + lag_s)
+        ));
+    }
+    let left = chosen.nrmse * data.output_range();
+    let times = noise_rms(data).map_or(0.0, |noise| left / noise);
+    if times > ABOVE_NOISE {
+        doubts.push(format!(
+            "what is left is {times:.0} times the noise: another law, a rate or another input may describe more of it"
+        ));
+    }
+    doubts
+}
+
 /// The floor under the output of the longest record over time; the records of sweeps have none that could be told from their motion.
 fn noise_rms(data: &LawData) -> Option<f64> {
     let timed = data.records.iter().filter(|record| record.time_s.is_some());
@@ -402,7 +444,7 @@ fn made(
     fitted: &[FittedLaw],
     warnings: Vec<String>,
 ) -> LawFit {
-    let Seen { data, reaction } = seen;
+    let Seen { data, reaction, .. } = seen;
     let candidate = |own: &FittedLaw| LawCandidate {
         law: own.family.name(),
         parameters: own.parameters,

@@ -11,9 +11,11 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use crate::columns::{LEFT_OUT, named};
 use crate::error::MeasuredError;
 use crate::noise::{MIN_NOISE_SAMPLES, NoiseFloor, noise_floor};
 use crate::quantity::Quantity;
+use crate::rows::RowRange;
 use crate::run::RunReadOptions;
 use crate::sheet::Sheet;
 
@@ -22,6 +24,9 @@ pub use uses::Use;
 
 /// The most samples of which noise is told.
 const MOST_FOR_NOISE: usize = 200_000;
+/// Rows with a cell that is no number are left out where they are at most one of so many, in at most so many places.
+const TORN_OF: usize = 20;
+const MOST_TORN: usize = 40;
 
 /// A file's tables.
 #[derive(Debug, Serialize)]
@@ -43,6 +48,8 @@ pub struct SurveyedTable {
     pub channels: Vec<Channel>,
     /// What follows `--column`, for what is not known by its name.
     pub columns: Vec<String>,
+    /// What follows `--drop-rows`: rows that the user leaves out, and those in which a cell is no number, where they are few.
+    pub drop_rows: Vec<String>,
     /// What seems odd.
     pub remarks: Vec<String>,
     /// What each command makes of it, read so.
@@ -62,8 +69,9 @@ pub struct Channel {
     pub offset: f64,
     /// Why it is taken for that; empty for a name that is known.
     pub because: Option<String>,
-    /// Cells that are no finite number, and the first row of them.
+    /// Cells that are no finite number, those that are left out with their rows, and the first row of either.
     pub not_numbers: usize,
+    pub left_out: usize,
     pub first_not_number: Option<usize>,
     /// Smallest, mean and largest number, in the unit of the file.
     pub least: f64,
@@ -83,6 +91,9 @@ impl Survey {
     /// A file that cannot be read, or holds no table.
     pub fn of(file: &Path, options: &RunReadOptions) -> Result<Self, MeasuredError> {
         let (sheets, meant) = Sheet::open_all(file, &options.mappings)?;
+        for mapping in sheets[meant].mappings.iter().filter(|own| own.header != LEFT_OUT) {
+            named(file, &sheets[meant].headers, mapping)?;
+        }
         let data_hash = sheets[meant].data_hash.clone();
         let tables = sheets.into_iter().enumerate();
         Ok(Survey {
@@ -94,20 +105,38 @@ impl Survey {
         })
     }
 
-    /// What follows `--column`, with which this command reads the table that is read; none if it does not.
-    pub fn read_by(&self, command: &str) -> Option<&[String]> {
+    /// The table that is read, if this command reads it.
+    pub fn read_by(&self, command: &str) -> Option<&SurveyedTable> {
         let table = self.tables.iter().find(|table| table.read)?;
         let mut uses = table.uses.iter().filter(|own| own.reads);
         let reads = uses.any(|own| own.commands.split(", ").any(|name| name == command));
-        reads.then_some(&table.columns)
+        reads.then_some(table)
     }
 }
 
 fn table(mut sheet: Sheet, read: bool, options: &RunReadOptions) -> SurveyedTable {
-    let rows: Vec<usize> = crate::run::chosen(&sheet, options);
-    let mut channels: Vec<Channel> = (0..sheet.headers.len())
-        .map(|column| channel(&sheet, &rows, column))
-        .collect();
+    let mut options = options.clone();
+    let mut rows: Vec<usize> = crate::run::chosen(&sheet, &options);
+    let all = |rows: &[usize]| -> Vec<Channel> {
+        let columns = 0..sheet.headers.len();
+        columns.map(|column| channel(&sheet, rows, column)).collect()
+    };
+    let mut channels = all(&rows);
+    let torn = torn(&channels, &rows);
+    if !torn.is_empty() {
+        // Read without them, their cells are counted all the same.
+        let counts: Vec<_> = channels
+            .iter()
+            .map(|own| (own.not_numbers, own.first_not_number))
+            .collect();
+        options.drop_rows.extend(torn);
+        rows = crate::run::chosen(&sheet, &options);
+        channels = all(&rows);
+        for (own, (count, first)) in channels.iter_mut().zip(counts) {
+            own.left_out = count - own.not_numbers;
+            own.first_not_number = first;
+        }
+    }
     let (taken, mut remarks) = proposal::proposed(&channels, &sheet.mappings);
     for own in &taken {
         let channel = &mut channels[own.channel];
@@ -129,7 +158,7 @@ fn table(mut sheet: Sheet, read: bool, options: &RunReadOptions) -> SurveyedTabl
     let uses = if read {
         // Words that we wrote are words that are read.
         sheet.mappings = columns.iter().filter_map(|own| own.parse().ok()).collect();
-        let (uses, more) = uses::uses(sheet, options);
+        let (uses, more) = uses::uses(sheet, &options);
         remarks.extend(more);
         uses
     } else {
@@ -141,9 +170,36 @@ fn table(mut sheet: Sheet, read: bool, options: &RunReadOptions) -> SurveyedTabl
         clock,
         channels,
         columns,
+        drop_rows: options.drop_rows.iter().map(ToString::to_string).collect(),
         remarks,
         uses,
     }
+}
+
+/// Rows in which a column of numbers has a cell that is none, as ranges; none where they are not few, or are not in a few places.
+fn torn(channels: &[Channel], rows: &[usize]) -> Vec<RowRange> {
+    let most = rows.len() / TORN_OF;
+    let of_numbers = |own: &&Channel| (1..=most).contains(&own.not_numbers);
+    let torn: BTreeSet<usize> = channels
+        .iter()
+        .filter(of_numbers)
+        .flat_map(|own| own.values.iter().zip(rows).filter(|(value, _)| value.is_nan()))
+        .map(|(_, row)| *row)
+        .collect();
+    let mut ranges: Vec<RowRange> = Vec::new();
+    for row in torn.iter().map(|row| *row as u64) {
+        match ranges.last_mut().filter(|last| last.end == row) {
+            Some(last) => last.end += 1,
+            None => ranges.push(RowRange {
+                first: row,
+                end: row + 1,
+            }),
+        }
+    }
+    if torn.len() > most || ranges.len() > MOST_TORN {
+        ranges.clear();
+    }
+    ranges
 }
 
 fn channel(sheet: &Sheet, rows: &[usize], column: usize) -> Channel {
@@ -167,6 +223,7 @@ fn channel(sheet: &Sheet, rows: &[usize], column: usize) -> Channel {
         offset: 0.0,
         because: None,
         not_numbers: values.len() - count,
+        left_out: 0,
         first_not_number: values.iter().position(|value| value.is_nan()).map(|index| rows[index]),
         least: finite().fold(f64::NAN, f64::min),
         mean: finite().sum::<f64>() / count as f64,

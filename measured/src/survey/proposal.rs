@@ -75,13 +75,16 @@ impl Proposal<'_> {
                 continue;
             };
             let unit = quantity.named_unit(&mapping.header);
-            let named = unit.filter(|_| mapping.scale.is_none());
             self.taken.push(Taken {
                 channel,
                 quantity,
-                scale: mapping.scale.or(named.map(|unit| unit.factor)).unwrap_or(1.0),
-                offset: mapping.offset.or(named.map(|unit| unit.offset)).unwrap_or(0.0),
-                option: Some(mapping.to_string()),
+                scale: unit.map(|unit| unit.factor).or(mapping.scale).unwrap_or(1.0),
+                offset: unit.map(|unit| unit.offset).or(mapping.offset).unwrap_or(0.0),
+                // A scale beside a unit that the name has is refused.
+                option: Some(match unit {
+                    Some(_) => format!("{}={}", quantity.key(), mapping.header),
+                    None => mapping.to_string(),
+                }),
                 because: "you say so".to_owned(),
             });
         }

@@ -10,6 +10,9 @@ use crate::quantity::Quantity;
 use crate::run::{LAW_INPUTS, LAW_OUTPUTS, MeasuredRun, OF_LOOPS, OUTPUTS, RunReadOptions};
 use crate::sheet::Sheet;
 
+/// Either drives the domain wall model.
+const INPUTS_OF_ESTIMATE: [Quantity; 2] = [Quantity::FieldCommand, Quantity::Field];
+
 /// A command, and what it reads or why not.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Use {
@@ -43,8 +46,15 @@ pub(super) fn uses(mut sheet: Sheet, options: &RunReadOptions) -> (Vec<Use>, Vec
     // Who fits loops names no others.
     sheet.mappings.retain(|mapping| OF_LOOPS.contains(&mapping.quantity));
     let loops = MeasuredRun::loops_of(&sheet, options);
-    let uses = vec![
-        Use::of("estimate, diagnose", &run, |run| one(run, &all_sides(run))),
+    let has_field = |run: &MeasuredRun| INPUTS_OF_ESTIMATE.into_iter().any(|own| run.series(own).is_some());
+    let without_field = run.as_ref().is_ok_and(|run| !has_field(run));
+    let by = if without_field {
+        "diagnose"
+    } else {
+        "estimate, diagnose"
+    };
+    let mut uses = vec![
+        Use::of(by, &run, |run| one(run, &all_sides(run))),
         Use::of("fit --law, predict", &records, |records| match &records[..] {
             [record] => one(record, &law_sides(record)),
             several => format!("{} records, {}", several.len(), law_sides(&several[0])),
@@ -54,6 +64,13 @@ pub(super) fn uses(mut sheet: Sheet, options: &RunReadOptions) -> (Vec<Use>, Vec
             format!("{} loop{s} of magnetization over field", loops.len())
         }),
     ];
+    if without_field {
+        uses.push(Use {
+            commands: "estimate",
+            reads: false,
+            says: "neither a field command nor a measured field".to_owned(),
+        });
+    }
     let mut remarks = BTreeSet::new();
     for record in records.iter().flatten() {
         remarks.extend(record.doubts.iter().cloned());
