@@ -269,7 +269,7 @@ fn a_fitted_law_is_the_whole_of_what_was_fitted() {
     let folder = tempfile::tempdir().unwrap();
     let law = folder.path().join("law.ron");
     let words = "(input: Voltage, output: Displacement, start: Rest, input_extent: (0.0, 100.0), reaction: (delay_s: 1e-3, lag_s: 2e-3), \
-         model: (offset: 0.0, slope: 3e-7, laws: [Plays(groups: [(warp: Straight, radii: [10.0], weights: [1e-7])])]))";
+         model: (offset: 0.0, slope: 3e-7, laws: [Plays(groups: [(warp: Straight, radii: [10.0], weights: [3e-7])])]))";
     std::fs::write(&law, words).unwrap();
     let model = anhyst_scenario::load_model(&law).unwrap();
     let values: Vec<(EffectKind, f64)> = model.effects.iter().map(|own| (own.kind(), own.values()[0])).collect();
@@ -292,16 +292,12 @@ fn a_fitted_law_is_the_whole_of_what_was_fitted() {
 /// Guards a stage that only pushes: a motion to where no input of its law takes it is refused, whatever the law would do beyond.
 #[test]
 fn a_motion_that_a_law_does_not_reach_is_refused() {
-    let refused = anhyst(&[
-        "check",
-        "built-in/piezo/sine.ron",
-        "--set",
-        "controller.trajectory.mean_m=-25e-6",
-    ]);
+    let stage = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/piezo/sine.ron");
+    let refused = anhyst(&["check", stage, "--set", "controller.trajectory.mean_m=-25e-6"]);
     assert_eq!(refused.status.code(), Some(2), "{refused:?}");
     let said = text(&refused.stderr);
     assert!(
-        said.contains("within the inputs that its law was fitted to, 0 to 120 V"),
+        said.contains("fitted to, 0 to 100 V, the actuator gives 0.0000e0 to 6.0611e-5 m"),
         "{said}"
     );
 }

@@ -4,7 +4,7 @@ use super::{Placement, Scenario, gives_m};
 use anhyst_controller::{Controller, LoopShape, PidSettings, TrajectorySettings};
 use anhyst_estimator::{Estimator, EstimatorError, LawSettings};
 use anhyst_ipc::{Invalid, NodeId};
-use anhyst_model::{Hysteresis, Material, ModelError};
+use anhyst_model::{Hysteresis, Material, MaterialLaw, ModelError};
 use anhyst_plant_sim::{PlantError, PlantNode, ShapeCourse};
 use std::path::Path;
 
@@ -321,37 +321,46 @@ impl Scenario {
         let inside = |invalid: Invalid| invalid.within("controller");
         let controller = self.controller()?;
         if let Some(law) = &material.law {
-            let (_, rod) = self.believed()?;
-            let [low, high] = gives_m(material, &rod, self.guard.field_limit_a_per_m);
-            let (least, most) = controller.asks_m(self.duration_s);
-            let beyond = (low - least).max(most - high);
-            if beyond > BEYOND_LAW * (high - low) || beyond.is_nan() {
-                let [from, to] = law.input_extent;
-                let [input, output] = material.units();
-                let sentence = format!(
-                    "the motion asks for {least:.4e} to {most:.4e} {output}, but within the inputs that its law was fitted to, {from} to {to} \
-                     {input}, the actuator gives {low:.4e} to {high:.4e} {output}"
-                );
-                return Err(Invalid::new("controller.trajectory", sentence));
-            }
+            return self.validate_reach_of(law, material, &controller);
         }
         controller.validate_reach(self.duration_s).map_err(inside)?;
         let peak = controller.peak_magnetization(self.duration_s);
         let limit = self.guard.field_limit_a_per_m;
         let (asked, at_s) = (peak.magnetization_a_per_m, peak.time_s);
         let way = self.way_to(material, asked, limit);
+        let sentence = format!(
+            "the profile asks for a magnetization of {asked:.0} A/m at {at_s:.4} s, but the field limit of {limit} A/m reaches only {:.0} A/m",
+            way.reached
+        );
+        if way.reaches {
+            Ok(())
+        } else {
+            Err(Invalid::new("controller.trajectory", sentence))
+        }
+    }
+
+    /// Beyond the inputs that it was fitted to a law is not known, and a stack that only pushes is not pulled.
+    fn validate_reach_of(
+        &self,
+        law: &MaterialLaw,
+        material: &Material,
+        controller: &Controller,
+    ) -> Result<(), Invalid> {
+        let limit = self.guard.field_limit_a_per_m;
+        let (_, rod) = self.believed()?;
+        let [low, high] = gives_m(material, &rod, limit);
+        let (least, most) = controller.asks_m(self.duration_s);
+        let beyond = (low - least).max(most - high);
+        if beyond <= BEYOND_LAW * (high - low) {
+            return Ok(());
+        }
+        let [from, to] = law.input_extent;
         let [input, output] = material.units();
-        let sentence = (!way.reaches).then(|| match material.law {
-            Some(_) => format!(
-                "the profile asks for {asked:.4e} {output} at {at_s:.4} s, but the limit of {limit} {input} reaches only {:.4e} {output}",
-                way.reached
-            ),
-            None => format!(
-                "the profile asks for a magnetization of {asked:.0} A/m at {at_s:.4} s, but the field limit of {limit} A/m reaches only {:.0} A/m",
-                way.reached
-            ),
-        });
-        sentence.map_or(Ok(()), |sentence| Err(Invalid::new("controller.trajectory", sentence)))
+        let sentence = format!(
+            "the motion asks for {least:.4e} to {most:.4e} {output}, but within the limit of {limit} {input} and the inputs that its law was \
+             fitted to, {from} to {to} {input}, the actuator gives {low:.4e} to {high:.4e} {output}"
+        );
+        Err(Invalid::new("controller.trajectory", sentence))
     }
 
     /// The controller's block.

@@ -81,7 +81,7 @@ fn what_does_not_go_together_is_refused_by_name() {
         (
             "piezo/sine",
             "controller.trajectory=Profile(spindle_rpm: 600.0, mean_m: 25e-6, lobes: [(1, 60e-6, 0.0)])",
-            "the limit of 120 V reaches only",
+            "within the limit of 120 V and the inputs that its law was fitted to, 0 to 100 V",
         ),
     ] {
         let file = format!("scenarios/{scenario}.ron");

@@ -138,8 +138,8 @@ fn each_fault_alone() {
     };
     let effects = |own: &str| format!("plant.effects=[{own}]");
     let rows = [
-        ("k 5 % off", 0.070, pinning(3800.0)),
-        ("k 10 % off", 0.039, pinning(3600.0)),
+        ("k 5 % off", 0.057, pinning(3800.0)),
+        ("k 10 % off", 0.033, pinning(3600.0)),
         (
             "eddy currents 0.1 ms",
             0.007,
@@ -147,7 +147,7 @@ fn each_fault_alone() {
         ),
         (
             "friction 1 um",
-            0.310,
+            0.006,
             effects("Friction(friction_m: 1e-6, speed_m_per_s: 1e-3)"),
         ),
         ("play 0.5 um", 0.013, effects("Backlash(gap_m: 0.5e-6, start: 0.0)")),
