@@ -9,6 +9,7 @@
 //! 4. A free curve that gained far more than all that joined after it has no name, and they go. One that leaves no misfit ends the search at once.
 //! 5. Terms that were tried take the place of one that joined, where that explains more: what joins first may be what several others imitate.
 //! 6. What another law of the same kind as the rest explains leaves (`forms.rs`).
+//! 7. What leaves more than the model as given is no answer (`recorder.rs`).
 
 use anhyst_identify::parallel;
 

@@ -6,6 +6,7 @@
 //! Sources: non-negative least squares: Kim and Park, SIAM J. Sci. Comput. 33 (2011) 3261; the search outside: variable projection,
 //! Golub and Pereyra (1973), by the method of Nelder and Mead (1965).
 
+mod circumstances;
 mod data;
 mod error;
 mod even;
