@@ -137,7 +137,7 @@ fn wishes_beyond_the_limits_are_refused_with_the_limit() {
             "x --material=piezo --frequency=100Hz --profile=raster",
             "ask for at most 20.80 Hz",
         ),
-        ("x --bandwidth=20Hz", "the amplifier ends at 20.00 Hz"),
+        ("x --bandwidth=20Hz --frequency=50Hz", "the amplifier ends at 20.00 Hz"),
         ("x --rate=2kHz", "outside [10.2"),
         ("x --noise=10um", "at most 4.000"),
         ("x --frequency=0.001Hz", "ask for at least"),
@@ -166,21 +166,21 @@ fn wishes_beyond_the_limits_are_refused_with_the_limit() {
     }
 }
 
-/// Guards what a fitted law's data told beside it: noise and delay come into the scenario, and whatever else was not asked for is named.
+/// Guards what a fitted law's data told beside it: noise, lag and delay come into the scenario, and whatever else was not asked for is named.
 #[test]
-fn a_law_brings_its_delay_and_noise() {
+fn a_law_brings_its_delay_lag_and_noise() {
     let folder = tempfile::tempdir().unwrap();
     let law = folder.path().join("law.ron");
-    let designed = |delay_s: f64| {
+    let designed = |delay_s: f64, lag_s: f64, more: &str| {
         let text = format!(
-            "(input: Voltage, output: Displacement, start: Rest, input_extent: (0.0, 100.0), reaction: (delay_s: {delay_s:e}, lag_s: 0.0), \
+            "(input: Voltage, output: Displacement, start: Rest, input_extent: (0.0, 100.0), reaction: (delay_s: {delay_s:e}, lag_s: {lag_s:e}), \
              noise_rms: 4e-9, model: (offset: 0.0, slope: 3e-7, laws: [Plays(groups: [(warp: Straight, radii: [10.0], weights: [1e-7])])]))"
         );
         std::fs::write(&law, text).unwrap();
-        let words = format!("mine --material={} --frequency=5Hz", law.display());
+        let words = format!("mine --material={} {more}", law.display());
         design(&said(&words), &folder.path().join("mine.ron")).unwrap()
     };
-    let found = designed(5e-4);
+    let found = designed(5e-4, 0.0, "--frequency=5Hz");
     let ticks = (5e-4 / found.scenario.tick_s).round() as u32;
     assert_eq!(found.scenario.amplifier.delay_ticks, ticks);
     assert!(found.text.contains("displacement_noise_m: 4e-9"), "{}", found.text);
@@ -197,9 +197,28 @@ fn a_law_brings_its_delay_and_noise() {
         assert!(assumed.contains(words), "no {words} in {assumed}");
     }
     assert!(!assumed.contains("--frequency"), "{assumed}");
-    let late = designed(0.1);
+    let late = designed(0.1, 0.0, "--frequency=5Hz");
     assert_eq!(late.scenario.amplifier.delay_ticks, 0);
     assert!(late.assumed.join("").contains("at most 63 ticks"), "{:?}", late.assumed);
+    // 79.58 Hz: what a raster does at twelve times its lines' frequency must be below, and is where nothing is said of it.
+    let lagging = designed(0.0, 2e-3, "--profile=raster");
+    assert_eq!(lagging.scenario.amplifier.bandwidth_hz, Some(79.58));
+    assert!(
+        lagging.text.contains("Raster(") && lagging.scenario.tick_s > 0.0,
+        "{}",
+        lagging.text
+    );
+    let assumed = lagging.assumed.join("\n");
+    for words in [
+        "repeats at 5.000 Hz",
+        "the lag of 2.000 ms that the law's data told",
+        "ends at 79.58 Hz (--bandwidth)",
+    ] {
+        assert!(assumed.contains(words), "no {words} in {assumed}");
+    }
+    let told = designed(0.0, 2e-3, "--frequency=5Hz --bandwidth=1kHz");
+    assert_eq!(told.scenario.amplifier.bandwidth_hz, Some(1000.0));
+    assert!(!told.assumed.join("").contains("the lag"), "{:?}", told.assumed);
 }
 
 /// Guards the order of refusals: an option that cannot be had is told before that the file is there.

@@ -1,7 +1,7 @@
 //! The actuator that a wish names: a preset, or a file of a material, a model or a hysteresis law.
 
 use super::Wish;
-use super::amount::{amount, nice_down, ron};
+use super::amount::{amount, nice_down, ron, round};
 use super::presets::{PRESETS, Preset};
 use anhyst_controller::StrainLaw;
 use anhyst_identify::laws::{LawFile, Reaction};
@@ -142,6 +142,12 @@ impl Actuator {
         let share = if self.of_law() { 50.0 } else { 25.0 };
         let usual = nice_down(self.rod.natural_frequency_hz() / share);
         self.preset.map_or(usual, |preset| preset.frequency_hz)
+    }
+
+    /// Of an amplifier that has the lag which a law's data told; none where they told of none.
+    pub fn lag_bandwidth_hz(&self) -> Option<f64> {
+        let lag_s = self.reaction.lag_s;
+        (lag_s > 0.0).then(|| round((std::f64::consts::TAU * lag_s).recip(), 4))
     }
 
     /// A longer rod gives more; none where it has no length.

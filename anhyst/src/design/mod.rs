@@ -97,6 +97,14 @@ fn assumed(wish: &Wish, actuator: &Actuator, plan: &Plan) -> Vec<String> {
             unknown && plan.bandwidth_hz.is_none(),
             "an amplifier without a lag (--bandwidth)".into(),
         ),
+        (
+            wish.bandwidth.is_none() && plan.bandwidth_hz == actuator.lag_bandwidth_hz() && plan.bandwidth_hz.is_some(),
+            format!(
+                "the lag of {} that the law's data told, as the amplifier's: it ends at {} (--bandwidth)",
+                Si(actuator.reaction.lag_s, "s"),
+                Si(plan.bandwidth_hz.unwrap_or_default(), "Hz")
+            ),
+        ),
         (actuator.reaction.delay_s > 0.0, delay(actuator, plan)),
     ];
     all.into_iter().filter_map(|(is, words)| is.then_some(words)).collect()

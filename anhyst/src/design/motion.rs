@@ -1,7 +1,10 @@
 //! The motions that `anhyst new` writes.
 
 use super::amount::{ron, round};
+use anhyst_controller::{Trajectory, TrajectorySettings};
+use anhyst_scenario::parse;
 use clap::ValueEnum;
+use std::path::Path;
 
 /// What the tip is to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -18,10 +21,10 @@ pub enum Profile {
     Steps,
 }
 
-/// Peak of sin x + 0.3 sin 3x: beside the sine's own.
-const LOBES_PEAK: f64 = 0.920_212;
 /// Of a raster: shares of the period on the line, in each turn, on the way back.
 const RASTER: (f64, f64, f64) = (0.6, 0.1, 0.2);
+/// Of a motion that repeats once a second.
+const TICK_S: f64 = 1e-3;
 
 impl Profile {
     /// By so many times the frequency at which it repeats it still moves notably.
@@ -48,7 +51,12 @@ impl Profile {
 
     /// As a scenario has it: `stroke` from end to end about `mean`, repeated `frequency_hz` times a second.
     pub fn trajectory(self, stroke: f64, mean: f64, frequency_hz: f64) -> String {
-        let half = 0.5 * stroke;
+        self.of_size(stroke / reach(&self.of_size(1.0, 0.0, 1.0)), mean, frequency_hz)
+    }
+
+    /// With sharp corners `size` would be the way from end to end.
+    fn of_size(self, size: f64, mean: f64, frequency_hz: f64) -> String {
+        let half = 0.5 * size;
         let (number, period_s) = (|value: f64| ron(round(value, 6)), 1.0 / frequency_hz);
         let mean_m = if mean == 0.0 {
             String::new()
@@ -63,14 +71,7 @@ impl Profile {
         };
         match self {
             Self::Sine => turning(format!("(1, {}, 0.0)", number(half))),
-            Self::Lobes => {
-                let first = half / LOBES_PEAK;
-                turning(format!(
-                    "(1, {}, 0.0), (3, {}, 0.0)",
-                    number(first),
-                    number(0.3 * first)
-                ))
-            }
+            Self::Lobes => turning(format!("(1, {}, 0.0), (3, {}, 0.0)", number(half), number(0.3 * half))),
             Self::Triangle => format!(
                 "Triangle({mean_m}amplitude_m: {}, frequency_hz: {}, turn: 0.2)",
                 number(half),
@@ -79,7 +80,7 @@ impl Profile {
             Self::Raster => {
                 let (line, turn, back) = RASTER;
                 // A line and what it overshoots in the turns.
-                let length = stroke / (1.0 + turn / line);
+                let length = size / (1.0 + turn / line);
                 format!(
                     "Raster({mean_m}length_m: {}, line_s: {}, turn_s: {}, back_s: {})",
                     number(length),
@@ -99,15 +100,30 @@ impl Profile {
     }
 }
 
+/// From end to end, as a scenario would go.
+fn reach(trajectory: &str) -> f64 {
+    let settings: TrajectorySettings = parse(Path::new(""), trajectory).expect("it was just written");
+    let trajectory = Trajectory::load(&settings, 0.0, TICK_S, Path::new("")).expect("its numbers are known");
+    2.0 * trajectory.reach_m(TICK_S).expect("it repeats")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    // Guards the amplitudes: with them a wish for 80 µm is one for 80 µm from end to end.
+    // Guards the sizes: with rounded corners, lobes and turns, too, a wish for 80 µm is one for 80 µm from end to end.
     #[test]
-    fn lobes_go_as_far_as_asked() {
-        let at = |angle: f64| angle.sin() + 0.3 * (3.0 * angle).sin();
-        let peak = (0..100_000).map(|step| at(f64::from(step) * 1e-4)).fold(0.0, f64::max);
-        assert!((peak - LOBES_PEAK).abs() < 1e-5, "{peak}");
+    fn each_motion_goes_as_far_as_asked() {
+        for profile in Profile::value_variants() {
+            let text = profile.trajectory(80e-6, 30e-6, 50.0);
+            let settings: TrajectorySettings = parse(Path::new(""), &text).unwrap();
+            let trajectory = Trajectory::load(&settings, 0.0, 1e-4, Path::new("")).unwrap();
+            let places = (0..100_000).map(|step| trajectory.at(f64::from(step) * 2e-7).position_m);
+            let (low, high) = places.fold((f64::MAX, f64::MIN), |(low, high), own| (low.min(own), high.max(own)));
+            assert!(
+                (high - 70e-6).abs() < 1e-10 && (low + 10e-6).abs() < 1e-10,
+                "{text}: {low} to {high}"
+            );
+        }
     }
 }

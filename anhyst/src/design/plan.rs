@@ -94,7 +94,8 @@ impl Plan {
         let usual_bandwidth = actuator.preset.and_then(|preset| preset.bandwidth_hz);
         let bandwidth_hz = bandwidth_hz
             .or(actuator.model.amplifier.bandwidth_hz)
-            .or(usual_bandwidth);
+            .or(usual_bandwidth)
+            .or(actuator.lag_bandwidth_hz());
         let frequency_hz = frequency(wish, actuator, bandwidth_hz)?;
         let tick_s = 1.0 / rate(wish, actuator, frequency_hz)?;
         let noise = wish
@@ -173,12 +174,9 @@ fn frequency(wish: &Wish, actuator: &Actuator, bandwidth_hz: Option<f64>) -> mie
     let busiest = wish.profile().busiest();
     let natural_hz = actuator.rod.natural_frequency_hz();
     let most_hz = OF_RESONANCE * natural_hz / busiest;
+    let can_hz = bandwidth_hz.map_or(most_hz, |bandwidth_hz| most_hz.min(bandwidth_hz / busiest));
     let usual_hz = actuator.usual_frequency_hz();
-    let usual_hz = if usual_hz > most_hz {
-        nice_down(most_hz)
-    } else {
-        usual_hz
-    };
+    let usual_hz = if usual_hz > can_hz { nice_down(can_hz) } else { usual_hz };
     let frequency_hz = wish.number("--frequency", &wish.frequency, "Hz")?.unwrap_or(usual_hz);
     let refuse = |whose: String, most_hz: f64| {
         let motion = wish.profile().words();

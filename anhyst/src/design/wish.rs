@@ -42,7 +42,7 @@ pub struct Wish {
     #[arg(long, value_name = "AMOUNT")]
     pub resonance: Option<String>,
     /// Of a stage or a magnet: damping ratio of the resonance; 1 is critical.
-    #[arg(long, value_name = "RATIO")]
+    #[arg(long, value_name = "RATIO", allow_negative_numbers = true)]
     pub damping: Option<f64>,
     /// Of a rod: 115mm.
     #[arg(long, value_name = "AMOUNT")]

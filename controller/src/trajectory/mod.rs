@@ -391,7 +391,7 @@ impl Trajectory {
     }
 
     /// Half of the way between the ends of what repeats, over its first turn; none where nothing does.
-    pub(crate) fn reach_m(&self, tick_s: f64) -> Option<f64> {
+    pub fn reach_m(&self, tick_s: f64) -> Option<f64> {
         let turn_s = self.turns_per_s(tick_s)?.recip();
         let places = (0..PLACES).map(|place| self.start_s + turn_s * f64::from(place) / f64::from(PLACES));
         let ends = places.map(|time_s| self.at(time_s).position_m);
