@@ -39,7 +39,9 @@ impl Remedy {
         match self {
             Remedy::DropRow => format!("Mend the file, or drop the row with --drop-rows {row}..{after}"),
             Remedy::CutRun => {
-                format!("Mend the file, or keep what stands before or after it: --rows ..{row} or --rows {after}..")
+                format!(
+                    "Mend the file, leave the row out with --drop-rows {row}..{after}, or keep what stands before or after it: --rows ..{row} or --rows {after}.."
+                )
             }
         }
     }

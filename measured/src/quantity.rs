@@ -343,6 +343,13 @@ impl Quantity {
     }
 }
 
+/// Whether a text is a unit of some quantity, in brackets or not, and no more.
+pub(crate) fn is_unit(text: &str) -> bool {
+    let spelling = plain(text);
+    let mut all = ENTRIES.iter().flat_map(|entry| entry.units);
+    all.any(|unit| unit.spelling == spelling)
+}
+
 /// Lower case, µ as u, and one underscore for every space, bracket and mark: "Field [kA/m]" becomes "field_ka_per_m".
 pub(crate) fn plain(header: &str) -> String {
     let mut text = String::with_capacity(header.len());

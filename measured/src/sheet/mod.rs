@@ -67,7 +67,7 @@ impl Sheet {
             mappings,
             body,
         };
-        let one = |headers, body| (vec![sheet(headers, mappings.to_vec(), body)], 0);
+        let one = |headers, mappings, body| (vec![sheet(headers, mappings, body)], 0);
         let (sheets, meant): (Vec<Self>, usize) = match content {
             Content::Channels(tables) => {
                 let meant = meant(&tables, mappings);
@@ -77,8 +77,11 @@ impl Sheet {
                 });
                 (sheets.collect(), meant)
             }
-            Content::Columns(headers, cells) => one(headers, Body::Columns(cells)),
-            Content::Text(headers, rows) => one(headers, Body::Text(rows)),
+            Content::Columns(headers, cells) => one(headers, mappings.to_vec(), Body::Columns(cells)),
+            Content::Text(headers, rows) => {
+                let mappings = rows.resolved(&headers, mappings);
+                one(headers, mappings, Body::Text(rows))
+            }
         };
         sheets[meant].refuse_numbers_as_headers()?;
         Ok((sheets, meant))

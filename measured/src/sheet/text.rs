@@ -1,12 +1,18 @@
 //! Comma-separated values, or with semicolons or tabs, whichever the header uses most. Lines that begin with #
 //! are comments, and so is a title above the header; text that is not UTF-8 is taken as Latin-1, in which instruments write µ and °.
+//! A row of units below the header joins it. A column of dates and times of day is one of seconds since its first row.
 
 use std::path::Path;
 
 use csv::StringRecord;
+use jiff::Timestamp;
+use jiff::civil::{Date, DateTime, Time};
+use jiff::tz::TimeZone;
 
 use super::cell::Cell;
+use crate::columns::ColumnMapping;
 use crate::error::MeasuredError;
+use crate::quantity::{Quantity, is_unit};
 
 /// The rows of a text table.
 pub(super) struct Rows {
@@ -14,6 +20,37 @@ pub(super) struct Rows {
     columns: usize,
     /// With another separator a comma may stand for the decimal point.
     decimal_comma: bool,
+    /// Headers as they stand in the file.
+    names: Vec<String>,
+    /// Of each column: its first instant, if it is one of instants.
+    origins: Vec<Option<Timestamp>>,
+}
+
+/// A date with a time of day, with or without a zone, or a time of day alone.
+fn instant(text: &str) -> Option<Timestamp> {
+    let text = text.replace('/', "-").replace(',', ".");
+    let of_day = |time: Time| Date::default().to_datetime(time);
+    text.parse().ok().or_else(|| {
+        let is_clock = text.contains(':');
+        let local: Option<DateTime> = text.parse().ok().or_else(|| text.parse().ok().map(of_day));
+        Some(local.filter(|_| is_clock)?.to_zoned(TimeZone::UTC).ok()?.timestamp())
+    })
+}
+
+/// A cell of a row of units has no number in it, and most cells of the row are units.
+fn is_units(record: &StringRecord, below: &StringRecord, number: impl Fn(&str) -> Option<f64>) -> bool {
+    let filled = || record.iter().filter(|cell| !cell.is_empty());
+    let known = filled().filter(|cell| is_unit(cell)).count();
+    filled().all(|cell| number(cell).is_none() && instant(cell).is_none())
+        && 2 * known > filled().count()
+        && below.iter().any(|cell| number(cell).is_some())
+}
+
+fn number_in(text: &str, decimal_comma: bool) -> Option<f64> {
+    match text.parse() {
+        Err(_) if decimal_comma => text.replacen(',', ".", 1).parse().ok(),
+        parsed => parsed.ok(),
+    }
 }
 
 /// Headers and rows.
@@ -42,12 +79,33 @@ pub(super) fn read(file: &Path, bytes: Vec<u8>) -> Result<(Vec<String>, Rows), M
         .delimiter(delimiter)
         .flexible(true)
         .from_reader(text.as_bytes());
-    let headers: Vec<String> = reader.headers().map_err(not_csv)?.iter().map(str::to_owned).collect();
-    let records = reader.records().collect::<Result<Vec<_>, _>>().map_err(not_csv)?;
+    let names: Vec<String> = reader.headers().map_err(not_csv)?.iter().map(str::to_owned).collect();
+    let mut records = reader.records().collect::<Result<Vec<_>, _>>().map_err(not_csv)?;
+    let decimal_comma = delimiter != b',';
+    let mut headers = names.clone();
+    if let [first, second, ..] = &records[..]
+        && is_units(first, second, |cell| number_in(cell, decimal_comma))
+    {
+        for (header, unit) in headers.iter_mut().zip(first).filter(|(_, unit)| !unit.is_empty()) {
+            *header = format!("{header} [{}]", unit.trim_matches(['[', ']', '(', ')']));
+        }
+        records.remove(0);
+    }
+    let first = |column: usize| records.first().and_then(|record| record.get(column)).and_then(instant);
+    let origins: Vec<Option<Timestamp>> = (0..names.len()).map(first).collect();
+    for (header, _) in headers.iter_mut().zip(&origins).filter(|(_, origin)| origin.is_some()) {
+        let known = [&**header, &format!("{header} [s]")].map(str::to_owned);
+        let known = known
+            .into_iter()
+            .find(|own| Quantity::Time.known_header(own) == Some((1.0, 0.0)));
+        *header = known.unwrap_or_else(|| "time [s]".into());
+    }
     let rows = Rows {
         records,
         columns: headers.len(),
-        decimal_comma: delimiter != b',',
+        decimal_comma,
+        names,
+        origins,
     };
     Ok((headers, rows))
 }
@@ -111,10 +169,23 @@ impl Rows {
 
     pub fn cell(&self, row: usize, column: usize) -> Cell<'_> {
         let text = self.text(row, column);
-        let number = match text.parse() {
-            Err(_) if self.decimal_comma => text.replacen(',', ".", 1).parse(),
-            parsed => parsed,
+        let number = match self.origins.get(column).copied().flatten() {
+            None => number_in(text, self.decimal_comma),
+            Some(origin) => instant(text).map(|own| 1e-9 * own.duration_since(origin).as_nanos() as f64),
         };
         number.map_or(Cell::Text(text), Cell::Number)
+    }
+
+    /// Mappings with the headers that the file's own stand for.
+    pub fn resolved(&self, headers: &[String], mappings: &[ColumnMapping]) -> Vec<ColumnMapping> {
+        let header_of = |name: &String| {
+            let known = self.names.iter().position(|own| own == name);
+            known.filter(|_| !headers.contains(name)).map(|column| &headers[column])
+        };
+        let resolved = mappings.iter().map(|mapping| ColumnMapping {
+            header: header_of(&mapping.header).unwrap_or(&mapping.header).clone(),
+            ..mapping.clone()
+        });
+        resolved.collect()
     }
 }

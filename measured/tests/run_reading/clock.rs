@@ -97,3 +97,32 @@ fn rounded_times_are_uniform() {
     let text = table(HEADER, |i, h, x| format!("{:.4},{h},{x}", i as f64 / 3000.0));
     assert!((read(&text, &[]).unwrap().tick_s.unwrap() * 3000.0 - 1.0).abs() < 1e-3);
 }
+
+/// Dates and times of day are seconds since the first row, across midnight only with a date; what is none has its place.
+#[test]
+fn instants_are_a_clock() {
+    let whole = read(&good(), &[]).unwrap();
+    let instants: [(&str, fn(usize) -> String); 3] = [
+        ("time", |i| format!("2024-02-29T23:59:59.99{:02}Z", i)),
+        ("Timestamp", |i| match i {
+            0..50 => format!("2024/02/29 23:59:59.{:04}", 9950 + i),
+            _ => format!("2024/03/01 00:00:00.{:04}", i - 50),
+        }),
+        ("time_s", |i| format!("12:00:00.{:04}", i)),
+    ];
+    for (name, at) in &instants {
+        let header = HEADER.replace("time_s", name);
+        let run = read(&table(&header, |i, h, x| format!("{},{h},{x}", at(i))), &[]).unwrap();
+        assert!(
+            (run.tick_s.unwrap() - 1e-4).abs() < 1e-12,
+            "{name}: {}",
+            run.tick_s.unwrap()
+        );
+        assert_eq!(run.series(Quantity::Displacement), whole.series(Quantity::Displacement));
+    }
+    let broken = table(&HEADER.replace("time_s", "time"), |i, h, x| {
+        let at = if i == 7 { "yesterday".into() } else { instants[0].1(i) };
+        format!("{at},{h},{x}")
+    });
+    assert_says(&broken, &[], &["row 7", "yesterday"]);
+}

@@ -109,3 +109,25 @@ fn a_constant_field_is_no_question_of_units() {
     });
     assert_says(&dead, &[], &["row 0", "5 A/m in all 100 rows", "field=-"]);
 }
+
+/// A row of units below the names is no row of data, and its units count; old names still ask for the columns.
+#[test]
+fn a_row_of_units_joins_the_header() {
+    let text = table("Time,Field_command,Displacement\n[s],[kA/m],[um]", |i, h, x| {
+        format!("{},{},{}", time(i), h / 1e3, x * 1e6)
+    });
+    let whole = read(&good(), &[]).unwrap();
+    for columns in [&[][..], &["displacement=Displacement"]] {
+        let run = read(&text, columns).unwrap();
+        for quantity in [Quantity::FieldCommand, Quantity::Displacement] {
+            let [own, other] = [&run, &whole].map(|run| run.series(quantity).unwrap()[15]);
+            assert!((own / other - 1.0).abs() < 1e-12, "{quantity:?}: {own} and {other}");
+        }
+        assert_eq!(run.len(), 100);
+    }
+    assert_says(&text.replace("[um]", "parsec"), &[], &["Displacement [parsec]"]);
+    let torn = table("time_s,field_command_A_per_m,displacement_m\ns,kA/m,3", |i, h, x| {
+        format!("{},{h},{x}", time(i))
+    });
+    assert_says(&torn, &[], &["row 0 (line 2)"]);
+}
