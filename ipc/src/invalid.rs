@@ -40,7 +40,11 @@ impl Invalid {
         }
         Err(Self::new(
             path,
-            format!("{} {unit} must be finite and greater than 0 {unit}", number(value)),
+            format!(
+                "{} must be finite and greater than {}",
+                of(number(value), unit),
+                of("0".into(), unit)
+            ),
         ))
     }
 
@@ -55,8 +59,21 @@ impl Invalid {
         let [value, low, high] = [value, low, high].map(number);
         Err(Self::new(
             path,
-            format!("{value} {unit} is outside [{low}, {high}] {unit}"),
+            format!(
+                "{} is outside {}",
+                of(value, unit),
+                of(format!("[{low}, {high}]"), unit)
+            ),
         ))
+    }
+}
+
+/// With its unit, if it has one.
+fn of(text: String, unit: &str) -> String {
+    if unit.is_empty() {
+        text
+    } else {
+        format!("{text} {unit}")
     }
 }
 
@@ -84,6 +101,8 @@ mod tests {
         );
         let small = Invalid::unless_between("tick_s", -5e-5, 1e-6, 1e9, "s").unwrap_err();
         assert_eq!(small.sentence, "-0.00005 s is outside [0.000001, 1000000000] s");
+        let bare = Invalid::unless_between("share", 2.0, 0.0, 1.0, "").unwrap_err();
+        assert_eq!(bare.sentence, "2 is outside [0, 1]");
         let positive = Invalid::unless_positive("gain", -1e300, "1").unwrap_err();
         assert_eq!(positive.sentence, "-1e300 1 must be finite and greater than 0 1");
     }

@@ -124,7 +124,9 @@ impl ScenarioText {
                 Some(load_material(&beside(folder, &material), at, &shown, text, scenario.amplifier)?.material);
         }
         if let Some(resonance) = scenario.rod.resonance.take() {
-            scenario.rod.two_pole = Some(resonance.two_pole());
+            let checked = resonance.validate().map(|()| resonance.two_pole());
+            let two_pole = checked.map_err(|invalid| refuse(&shown, text, &invalid.within("rod.resonance")))?;
+            scenario.rod.two_pole = Some(two_pole);
         }
         follow_material(&mut scenario, text);
         scenario.complete_plant();

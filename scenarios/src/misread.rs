@@ -39,7 +39,23 @@ pub fn sentence(text: &str, byte: usize, error: &Error) -> String {
     let field = source::read(text).map(|place| place.path_at(byte)).unwrap_or_default();
     let unit = UNITS.iter().find(|(ending, _)| field.ends_with(ending));
     let of_unit = unit.map_or_else(String::new, |(_, unit)| format!(" in {unit}"));
+    let (before, after) = text.split_at_checked(byte).unwrap_or((text, ""));
+    // What stands before the place as the begin of a number.
+    let number = &before[before
+        .trim_end_matches(|letter: char| letter.is_ascii_digit() || "+-.".contains(letter))
+        .len()..];
     let wanted = match error {
+        Error::ExpectedComma if !number.is_empty() && after.starts_with('.') => "a whole number".to_owned(),
+        Error::ExpectedComma if !number.is_empty() => {
+            let is_in = unit.map_or_else(String::new, |(_, unit)| format!("; it is in {unit}"));
+            return format!("{field}: a number stands alone, as {number}{is_in}");
+        }
+        Error::SuggestRawIdentifier(found) | Error::InvalidIdentifier(found)
+            if found.starts_with(|own: char| own.is_ascii_digit()) =>
+        {
+            return format!("a number has a point, not a comma, as 7.5; after the comma a name is wanted, not {found}");
+        }
+        Error::IntegerOutOfBounds => "a whole number, neither negative nor too large".to_owned(),
         Error::ExpectedInteger => "a whole number".to_owned(),
         Error::ExpectedFloat => format!("a number{of_unit}, such as 2.5 or 1e-3"),
         Error::ExpectedBoolean => "true or false".to_owned(),
@@ -119,6 +135,13 @@ mod tests {
             ),
             ("(sede: 1, inner: [])", &["sede", "is `seed` meant?"]),
             ("(seed: 1, inner: 3)", &["inner: Expected", "a list"]),
+            ("(seed: 1.5, inner: [])", &["seed: ", "a whole number"]),
+            ("(seed: -1, inner: [])", &["seed: ", "neither negative nor"]),
+            (
+                "(seed: 1, inner: [(rate_a_per_m_s: 7.5kA)])",
+                &["inner.0.rate_a_per_m_s: a number stands alone, as 7.5; it is in A/(m s)"],
+            ),
+            ("(inner: [(rate_a_per_m_s: 7,5)])", &["a point, not a comma"]),
         ] {
             let said = said(text);
             for word in words {

@@ -151,6 +151,11 @@ pub struct Resonance {
 }
 
 impl Resonance {
+    pub(crate) fn validate(self) -> Result<(), Invalid> {
+        Invalid::unless_positive("frequency_hz", self.frequency_hz, "Hz")?;
+        Invalid::unless_between("damping_ratio", self.damping_ratio, 0.0, 10.0, "")
+    }
+
     /// Its two poles.
     pub fn two_pole(self) -> TwoPole {
         let rate_per_s = std::f64::consts::TAU * self.frequency_hz;

@@ -39,6 +39,9 @@ pub struct DataArguments {
 /// A file that cannot be read or is no table, or a picture that cannot be written.
 pub fn run(arguments: &DataArguments) -> miette::Result<Ending> {
     let survey = Survey::of(&arguments.file, &arguments.table.reading()).map_err(|error| miette::miette!("{error}"))?;
+    if survey.tables.iter().all(|table| table.rows == 0) {
+        return Err(miette::miette!("{}: there is no row below its header", survey.file));
+    }
     if let Some(path) = &arguments.plot {
         plot(path, &survey)?;
     }
