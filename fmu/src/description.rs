@@ -78,7 +78,11 @@ fn write_all(
 }
 
 fn write_units(out: &mut String, all: &[Variable]) -> std::fmt::Result {
-    let units: BTreeSet<&str> = all.iter().map(|own| own.unit).filter(|unit| !unit.is_empty()).collect();
+    let units: BTreeSet<&str> = all
+        .iter()
+        .map(|own| &*own.unit)
+        .filter(|unit| !unit.is_empty())
+        .collect();
     writeln!(out, "  <UnitDefinitions>")?;
     for unit in units {
         writeln!(out, r#"    <Unit name="{unit}">"#)?;

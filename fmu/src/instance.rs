@@ -264,7 +264,7 @@ impl Instance {
             return Err(Refusal::new(format!("{name} cannot be set in the {}", mode.name())));
         }
         if variable.kind == FieldKind::F64 && !f64::from_bits(word).is_finite() {
-            let (value, unit) = (f64::from_bits(word), variable.unit);
+            let (value, unit) = (f64::from_bits(word), &variable.unit);
             let said = format!("{value} {unit}");
             return Err(Refusal::new(format!("{name} = {} must be finite", said.trim())));
         }

@@ -3,7 +3,7 @@
 use crate::kind::Kind;
 use crate::parameters::PARAMETERS;
 use anhyst_ipc::{Channel, FieldKind};
-use anhyst_scenario::Scenario;
+use anhyst_scenario::{Scenario, Units};
 
 /// What a variable is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,8 +40,8 @@ pub struct Variable {
     pub name: String,
     /// One sentence.
     pub doc: String,
-    /// As in messages; empty for counts, flags and ratios.
-    pub unit: &'static str,
+    /// Empty for counts, flags and ratios.
+    pub unit: String,
     /// Number or count.
     pub kind: FieldKind,
     /// What it is for.
@@ -59,11 +59,12 @@ const TRACKING_ERROR: u32 = 1;
 
 /// All variables of a part of the loop, in the order of their references.
 pub fn variables(kind: Kind, scenario: &Scenario) -> Vec<Variable> {
+    let units = scenario.units();
     let mut all = vec![Variable {
         reference: 0,
         name: "time".into(),
         doc: "Time since the start.".into(),
-        unit: "s",
+        unit: "s".into(),
         kind: FieldKind::F64,
         causality: Causality::Independent,
         place: Place::Time,
@@ -74,7 +75,7 @@ pub fn variables(kind: Kind, scenario: &Scenario) -> Vec<Variable> {
             reference: TRACKING_ERROR,
             name: "tracking_error_m".into(),
             doc: "Reference minus true displacement.".into(),
-            unit: "m",
+            unit: units.output.clone(),
             kind: FieldKind::F64,
             causality: Causality::Output,
             place: Place::TrackingError,
@@ -89,7 +90,7 @@ pub fn variables(kind: Kind, scenario: &Scenario) -> Vec<Variable> {
             reference: PARAMETERS_FROM + index as u32,
             name: parameter.name.into(),
             doc: parameter.doc.into(),
-            unit: parameter.unit,
+            unit: units.of_message(parameter.name, parameter.unit),
             kind: parameter.kind,
             causality: Causality::Parameter {
                 tunable: parameter.tunable.is_some(),
@@ -99,12 +100,12 @@ pub fn variables(kind: Kind, scenario: &Scenario) -> Vec<Variable> {
         });
     }
     for channel in Channel::ALL {
-        all.extend(of_channel(kind, channel, scenario));
+        all.extend(of_channel(kind, channel, scenario, &units));
     }
     all
 }
 
-fn of_channel(kind: Kind, channel: Channel, scenario: &Scenario) -> impl Iterator<Item = Variable> {
+fn of_channel(kind: Kind, channel: Channel, scenario: &Scenario, units: &Units) -> impl Iterator<Item = Variable> {
     let heard = kind.inputs().iter().find(|(own, _)| *own == channel);
     let said = kind.outputs().contains(&channel);
     let believed_a_per_m = scenario.material().map(|own| own.hysteresis.shape_a_per_m);
@@ -120,7 +121,7 @@ fn of_channel(kind: Kind, channel: Channel, scenario: &Scenario) -> impl Iterato
             reference: TOKENS_FROM + PER_CHANNEL * channel.number() as u32 + index as u32,
             name: format!("{channel}.{}", field.name),
             doc: field.doc.trim().into(),
-            unit: field.unit,
+            unit: units.of_message(field.name, field.unit),
             kind: field.kind,
             causality: if said { Causality::Output } else { Causality::Input },
             place: Place::Token(channel, index),

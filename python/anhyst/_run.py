@@ -39,10 +39,11 @@ class Tokens(Mapping):
     A channel is a dict of float64 arrays that own what was read: :meth:`table` gives them to Arrow without a copy.
     """
 
-    def __init__(self, tick_s: float, channels: dict[str, dict[str, np.ndarray]]):
+    def __init__(self, tick_s: float, channels: dict[str, dict[str, np.ndarray]], scenario: Scenario):
         self.tick_s = tick_s
         """Length of a tick, s."""
         self._channels = channels
+        self._scenario = scenario
 
     def __getitem__(self, channel: str) -> dict[str, np.ndarray]:
         return self._channels[channel]
@@ -63,7 +64,8 @@ class Tokens(Mapping):
         """A channel as an Arrow table, with units in the fields' metadata; its buffers are the arrays themselves."""
         import pyarrow as pa
 
-        units = {name: unit for of, name, unit, _ in _native.fields() if of == channel}
+        unit_of = self._scenario.unit_of
+        units = {name: unit_of(name, unit) for of, name, unit, _ in _native.fields() if of == channel}
         columns = self._channels[channel]
         about = [pa.field(name, pa.from_numpy_dtype(own.dtype), metadata={"unit": units.get(name, "")}) for name, own in columns.items()]
         return pa.Table.from_arrays([pa.array(own) for own in columns.values()], schema=pa.schema(about))
@@ -137,7 +139,7 @@ class Run:
             if not recordings:
                 raise _native.BadInput(f"{self.folder / 'recording.rrd'} is not there: the run was made without a recording")
             tick_s, channels = _native.read_tokens(recordings)
-            self._tokens = Tokens(tick_s, channels)
+            self._tokens = Tokens(tick_s, channels, self.scenario)
         return self._tokens
 
     def export(self, out: Path | None = None) -> tuple[_Path, _Path]:

@@ -88,6 +88,11 @@ impl Scenario {
         (units.input, units.output)
     }
 
+    /// Unit of a message's number in a run of this scenario; `unit` is what it has in one of a magnetostrictive rod.
+    fn unit_of(&self, field: &str, unit: &str) -> String {
+        self.scenario.units().of_message(field, unit)
+    }
+
     /// The material that the plant and the controller's side start from.
     #[getter]
     fn material(&self) -> PyResult<crate::material::Material> {

@@ -210,6 +210,13 @@ def test_systems_of_python_control():
     assert control.dcgain(rod)[0, 0] == pytest.approx(1.3724e-2 / 6.4251e7)
 
 
+def test_numbers_of_a_law_are_in_its_units(scenarios):
+    stage = anhyst.Scenario(scenarios / "piezo/sine.ron")
+    told = [("coil_field_a_per_m", "A/m"), ("magnetization_a_per_m", "A/m"), ("slope_m_per_a_per_m", "m/(A/m)"), ("temperature_k", "K")]
+    assert [stage.unit_of(*own) for own in told] == ["V", "m", "m/(V)", "K"]
+    assert anhyst.Scenario("built-in/milling.ron").unit_of("slope_m_per_a_per_m", "m/(A/m)") == "m/(A/m)"
+
+
 def test_tables_share_what_was_read():
     pa, pd = pytest.importorskip("pyarrow"), pytest.importorskip("pandas")
     run = anhyst.run("built-in/milling.ron", set={"duration_s": 0.2, "expect.settling_s": 0.1})

@@ -26,6 +26,29 @@ impl Default for Units {
     }
 }
 
+impl Units {
+    /// Of a message's number whose name there is `field` and whose unit is `unit`: what a law gives stands where a rod has its magnetization.
+    pub fn of_message(&self, field: &str, unit: &str) -> String {
+        if self.shape {
+            return unit.to_owned();
+        }
+        let input = if field.contains("magnetization") {
+            &self.output
+        } else {
+            &self.input
+        };
+        match unit {
+            "m" => self.output.clone(),
+            "A/m" => input.clone(),
+            "A/(m s)" => format!("{input}/s"),
+            "m/(A/m)" => format!("{}/({input})", self.output),
+            "1/(A/m)" => format!("1/({input})"),
+            "1/(A/m)^2" => format!("1/({input})^2"),
+            other => other.to_owned(),
+        }
+    }
+}
+
 impl Scenario {
     /// What its numbers are in.
     pub fn units(&self) -> Units {
