@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 /// `export`
 #[derive(Debug, Args)]
 pub struct ExportArguments {
-    /// Folder of the recorded run; with --fmu a scenario file.
+    /// Folder of the recorded run; with --fmu a scenario file, too.
     pub run: PathBuf,
     /// Folder of the results: run.csv (or as --format says), model.ron (default: the run's own); with --fmu the file to write (default: KIND.fmu).
     #[arg(long)]
@@ -45,7 +45,11 @@ pub fn run(arguments: &ExportArguments) -> miette::Result<Ending> {
         let usual = PathBuf::from(format!("{}.fmu", kind.name()));
         let out = arguments.out.as_ref().unwrap_or(&usual);
         let library = arguments.library.as_deref();
-        return super::export_fmu::run(kind, &arguments.run, library, out, arguments.json.json);
+        let file = match arguments.run.is_dir() {
+            true => RunFolder::open(&arguments.run).scenario(),
+            false => arguments.run.clone(),
+        };
+        return super::export_fmu::run(kind, &file, library, out, arguments.json.json);
     }
     let folder = RunFolder::open(&arguments.run);
     let scenario = load(&folder.scenario(), &[])?;

@@ -66,8 +66,15 @@ fn files_of(scenario: &mut Scenario) -> impl Iterator<Item = &mut PathBuf> {
     table.into_iter().chain(learned)
 }
 
+/// Says where it is, for whoever calls from another executable; what is not there is looked for.
+const LIBRARY_VARIABLE: &str = "ANHYST_FMU_LIBRARY";
+
 /// The library that was built with this executable: beside it, or where cargo puts what an executable needs.
 fn found_library() -> Result<PathBuf, RunError> {
+    let told = std::env::var_os(LIBRARY_VARIABLE).map(PathBuf::from);
+    if let Some(told) = told.filter(|told| told.is_file()) {
+        return Ok(told);
+    }
     let executable = std::env::current_exe().map_err(|error| RunError::Setup(error.to_string()))?;
     let folder = executable.parent().unwrap_or(Path::new("."));
     let found = [folder.join("deps").join(LIBRARY), folder.join(LIBRARY)]
