@@ -1,6 +1,7 @@
 //! What a run's page tells beside the error: where tip and reference were, how `a` was estimated, the guard's events, and how long
 //! which state lasted.
 
+use crate::last_turns::{LastTurns, Turns};
 use crate::windows::{Gathered, Windows};
 use anhyst_guard::Event;
 use anhyst_ipc::{Demand, Estimate, Measurement, SafeField};
@@ -104,6 +105,9 @@ pub struct Told {
     /// For the page alone: middles, s, with means in the place of sums.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     windows: Vec<(f64, Window)>,
+    /// For the page alone.
+    #[serde(default, skip_serializing_if = "Turns::is_empty")]
+    turns: Turns,
     /// Ticks and numbers of the guard's events, the first 64.
     pub events: Vec<(u64, u64)>,
     /// Names, ticks, first and last tick of the states that there were.
@@ -161,6 +165,7 @@ impl History {
         let lasted = self.states.iter().zip(STATES).filter(|(own, _)| own.ticks > 0);
         Told {
             windows: windows.map(|(time_s, own)| (time_s, own.with_means())).collect(),
+            turns: Turns::default(),
             events: self.events.clone(),
             states: lasted
                 .map(|(own, (name, ..))| (name.to_owned(), own.ticks, own.first_tick, own.last_tick))
@@ -189,15 +194,28 @@ fn whole(windows: &[(f64, &Window)], period_s: Option<f64>) -> Vec<(f64, Window)
 }
 
 impl Told {
-    /// As a program is told: without what is for pictures.
-    pub fn without_pictures(self) -> Self {
+    pub(crate) fn with_turns(self, turns: Option<&LastTurns>) -> Self {
         Self {
-            windows: Vec::new(),
+            turns: turns.map(LastTurns::told).unwrap_or_default(),
             ..self
         }
     }
 
-    /// Its sections of a page.
+    /// As a program is told: without what is for pictures.
+    pub fn without_pictures(self) -> Self {
+        Self {
+            windows: Vec::new(),
+            turns: Turns::default(),
+            ..self
+        }
+    }
+
+    /// The motion and its hysteresis, where it repeats.
+    pub(crate) fn last_turns(&self, units: &Units) -> Option<Section> {
+        (!self.turns.is_empty()).then(|| self.turns.section(units))
+    }
+
+    /// Its other sections of a page.
     pub fn sections(&self, tick_s: f64, units: &Units) -> Vec<Section> {
         let mut sections = Vec::new();
         if !self.windows.is_empty() {

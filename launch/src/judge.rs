@@ -7,6 +7,7 @@ use crate::error_between::Between;
 use crate::error_course::ErrorCourse;
 use crate::error_spectrum::ErrorSpectrum;
 use crate::history::History;
+use crate::last_turns::LastTurns;
 use crate::noticed::Noticing;
 use crate::verdict::{EstimatedParameters, LeastMargin, Verdict};
 use anhyst_controller::Trajectory;
@@ -41,6 +42,9 @@ pub struct Judge {
     /// Not written down: a table may be long, and whoever goes on has it.
     #[serde(skip)]
     trajectory: Option<Trajectory>,
+    /// Nor this: a picture may begin later.
+    #[serde(skip)]
+    turns: Option<LastTurns>,
     /// What is wanted is no more what was stated.
     #[serde(default)]
     departed: bool,
@@ -74,6 +78,7 @@ impl Judge {
             tolerances: Vec::new(),
             noticing: None,
             trajectory: None,
+            turns: None,
             departed: false,
             verdict: Verdict::default(),
         }
@@ -95,6 +100,9 @@ impl Judge {
         self.trajectory_judge = trajectory
             .as_ref()
             .and_then(|own| CourseJudge::new(own, &self.expect, self.tick_s));
+        self.turns = trajectory
+            .as_ref()
+            .and_then(|own| LastTurns::new(self.tick_s, own.turns_per_s(self.tick_s)?.recip()));
         self.trajectory = trajectory;
         self
     }
@@ -103,6 +111,7 @@ impl Judge {
     pub fn going_on(self, noted: Self) -> Self {
         Self {
             trajectory: self.trajectory,
+            turns: self.turns,
             ..noted
         }
     }
@@ -151,6 +160,9 @@ impl Judge {
         }
         let seen = (measured, truth.shape_a_per_m);
         self.history.observe(tick, seen, (demand, estimate, field));
+        if let Some(turns) = &mut self.turns {
+            turns.observe(tick, measured, demand);
+        }
         let verdict = &mut self.verdict;
         verdict.field_peak_a_per_m = verdict.field_peak_a_per_m.max(field.field_a_per_m.abs());
         verdict.coil_field_peak_a_per_m = verdict.coil_field_peak_a_per_m.max(coil.field_a_per_m.abs());
@@ -267,7 +279,7 @@ impl Judge {
             a_error_rms_a_per_m: mean(self.shape_error_sum_of_squares),
             judged_ticks: self.samples,
             error_course: self.course.windows(self.tick_s),
-            history: self.history.told(self.tick_s, turn_s),
+            history: self.history.told(self.tick_s, turn_s).with_turns(self.turns.as_ref()),
             between: self.between.error(),
             trajectory: self.trajectory_judge.as_ref().map(CourseJudge::verdict),
             error_lines: self.spectrum.as_ref().map(ErrorSpectrum::lines).unwrap_or_default(),

@@ -18,6 +18,7 @@ mod fault_injector;
 pub mod folder;
 pub mod history;
 pub mod judge;
+mod last_turns;
 pub mod launcher;
 pub mod loop_section;
 pub mod measured_table;

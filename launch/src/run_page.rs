@@ -91,6 +91,7 @@ fn page(scenario: &Scenario, summary: &Summary) -> Page {
     let own = &summary.verdict;
     let own = own.trajectory.as_ref().map(|course| course.section(&own.units.output));
     let sections = [
+        summary.verdict.history.last_turns(&summary.verdict.units),
         own,
         spectrum(&summary.verdict),
         crate::loop_section::loop_section(scenario),
