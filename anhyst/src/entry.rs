@@ -19,6 +19,11 @@ pub enum Unread {
 }
 
 impl Unread {
+    /// Not help nor version.
+    fn is_refusal(&self) -> bool {
+        !matches!(self, Self::Clap(error) if error.exit_code() == 0)
+    }
+
     /// In words, without colours.
     pub fn sentence(&self) -> String {
         match self {
@@ -26,6 +31,14 @@ impl Unread {
             Self::Clap(error) => error.to_string().trim_end().to_owned(),
         }
     }
+}
+
+/// For programs: `{"message": …}`, with file and place where it has them.
+fn as_json(report: &miette::Report) -> String {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    let _ = miette::JSONReportHandler::new().render_report(&mut text, report.as_ref());
+    text
 }
 
 /// Reads a command; the first word is the program's name.
@@ -48,8 +61,13 @@ pub fn main(words: &[OsString]) -> u8 {
     let _ = miette::set_hook(Box::new(|_| {
         Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).build())
     }));
+    let json = words.iter().any(|word| word == "--json");
     let command = match read(words) {
         Ok(command) => command,
+        Err(unread) if json && unread.is_refusal() => {
+            crate::complain!("{}", as_json(&miette::miette!("{}", unread.sentence())));
+            return BAD_INPUT;
+        }
         Err(Unread::Clap(error)) => {
             let _ = error.print();
             return u8::try_from(error.exit_code()).unwrap_or(BAD_INPUT);
@@ -61,6 +79,10 @@ pub fn main(words: &[OsString]) -> u8 {
     };
     match perform(&command) {
         Ok(ending) => ending.status(),
+        Err(report) if json => {
+            crate::complain!("{}", as_json(&report));
+            status(&report)
+        }
         Err(report) => {
             crate::complain!("{report:?}");
             status(&report)

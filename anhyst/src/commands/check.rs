@@ -3,9 +3,10 @@
 use super::Ending;
 use crate::arguments::{JsonArgument, ScenarioArguments};
 use anhyst_launch::claim::claimed;
+use anhyst_launch::disk::{free_bytes, mebibytes};
 use anhyst_launch::error::RunError;
 use anhyst_launch::loop_section::{loop_section, margins_table};
-use anhyst_launch::resources::SHARED_MEMORY_BYTES;
+use anhyst_launch::resources::{SHARED_MEMORY_BYTES, shared_memory_left};
 use anhyst_report::number::{Digits, Si};
 use anhyst_report::page::Page;
 use anhyst_report::table::Table;
@@ -64,7 +65,7 @@ pub fn run(arguments: &CheckArguments) -> miette::Result<Ending> {
             "samples_per_resonance": scenario.samples_per_resonance(),
             "foresight": foresight,
             "cost": cost,
-            "warnings": scenario.warnings(),
+            "warnings": scenario.warnings().into_iter().chain(cost.beyond(arguments.out.as_deref())).collect::<Vec<_>>(),
         });
         crate::say!("{finding:#}");
         return Ok(Ending::Held);
@@ -80,7 +81,11 @@ pub fn run(arguments: &CheckArguments) -> miette::Result<Ending> {
         Some(margins) => crate::say!("{}", margins_table(&margins).terminal()),
         None => crate::say!("no feedback: no loop is closed"),
     }
-    for warning in scenario.warnings() {
+    for warning in scenario
+        .warnings()
+        .into_iter()
+        .chain(cost.beyond(arguments.out.as_deref()))
+    {
         crate::say!("warning: {warning}");
     }
     Ok(Ending::Held)
@@ -106,6 +111,23 @@ struct Cost {
     /// Kept until the end: the digests.
     memory_bytes: u64,
     shared_memory_bytes: u64,
+}
+
+impl Cost {
+    /// What this machine has not got, in sentences; the results go to `out`, or below the working directory.
+    fn beyond(&self, out: Option<&Path>) -> Vec<String> {
+        let folder = std::env::current_dir()
+            .unwrap_or_default()
+            .join(out.unwrap_or(Path::new("")));
+        let disk = free_bytes(&folder).filter(|free| *free < self.disk_bytes).map(|free| {
+            let [needed, free] = [self.disk_bytes, free].map(mebibytes);
+            format!("the run writes {needed}, and the disk has {free} left: --no-recording and recording.ring_s make it less")
+        });
+        let shared = (self.shared_memory_bytes > 0)
+            .then(|| shared_memory_left().err())
+            .flatten();
+        disk.into_iter().chain(shared).collect()
+    }
 }
 
 /// From a few thousand ticks of the loop in this process.
@@ -140,8 +162,11 @@ fn cost(scenario: &Scenario) -> Result<Cost, RunError> {
 fn foresight_table(scenario: &Scenario, foresight: &Foresight, cost: &Cost) -> Table {
     let units = scenario.units();
     let (input, output) = (units.input.as_str(), units.output.as_str());
-    let ends = |[low, high]: [f64; 2]| format!("{} to {}", Si(low, output), Si(high, output));
-    let mebibytes = |bytes: u64| format!("{} MiB", Digits(bytes as f64 / f64::from(1 << 20), 3));
+    // What is nothing beside the rest is nothing.
+    let ends = |[low, high]: [f64; 2]| {
+        let plain = |end: f64| if end.abs() < 1e-9 * (high - low) { 0.0 } else { end };
+        format!("{} to {}", Si(plain(low), output), Si(plain(high), output))
+    };
     let mut table = Table::default();
     let mut row = |name: &str, value: String| table.push([name.to_owned(), value]);
     let samples = 1.0 / (foresight.resonance_hz * scenario.tick_s);

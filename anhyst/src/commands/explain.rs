@@ -32,6 +32,9 @@ pub const PAGES: [(&str, &str); 18] = [
     ("bridge", include_str!("../../../docs/bridge.md")),
 ];
 
+/// Sections that are shown of a topic that only stands somewhere in them.
+const MOST_MENTIONS: usize = 5;
+
 /// A heading and what stands below it, up to the next.
 struct Section<'a> {
     page: &'static str,
@@ -118,6 +121,21 @@ pub fn explained(topic: &str) -> String {
     text
 }
 
+/// Paragraphs, list items and table rows in which the topic stands somewhere; no more than `most`.
+fn mentions(topic: &str, most: usize) -> String {
+    let topic = format!(" {} ", plain(topic));
+    let of_section = |own: Section<'static>| {
+        let blocks = own.text.split("\n\n").flat_map(|block| {
+            let row_or_item = if block.starts_with('|') { "\n" } else { "\n- " };
+            block.split(row_or_item)
+        });
+        let said = blocks.filter(|block| format!(" {} ", plain(block)).contains(&topic));
+        let said: Vec<&str> = said.collect();
+        (!said.is_empty()).then(|| format!("# {} (docs/{}.md)\n\n{}\n\n", own.heading, own.page, said.join("\n\n")))
+    };
+    sections().filter_map(of_section).take(most).collect()
+}
+
 fn first_heading(page: &str) -> &'static str {
     sections().find(|own| own.page == page).map_or("", |own| own.heading)
 }
@@ -155,6 +173,11 @@ pub fn run(arguments: &ExplainArguments, all: &clap::Command) -> miette::Result<
     }
     let text = explained(&topic);
     let text = if text.is_empty() { options(all, &topic) } else { text };
+    let text = if text.is_empty() {
+        mentions(&topic, MOST_MENTIONS)
+    } else {
+        text
+    };
     if !text.is_empty() {
         crate::say!("{}", text.trim_end());
         return Ok(Ending::Held);
@@ -198,5 +221,14 @@ mod tests {
             assert!(text.contains(answer), "{topic}: {text}");
         }
         assert_eq!(explained("no such thing"), "");
+        for (topic, answer) in [
+            ("gain margin", "may be multiplied"),
+            ("NRMSE", "measured range"),
+            ("phase margin", "turn"),
+        ] {
+            let text = explained(topic) + &mentions(topic, MOST_MENTIONS);
+            assert!(text.contains(answer), "{topic}: {text}");
+        }
+        assert_eq!(mentions("no such thing", MOST_MENTIONS), "");
     }
 }

@@ -26,7 +26,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 pub struct BenchArguments {
     /// Whose loop is measured.
-    #[arg(default_value = "scenarios/milling.ron")]
+    #[arg(default_value = "built-in/milling.ron")]
     pub scenario: PathBuf,
     /// What is changed in it.
     #[command(flatten)]
