@@ -27,6 +27,9 @@ const LIKELY: f64 = 100.0;
 /// Delays within this share are alike.
 const ALIKE: f64 = 0.04;
 const MAX_ALTERNATIVES: usize = 4;
+/// Rounds in which a level settles, to such a share.
+const MAX_ROUNDS: u32 = 40;
+const SETTLED: f64 = 1e-12;
 /// Corners that are looked for, as shares of the sampling rate.
 const MIN_CORNER: f64 = 0.03;
 const MAX_CORNER: f64 = 0.46;
@@ -59,15 +62,21 @@ impl LowPass {
         }
     }
 
-    /// Of the power at a frequency.
-    fn power(&self, frequency_hz: f64, tick_s: f64) -> f64 {
+    /// Of the power at shares of the sampling rate.
+    fn powers(&self, shares: &[f64], tick_s: f64) -> Vec<f64> {
         let of = |ratio: f64| 1.0 / (1.0 + ratio.powi(2 * self.order as i32));
+        let corner = self.corner_hz * tick_s;
         if self.is_circuit {
-            let rate = 1.0 / tick_s;
-            let folded = [frequency_hz, rate - frequency_hz, rate + frequency_hz];
-            folded.iter().map(|own| of(own / self.corner_hz)).sum()
+            let folded = |share: f64| {
+                [share, 1.0 - share, 1.0 + share]
+                    .map(|own| of(own / corner))
+                    .iter()
+                    .sum()
+            };
+            shares.iter().map(|share| folded(*share)).collect()
         } else {
-            of((PI * frequency_hz * tick_s).tan() / (PI * self.corner_hz * tick_s).tan())
+            let at_corner = (PI * corner).tan();
+            shares.iter().map(|share| of((PI * share).tan() / at_corner)).collect()
         }
     }
 
@@ -168,30 +177,31 @@ impl LowPass {
             return Vec::new();
         };
         let rate = 1.0 / tick_s;
-        let lines: Vec<(f64, f64)> = levels
+        let lines = levels
             .iter()
             .enumerate()
-            .map(|(line, level)| ((line + 1) as f64 / WINDOW as f64, *level))
-            .filter(|(share, _)| *share > from && *share < 0.49)
-            .map(|(share, level)| (share * rate, level))
-            .collect();
+            .map(|(line, level)| ((line + 1) as f64 / WINDOW as f64, *level));
+        let (shares, lines): (Vec<f64>, Vec<f64>) = lines.filter(|(share, _)| *share > from && *share < 0.49).unzip();
         let windows = (residual.len() / WINDOW) as f64;
         let floor = resolution * resolution / 12.0;
         // −ln L with the level A profiled out by rounds of A ← mean of (P/shape) weighted; floor fixed.
-        let cost = |shape: &dyn Fn(f64) -> f64, floor: f64| {
-            let lines: Vec<(f64, f64)> = lines.iter().map(|(f, p)| (shape(*f), *p)).collect();
-            let mut level = lines.iter().map(|(_, p)| p).sum::<f64>() / lines.len() as f64;
-            for _ in 0..40 {
+        let cost = |shapes: &[f64], floor: f64| {
+            let mut level = lines.iter().sum::<f64>() / lines.len() as f64;
+            for _ in 0..MAX_ROUNDS {
                 let (mut above, mut below) = (0.0, 0.0);
-                for (shape, p) in &lines {
+                for (shape, p) in shapes.iter().zip(&lines) {
                     let s = level * shape + floor;
                     let weight = shape / (s * s);
                     above += weight * (p - floor);
                     below += weight * shape;
                 }
+                let before = level;
                 level = (above / below).max(1e-6 * level);
+                if (level - before).abs() <= SETTLED * before {
+                    break;
+                }
             }
-            let sum = lines.iter().map(|(shape, p)| {
+            let sum = shapes.iter().zip(&lines).map(|(shape, p)| {
                 let s = level * shape + floor;
                 s.ln() + p / s
             });
@@ -199,13 +209,22 @@ impl LowPass {
             windows * QUIET * sum.sum::<f64>()
         };
         // Noise of the sensor and a misfit that falls above: white, and a power of the frequency beside it.
-        let white = lines.iter().map(|(_, p)| *p).fold(f64::INFINITY, f64::min);
-        let floors = (0..=24).map(|step| floor + white * 10.0_f64.powf(f64::from(step - 12) / 12.0));
-        let slanted = floors.flat_map(|floor| (1..=8).map(move |power| (floor, f64::from(power))));
-        let slanted = slanted.map(|(floor, power)| cost(&|f: f64| (f * tick_s).powf(-power), floor));
-        let plain = slanted.fold(cost(&|_| 1.0, floor), f64::min);
+        let white = lines.iter().copied().fold(f64::INFINITY, f64::min);
+        let slanted = (1..=8).flat_map(|power: i32| {
+            let shapes: Vec<f64> = shares.iter().map(|share| share.powi(-power)).collect();
+            let floors = (-12..=12).map(|step| floor + white * 10.0_f64.powf(f64::from(step) / 12.0));
+            floors.map(|floor| cost(&shapes, floor)).collect::<Vec<f64>>()
+        });
+        let plain = slanted.fold(cost(&vec![1.0; lines.len()], floor), f64::min);
         let at = |low_pass: &LowPass| {
-            let with = |pink: f64| cost(&|f: f64| low_pass.power(f, tick_s) * (1.0 + pink / (f * tick_s)), floor);
+            let powers = low_pass.powers(&shares, tick_s);
+            let with = |pink: f64| {
+                let shapes = powers
+                    .iter()
+                    .zip(&shares)
+                    .map(|(power, share)| power * (1.0 + pink / share));
+                cost(&shapes.collect::<Vec<f64>>(), floor)
+            };
             PINK.map(with).into_iter().fold(f64::INFINITY, f64::min)
         };
         let best_of = |family: LowPass, corners: &mut dyn Iterator<Item = f64>| {
