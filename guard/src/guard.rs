@@ -139,7 +139,7 @@ impl Guard {
         reset_ticks.sort_unstable_by(|one, other| other.cmp(one));
         Ok(Self {
             limits: Limits {
-                field_limit_a_per_m: settings.acting_field_limit_a_per_m(),
+                ends_a_per_m: settings.field_ends_a_per_m(),
                 step_limit_a_per_m: settings.slew_limit_a_per_m_s.map(|slew| slew * tick_s),
             },
             ramp_step_a_per_m: settings.ramp_slew_a_per_m_s() * tick_s,
@@ -165,8 +165,7 @@ impl Guard {
     /// The same with what others believe of the loop.
     #[must_use]
     pub fn believing(mut self, beliefs: &Beliefs) -> Self {
-        self.watch
-            .believing(beliefs, self.limits.field_limit_a_per_m, self.tick_s);
+        self.watch.believing(beliefs, self.limits.ends_a_per_m[1], self.tick_s);
         self
     }
 
@@ -359,8 +358,7 @@ impl Guard {
 
     /// A tick of Returning: the command, and what is left of the difference that there was.
     fn approach(&mut self, command_a_per_m: f64) -> Limited {
-        let limit = self.limits.field_limit_a_per_m;
-        let wanted = command_a_per_m.clamp(-limit, limit);
+        let wanted = self.limits.clipped(command_a_per_m);
         let before = self.offset_a_per_m.unwrap_or(self.field_a_per_m - wanted);
         let left = before - before.clamp(-self.ramp_step_a_per_m, self.ramp_step_a_per_m);
         // The command itself once it is reached: a difference of nothing must not round.

@@ -15,6 +15,9 @@ pub(crate) const DIVERGING_TICKS: u64 = 100;
 pub struct GuardSettings {
     /// Largest magnitude of the field that may leave the guard.
     pub field_limit_a_per_m: f64,
+    /// The lowest field that may leave the guard, 0 or below; none: as far as the limit. A piezo stack must not be driven far below 0.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lowest_field_a_per_m: Option<f64>,
     /// Largest magnitude of the field's rate, or none.
     #[serde(default)]
     pub slew_limit_a_per_m_s: Option<f64>,
@@ -88,6 +91,13 @@ impl GuardSettings {
         of_current.map_or(self.field_limit_a_per_m, |limit| limit.min(self.field_limit_a_per_m))
     }
 
+    /// Ends of the field that act.
+    pub fn field_ends_a_per_m(&self) -> [f64; 2] {
+        let limit = self.acting_field_limit_a_per_m();
+        let lowest = self.lowest_field_a_per_m.unwrap_or(-limit);
+        [lowest.max(-limit), limit]
+    }
+
     /// Ticks from the first faulty token until the event is raised, its tick included; `None` if nobody watches for it.
     pub fn detection_ticks(&self, event: Event, tick_s: f64) -> Option<u64> {
         match event {
@@ -135,6 +145,10 @@ impl GuardSettings {
         // A limit near the largest number would let differences of two permitted fields overflow.
         Invalid::unless_between("field_limit_a_per_m", limit, 0.0, 1e9, "A/m")?;
         Invalid::unless_between("safe_field_a_per_m", self.safe_field_a_per_m, -limit, limit, "A/m")?;
+        if let Some(lowest) = self.lowest_field_a_per_m {
+            let most = self.safe_field_a_per_m.min(0.0);
+            Invalid::unless_between("lowest_field_a_per_m", lowest, -limit, most, "A/m")?;
+        }
         Invalid::unless_positive("ramp_time_s", self.ramp_time_s, "s")?;
         if self.ramp_time_s < tick_s {
             return Err(Invalid::new(

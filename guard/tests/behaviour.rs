@@ -274,10 +274,12 @@ fn faults_on_the_way_back_ramp_again() {
 #[test]
 fn settings_are_validated_together() {
     type Case = (&'static str, fn(&mut GuardSettings));
-    let cases: [Case; 8] = [
+    let cases: [Case; 10] = [
         ("field_limit_a_per_m", |s| s.field_limit_a_per_m = 0.0),
         ("field_limit_a_per_m", |s| s.field_limit_a_per_m = f64::MAX),
         ("safe_field_a_per_m", |s| s.safe_field_a_per_m = 30_000.0),
+        ("lowest_field_a_per_m", |s| s.lowest_field_a_per_m = Some(1.0)),
+        ("lowest_field_a_per_m", |s| s.lowest_field_a_per_m = Some(-20_001.0)),
         ("ramp_time_s", |s| s.ramp_time_s = 1e-5),
         ("ramp_time_s", |s| s.slew_limit_a_per_m_s = Some(1e6)),
         ("slew_limit_a_per_m_s", |s| s.slew_limit_a_per_m_s = Some(f64::NAN)),

@@ -30,22 +30,36 @@ fn tokens() -> impl Strategy<Value = (Vec<u64>, Vec<u64>, u64, u64, bool)> {
 }
 
 fn settings() -> impl Strategy<Value = GuardSettings> {
-    (1.0..1e5f64, 0.0..1.0f64, 1e-4..0.05f64, any::<bool>(), any::<bool>()).prop_map(
-        |(limit, safe_part, ramp_time_s, slews, watches)| GuardSettings {
-            field_limit_a_per_m: limit,
-            slew_limit_a_per_m_s: slews.then_some(2.5 * limit / ramp_time_s),
-            safe_field_a_per_m: limit * (2.0 * safe_part - 1.0),
-            ramp_time_s,
-            max_age_ticks: 3,
-            jump_limit_m: watches.then_some(1.0),
-            stuck: watches.then_some(StuckSettings {
-                ticks: 2,
-                field_change_a_per_m: limit / 10.0,
-            }),
-            monitors: Monitors::default(),
-            reactions: Responses::default(),
-        },
+    let lowest = prop::option::of(0.0..=1.0f64);
+    (
+        1.0..1e5f64,
+        0.0..1.0f64,
+        1e-4..0.05f64,
+        any::<bool>(),
+        any::<bool>(),
+        lowest,
     )
+        .prop_map(
+            |(limit, safe_part, ramp_time_s, slews, watches, lowest)| GuardSettings {
+                field_limit_a_per_m: limit,
+                // From the limit's negative to what the safe field permits.
+                lowest_field_a_per_m: lowest.map(|share| {
+                    let most = (limit * (2.0 * safe_part - 1.0)).min(0.0);
+                    (most - share * (limit + most)).max(-limit)
+                }),
+                slew_limit_a_per_m_s: slews.then_some(2.5 * limit / ramp_time_s),
+                safe_field_a_per_m: limit * (2.0 * safe_part - 1.0),
+                ramp_time_s,
+                max_age_ticks: 3,
+                jump_limit_m: watches.then_some(1.0),
+                stuck: watches.then_some(StuckSettings {
+                    ticks: 2,
+                    field_change_a_per_m: limit / 10.0,
+                }),
+                monitors: Monitors::default(),
+                reactions: Responses::default(),
+            },
+        )
 }
 
 proptest! {
@@ -71,9 +85,10 @@ proptest! {
             let (safe,) = guard.step(tick, (Now(command), Now(measurement), demand, estimate));
             let field = safe.field_a_per_m;
             prop_assert!(field.is_finite(), "{field} A/m");
-            prop_assert!(field.abs() <= limit, "{field} A/m is beyond {limit} A/m");
+            let lowest = settings.lowest_field_a_per_m.unwrap_or(-limit);
+            prop_assert!((lowest..=limit).contains(&field), "{field} A/m is beyond {lowest} to {limit} A/m");
             let slew_limit = settings.slew_limit_a_per_m_s.unwrap_or(f64::INFINITY);
-            let command = command.field_a_per_m.clamp(-limit, limit);
+            let command = command.field_a_per_m.clamp(lowest, limit);
             // On the way back the field moves as the command does, and a ramp's step besides.
             let follows = state == State::Returning && command.is_finite() && command_before.is_finite();
             let with_command = if follows { (command - command_before).abs() } else { 0.0 };
@@ -122,7 +137,8 @@ proptest! {
         let mut before = 0.0;
         for safe in [first, second, third] {
             let field: f64 = safe.field_a_per_m;
-            prop_assert!(field.is_finite() && field.abs() <= limit, "{field} A/m, limit {limit} A/m");
+            let lowest = settings.lowest_field_a_per_m.unwrap_or(-limit);
+            prop_assert!((lowest..=limit).contains(&field), "{field} A/m, limits {lowest} to {limit} A/m");
             prop_assert!((field - before).abs() <= slew * TICK_S + limit * f64::EPSILON, "from {before} to {field} A/m");
             before = field;
         }

@@ -9,6 +9,7 @@ pub const TICK_S: f64 = 5e-5;
 pub fn settings() -> GuardSettings {
     GuardSettings {
         field_limit_a_per_m: 20_000.0,
+        lowest_field_a_per_m: None,
         slew_limit_a_per_m_s: Some(2e8),
         safe_field_a_per_m: 0.0,
         ramp_time_s: 0.005,
