@@ -221,6 +221,29 @@ fn gaps_holes_and_a_sign_are_told() {
         "{:?}",
         part.remarks
     );
+    // What is advised is what is proposed.
+    let turned = part
+        .columns
+        .iter()
+        .any(|own| own.starts_with("displacement=displacement_um*-"));
+    assert!(turned, "{:?}", part.columns);
+}
+
+/// Guards against a drive that is called x: letters alone count where both sides have one, else the one that comes first drives.
+#[test]
+fn letters_alone_do_not_say_who_drives() {
+    for (header, proposed) in [
+        ("t,x,y", ["input=x", "output=y"]),
+        ("A,B,C", ["input=B", "output=C"]),
+        ("t,u,x", ["voltage=u", "displacement=x*0.000001"]),
+    ] {
+        let rig = Rig::new(header, |time_s, drive, answer| {
+            format!("{time_s},{},{}", 50.0 * drive, 20.0 * answer)
+        });
+        let columns = rig.survey(&[]).columns;
+        let has = |own: &str| columns.iter().any(|column| column == own);
+        assert!(proposed.iter().all(|own| has(own)), "{header}: {columns:?}");
+    }
 }
 
 /// Guards a log with a few cells that are no numbers: its columns are told all the same, and what is proposed reads it.

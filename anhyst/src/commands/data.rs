@@ -79,8 +79,13 @@ fn print(table: &SurveyedTable, of: &str, file: &str) {
     }
     crate::say!("{}", listed.terminal());
     for gap in table.clock.iter().flat_map(|clock| &clock.listed) {
-        let (from, to) = (Si(gap.from_s, "s"), Si(gap.to_s, "s"));
-        crate::say!("gap before row {}: {from} to {to}, {} missing", gap.row, gap.missing);
+        let [from, to] = [gap.from_s, gap.to_s].map(|time_s| Si(time_s, "s").to_string());
+        let between = if from == to {
+            format!("at {from}")
+        } else {
+            format!("{from} to {to}")
+        };
+        crate::say!("gap before row {}: {between}, {} missing", gap.row, gap.missing);
     }
     let more = table.clock.as_ref().map_or(0, |clock| clock.gaps - clock.listed.len());
     if more > 0 {

@@ -38,12 +38,12 @@ fn instant(text: &str) -> Option<Timestamp> {
 }
 
 /// A cell of a row of units has no number in it, and most cells of the row are units.
-fn is_units(record: &StringRecord, below: &StringRecord, number: impl Fn(&str) -> Option<f64>) -> bool {
+fn is_units(record: &StringRecord, below: Option<&StringRecord>, number: impl Fn(&str) -> Option<f64>) -> bool {
     let filled = || record.iter().filter(|cell| !cell.is_empty());
     let known = filled().filter(|cell| is_unit(cell)).count();
     filled().all(|cell| number(cell).is_none() && instant(cell).is_none())
         && 2 * known > filled().count()
-        && below.iter().any(|cell| number(cell).is_some())
+        && below.is_none_or(|below| below.iter().any(|cell| number(cell).is_some()))
 }
 
 fn number_in(text: &str, decimal_comma: bool) -> Option<f64> {
@@ -83,8 +83,8 @@ pub(super) fn read(file: &Path, bytes: Vec<u8>) -> Result<(Vec<String>, Rows), M
     let mut records = reader.records().collect::<Result<Vec<_>, _>>().map_err(not_csv)?;
     let decimal_comma = delimiter != b',';
     let mut headers = names.clone();
-    if let [first, second, ..] = &records[..]
-        && is_units(first, second, |cell| number_in(cell, decimal_comma))
+    if let Some(first) = records.first()
+        && is_units(first, records.get(1), |cell| number_in(cell, decimal_comma))
     {
         for (header, unit) in headers.iter_mut().zip(first).filter(|(_, unit)| !unit.is_empty()) {
             *header = format!("{header} [{}]", unit.trim_matches(['[', ']', '(', ')']));

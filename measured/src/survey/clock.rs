@@ -28,7 +28,7 @@ pub struct Clock {
 /// Rows that are missing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ClockGap {
-    /// The first row after it, from 0.
+    /// The first row of the file after it, from 0.
     pub row: usize,
     pub from_s: f64,
     pub to_s: f64,

@@ -148,19 +148,27 @@ fn table(mut sheet: Sheet, read: bool, options: &RunReadOptions) -> SurveyedTabl
     let time = taken.iter().find(|own| own.quantity == Quantity::Time);
     let clock = time.filter(|_| rows.len() > 1).map(|own| {
         let time_s: Vec<f64> = channels[own.channel].in_si().collect();
-        Clock::of(&time_s)
+        let mut clock = Clock::of(&time_s);
+        clock.listed.iter_mut().for_each(|gap| gap.row = rows[gap.row]);
+        clock
     });
     let given: Vec<String> = sheet.mappings.iter().map(ToString::to_string).collect();
     let columns: Vec<String> = taken.into_iter().filter_map(|own| own.option).collect();
     // What the user leaves out is said, too.
     let left_out = given.iter().filter(|own| own.ends_with("=-"));
-    let columns: Vec<String> = columns.iter().chain(left_out).cloned().collect();
+    let mut columns: Vec<String> = columns.iter().chain(left_out).cloned().collect();
     let uses = if read {
         // Words that we wrote are words that are read.
         sheet.mappings = columns.iter().filter_map(|own| own.parse().ok()).collect();
-        let (uses, more) = uses::uses(sheet, &options);
-        remarks.extend(more);
-        uses
+        let said = uses::uses(sheet, &options);
+        remarks.extend(said.remarks);
+        // What is advised is what is proposed.
+        for turned in said.turned {
+            let key = turned.split_inclusive('=').next().unwrap_or_default().to_owned();
+            columns.retain(|own| !own.starts_with(&key));
+            columns.push(turned);
+        }
+        said.uses
     } else {
         Vec::new()
     };

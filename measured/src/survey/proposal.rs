@@ -142,6 +142,14 @@ impl Proposal<'_> {
                 (None, []) => {}
             }
         }
+        // Letters alone say which side they are on only where both sides are named: of x and y the one that comes first drives.
+        let taken = self.taken.iter().map(|own| own.quantity);
+        let named: Vec<Quantity> = taken.chain(guesses.iter().map(|own| own.2)).collect();
+        let both = [&INPUTS[..], &OUTPUTS[..]].map(|side| named.iter().any(|quantity| side.contains(quantity)));
+        let is_side = |quantity: &Quantity| INPUTS.contains(quantity) || OUTPUTS.contains(quantity);
+        guesses.retain(|(worth, channel, quantity)| {
+            both == [true; 2] || *worth > 1 || !self.said[*channel].by_letter || !is_side(quantity)
+        });
         guesses.sort_by_key(|(worth, channel, _)| (std::cmp::Reverse(*worth), *channel));
         for (worth, channel, quantity) in guesses {
             let own = &self.channels[channel];

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use crate::check::{FindingKind, first_things};
+use crate::check::{Finding, FindingKind, first_things};
 use crate::error::MeasuredError;
 use crate::quantity::Quantity;
 use crate::run::{LAW_INPUTS, LAW_OUTPUTS, MeasuredRun, OF_LOOPS, OUTPUTS, RunReadOptions};
@@ -39,8 +39,16 @@ impl Use {
     }
 }
 
-/// Of a table with its mappings; and remarks on the run that it is.
-pub(super) fn uses(mut sheet: Sheet, options: &RunReadOptions) -> (Vec<Use>, Vec<String>) {
+/// What is said of a table that is read as proposed.
+pub(super) struct Said {
+    pub uses: Vec<Use>,
+    pub remarks: Vec<String>,
+    /// Columns with the other sign, as they are to be read instead.
+    pub turned: Vec<String>,
+}
+
+/// Of a table with its mappings.
+pub(super) fn uses(mut sheet: Sheet, options: &RunReadOptions) -> Said {
     let run = MeasuredRun::of(&sheet, options);
     let records = MeasuredRun::records_of(&sheet, options);
     // Who fits loops names no others.
@@ -75,14 +83,19 @@ pub(super) fn uses(mut sheet: Sheet, options: &RunReadOptions) -> (Vec<Use>, Vec
     for record in records.iter().flatten() {
         remarks.extend(record.doubts.iter().cloned());
     }
-    if let Ok(run) = &run {
-        remarks.extend(odd(run));
+    let odd = run.as_ref().map(odd).unwrap_or_default();
+    let of_sign = odd.iter().filter(|finding| finding.kind == FindingKind::Sign);
+    let turned = of_sign.flat_map(|finding| finding.amended_columns.clone()).collect();
+    remarks.extend(odd.into_iter().map(|finding| finding.sentence));
+    Said {
+        uses,
+        remarks: remarks.into_iter().collect(),
+        turned,
     }
-    (uses, remarks.into_iter().collect())
 }
 
 /// What is wrong with a run if its outputs follow what drives it; a sign, a stuck channel, a shift.
-fn odd(run: &MeasuredRun) -> Vec<String> {
+fn odd(run: &MeasuredRun) -> Vec<Finding> {
     let Some(drive) = run.inputs().next() else {
         return Vec::new();
     };
@@ -110,7 +123,7 @@ fn odd(run: &MeasuredRun) -> Vec<String> {
         let of_output = OUTPUTS.contains(&finding.channel);
         !(finding.kind == FindingKind::Scale && of_output) && (of_output || driven == *run)
     });
-    told.map(|finding| finding.sentence).collect()
+    told.collect()
 }
 
 /// Standard deviation and mean.

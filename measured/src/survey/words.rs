@@ -87,6 +87,8 @@ const NOT_MEASURED: &[&str] = &[
 pub(super) struct Said {
     /// By a word.
     pub word: Option<Quantity>,
+    /// The word is one letter.
+    pub by_letter: bool,
     /// Quantities that have the unit it ends with.
     pub units: Vec<(Quantity, &'static Unit)>,
     /// Nobody measured it.
@@ -112,7 +114,9 @@ impl Said {
             own.map(String::len).max()
         };
         let of = |list: &'static [(Quantity, &[&str])]| list.iter().filter(named).max_by_key(longest);
-        let word = of(WORDS).or_else(|| of(ANY)).map(|(quantity, _)| *quantity);
+        let entry = of(WORDS).or_else(|| of(ANY));
+        let by_letter = entry.and_then(|own| longest(&own)) == Some(1);
+        let word = entry.map(|(quantity, _)| *quantity);
         let commanded = has(COMMANDS);
         let word = match word {
             Some(Quantity::Field) if commanded => Some(Quantity::FieldCommand),
@@ -121,6 +125,7 @@ impl Said {
         let answers = word.is_some_and(|quantity| OUTPUTS.contains(&quantity));
         Said {
             word,
+            by_letter,
             units,
             made: has(NOT_MEASURED) || commanded && answers,
         }
