@@ -128,9 +128,12 @@ fn wishes_beyond_the_limits_are_refused_with_the_limit() {
         ("x --stroke=1mm", "ask for at most"),
         ("x --stroke=1mm", "--length "),
         ("x --stroke=80um --limit=1kA/m", "with 1.000 kA/m"),
+        ("x --material=piezo --stroke=80um --limit=300V", "up to 100.0 V,"),
+        ("x --material=piezo --stroke=40um --limit=50V", "with 50.00 V"),
+        ("x --length=80", "as in --length 115mm"),
         (
             "x --material=piezo --stroke=80um",
-            "within the inputs that its law was fitted to",
+            "within the inputs that its law was fitted to, up to 100.0 V,",
         ),
         ("x --frequency=1kHz", "half of the resonance is at 637"),
         (
@@ -191,12 +194,15 @@ fn a_law_brings_its_delay_lag_and_noise() {
         "a loop at 10.00 kHz (--rate)",
         "4.000 nm rms, that of the law's data (--noise)",
         "--limit",
+        "no more than 120.0 V (--limit); its law was fitted to inputs up to 100.0 V",
+        "no less than −20.00 V (guard.lowest_field_a_per_m)",
         "--resonance",
         &format!("the delay of 500.0 µs that the law's data told, as the amplifier's: {ticks} ticks"),
     ] {
         assert!(assumed.contains(words), "no {words} in {assumed}");
     }
     assert!(!assumed.contains("--frequency"), "{assumed}");
+    assert_eq!(found.scenario.guard.lowest_field_a_per_m, Some(-20.0));
     let late = designed(0.1, 0.0, "--frequency=5Hz");
     assert_eq!(late.scenario.amplifier.delay_ticks, 0);
     assert!(late.assumed.join("").contains("at most 63 ticks"), "{:?}", late.assumed);

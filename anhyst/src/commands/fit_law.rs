@@ -91,16 +91,12 @@ fn print(report: &LawReport) {
     }
     let Reaction { delay_s, lag_s } = report.reaction;
     for (name, amount_s, place) in [
-        (
-            "delay",
-            delay_s,
-            "amplifier.delay_ticks, to which `anhyst new` takes it",
-        ),
-        ("lag", lag_s, "amplifier.bandwidth_hz or the rod's resonance"),
+        ("delay", delay_s, "amplifier.delay_ticks"),
+        ("lag", lag_s, "amplifier.bandwidth_hz"),
     ] {
         if amount_s > 0.0 {
             crate::say!(
-                "found beside the law: a {name} of {} before it; in a loop it is {place}",
+                "found beside the law: a {name} of {} before it; in a loop it is {place}, to which `anhyst new` takes it",
                 Si(amount_s, "s")
             );
         }

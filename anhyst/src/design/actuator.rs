@@ -144,6 +144,12 @@ impl Actuator {
         self.preset.map_or(usual, |preset| preset.frequency_hz)
     }
 
+    /// The largest input that its law was fitted to; none without a law.
+    pub fn data_end(&self) -> Option<f64> {
+        let law = self.model.material.law.as_ref();
+        law.map(|law| law.input_extent[1].max(-law.input_extent[0]))
+    }
+
     /// Of an amplifier that has the lag which a law's data told; none where they told of none.
     pub fn lag_bandwidth_hz(&self) -> Option<f64> {
         let lag_s = self.reaction.lag_s;

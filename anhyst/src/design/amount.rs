@@ -19,7 +19,11 @@ const PREFIXES: [(&str, f64); 9] = [
 pub fn amount(option: &str, text: &str, unit: &str) -> Result<f64, String> {
     let refuse = || {
         let with = if unit.is_empty() { "" } else { " with its unit, " };
-        let example = example(unit);
+        let example = match option {
+            "--length" | "--diameter" => "115mm",
+            "--noise" if unit == "m" => "10nm",
+            _ => example(unit),
+        };
         format!("{option} {text}: give a positive number{with}{unit}, as in {option} {example}")
     };
     let text = text.trim();

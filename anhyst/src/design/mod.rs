@@ -21,6 +21,7 @@ use anhyst_controller::PidSettings;
 use anhyst_launch::embedded::judged;
 use anhyst_launch::error::RunError;
 use anhyst_launch::summary::Summary;
+use anhyst_model::RodConstants;
 use anhyst_report::number::Si;
 use anhyst_scenario::{Placement, Scenario, ScenarioText};
 use miette::miette;
@@ -52,6 +53,12 @@ fn assumed(wish: &Wish, actuator: &Actuator, plan: &Plan) -> Vec<String> {
     let unknown = actuator.preset.is_none() && actuator.of_law();
     let resonance = Si(actuator.rod.natural_frequency_hz(), "Hz");
     let noise = Si(plan.noise, output);
+    let of_rod = !actuator.of_law() && actuator.model.rod.is_none();
+    let paper = RodConstants::paper();
+    let data_end = actuator.data_end().filter(|end| plan.limit > *end);
+    let data_end = data_end.map_or_else(String::new, |end| {
+        format!("; its law was fitted to inputs up to {}", Si(end, input))
+    });
     let of_data = actuator.noise_rms.map_or("", |_| ", that of the law's data");
     let all = [
         (
@@ -80,14 +87,33 @@ fn assumed(wish: &Wish, actuator: &Actuator, plan: &Plan) -> Vec<String> {
         ),
         (
             wish.limit.is_none(),
-            format!("no more than {} (--limit)", Si(plan.limit, input)),
+            format!("no more than {} (--limit){data_end}", Si(plan.limit, input)),
         ),
         (
-            unknown && wish.resonance.is_none(),
+            plan.lowest.is_some(),
+            format!(
+                "no less than {} (guard.lowest_field_a_per_m)",
+                Si(plan.lowest.unwrap_or_default(), input)
+            ),
+        ),
+        (
+            of_rod && wish.length.is_none(),
+            format!("a rod of {} (--length)", Si(paper.length_m, "m")),
+        ),
+        (
+            of_rod && wish.diameter.is_none(),
+            format!("its diameter, {} (--diameter)", Si(paper.diameter_m, "m")),
+        ),
+        (
+            of_rod && wish.mass.is_none(),
+            format!("what it moves, {} kg (--mass)", paper.end_mass_kg),
+        ),
+        (
+            actuator.of_law() && wish.resonance.is_none(),
             format!("a resonance at {resonance} (--resonance)"),
         ),
         (
-            unknown && wish.damping.is_none(),
+            actuator.of_law() && wish.damping.is_none(),
             format!(
                 "its damping ratio, {} (--damping)",
                 round(actuator.rod.damping_ratio(), 3)
@@ -180,6 +206,7 @@ pub fn design(wish: &Wish, file: &Path) -> miette::Result<Design> {
         let [input, output] = actuator.units();
         if verdict.guarded_ticks > 0 && !plan.limit_given && doubling < DOUBLINGS {
             plan.limit *= 2.0;
+            plan.lowest = plan.lowest.map(|lowest| 2.0 * lowest);
             continue;
         }
         let between = verdict.between.map_or(0.0, |between| between.max_m);

@@ -20,6 +20,9 @@ const RINGING: [f64; 2] = [15.0, 8.0];
 const QUIET: [f64; 2] = [10.0, 5.0];
 /// A run of more takes minutes.
 const MOST_TICKS: f64 = 2e7;
+/// Of the largest input that a law was fitted to: how far beyond a loop may go, and how far below 0 where the data do not go. Makers
+/// of piezo stacks permit −20 to 120 of 100 V.
+const BEYOND_DATA: f64 = 0.2;
 /// More makes nothing but noise.
 const NOISIEST: f64 = 0.05;
 
@@ -37,7 +40,9 @@ pub struct Plan {
     pub delay_ticks: u32,
     pub bandwidth_hz: Option<f64>,
     pub limit: f64,
-    /// It was asked for.
+    /// The lowest input, of a law whose data do not go below 0.
+    pub lowest: Option<f64>,
+    /// The limit was asked for.
     pub limit_given: bool,
     pub adaptation: Option<Adaptation>,
     /// Of a material with another law: harmonics that are learned.
@@ -67,19 +72,21 @@ impl Plan {
         let most = OF_RANGE * (high - low);
         if stroke > most {
             let longer = actuator.length_for(1.02 * stroke / most).filter(|_| limit.is_none());
-            let remedy = longer.map_or(String::new(), |length_m| {
-                format!(", or a longer rod: --length {}mm", round(1e3 * length_m, 3))
-            });
-            let within = limit.map_or_else(
-                || {
-                    if actuator.of_law() {
-                        "within the inputs that its law was fitted to".into()
-                    } else {
-                        "at 90 % of saturation".into()
-                    }
-                },
-                |limit| format!("with {}", Si(limit, input)),
-            );
+            let remedy = match longer {
+                Some(length_m) => format!(", or a longer rod: --length {}mm", round(1e3 * length_m, 3)),
+                None if actuator.of_law() => ", or fit the law of a larger one: anhyst fit".to_owned(),
+                None => String::new(),
+            };
+            // Beyond what a law was fitted to no limit brings more.
+            let data_ends = actuator.data_end().filter(|end| limit.is_none_or(|limit| limit > *end));
+            let within = match (data_ends, limit) {
+                (Some(end), _) => format!(
+                    "within the inputs that its law was fitted to, up to {},",
+                    Si(end, input)
+                ),
+                (None, Some(limit)) => format!("with {}", Si(limit, input)),
+                (None, None) => "at 90 % of saturation".into(),
+            };
             return Err(miette!(
                 "--stroke {}: {within} the actuator goes from {} to {}; ask for at most {}{remedy}",
                 Si(stroke, output),
@@ -130,6 +137,8 @@ impl Plan {
                 Si(least_hz, "Hz")
             ));
         }
+        let law = actuator.model.material.law.as_ref();
+        let lowest = law.filter(|law| law.input_extent[0] >= 0.0);
         let farthest = mean + (0.5 * stroke).copysign(mean);
         let natural_hz = actuator.rod.natural_frequency_hz();
         Ok(Self {
@@ -148,6 +157,7 @@ impl Plan {
                 .max(ticks_of(actuator.reaction.delay_s, tick_s).unwrap_or(0)),
             bandwidth_hz,
             limit: limit.unwrap_or_else(|| usual_limit(actuator, farthest)),
+            lowest: lowest.map(|law| -round(BEYOND_DATA * law.input_extent[1], 3)),
             limit_given: limit.is_some(),
             adaptation: (!actuator.of_law()).then(|| adaptation(actuator, farthest, noise, stroke)),
             harmonics: actuator
@@ -236,8 +246,8 @@ fn field_for(actuator: &Actuator, displacement: f64) -> f64 {
 }
 
 fn usual_limit(actuator: &Actuator, farthest: f64) -> f64 {
-    match &actuator.model.material.law {
-        Some(law) => round(1.2 * law.input_extent[1].max(-law.input_extent[0]), 3),
+    match actuator.data_end() {
+        Some(end) => round((1.0 + BEYOND_DATA) * end, 3),
         None => nice_up(2.5 * field_for(actuator, farthest).abs()),
     }
 }

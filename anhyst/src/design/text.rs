@@ -44,7 +44,9 @@ pub(super) fn scenario(
         Some(file) => {
             format!("// What is really there; on a rig of yours nobody knows it.\n        material_file: {file},")
         }
-        None if law => "// As believed; material_file: \"law.ron\" makes it another one.".into(),
+        None if law => {
+            "// As believed; material_file: \"FILE\", a law.ron of `anhyst fit`, puts another law there.".into()
+        }
         None => format!(
             "// What is really there: as believed, but for `a`, from which the estimator begins a few percent away.\n        shape: Constant(a_per_m: {}),",
             ron(actuator.model.material.hysteresis.shape_a_per_m)
@@ -67,6 +69,9 @@ pub(super) fn scenario(
         ),
         None => "        // On a rig that the model errs about: learning: (), and estimator.law.adaptation_rate_per_s: 50.0\n".into(),
     };
+    let lowest = plan
+        .lowest
+        .map_or(String::new(), |own| format!(", lowest_field_a_per_m: {}", ron(own)));
     let expect = tolerance.map_or(String::new(), |tolerance| format!("tolerance_m: {}, ", ron(tolerance)));
     format!(
         "// {}: {} of {} at {}.\n{units}{holds}(
@@ -93,7 +98,7 @@ pub(super) fn scenario(
         start_s: {},
 {feedback}{learning}    ),
     // No more than this leaves the guard, whatever is asked for.
-    guard: (field_limit_a_per_m: {}),
+    guard: (field_limit_a_per_m: {}{lowest}),
     expect: ({expect}settling_s: {}),
 )
 ",
