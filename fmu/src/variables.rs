@@ -120,7 +120,7 @@ fn of_channel(kind: Kind, channel: Channel, scenario: &Scenario, units: &Units) 
         Variable {
             reference: TOKENS_FROM + PER_CHANNEL * channel.number() as u32 + index as u32,
             name: format!("{channel}.{}", field.name),
-            doc: field.doc.trim().into(),
+            doc: of_law(units, field.doc.trim()),
             unit: units.of_message(field.name, field.unit),
             kind: field.kind,
             causality: if said { Causality::Output } else { Causality::Input },
@@ -128,4 +128,19 @@ fn of_channel(kind: Kind, channel: Channel, scenario: &Scenario, units: &Units) 
             start: (!said).then_some(start),
         }
     })
+}
+
+/// What a message says of a rod, of an actuator with another law.
+fn of_law(units: &Units, doc: &str) -> String {
+    if units.shape {
+        return doc.to_owned();
+    }
+    [
+        ("Magnetization", "Output of the law"),
+        ("magnetization", "output of the law"),
+        ("field", "input"),
+        ("displacement", units.output_name()),
+    ]
+    .iter()
+    .fold(doc.to_owned(), |doc, (rod, own)| doc.replace(rod, own))
 }

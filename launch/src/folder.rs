@@ -35,8 +35,10 @@ impl RunFolder {
         // An earlier run's results in the same folder would be taken for this one's.
         let recordings = self.recordings();
         let layouts = recordings.iter().map(|recording| recording.with_extension("rbl"));
+        let exported = ["csv", "parquet", "mat", "mcap"].map(|ending| self.0.join("run").with_extension(ending));
         for stale in [self.summary(), self.digest(), self.page()]
             .into_iter()
+            .chain(exported)
             .chain(layouts)
             .chain(recordings.iter().cloned())
         {
@@ -191,5 +193,22 @@ impl RunFolder {
     /// A node's digest after every tick.
     pub fn digest_history(&self, node: &str) -> PathBuf {
         self.0.join("digests").join(format!("{node}.u64"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::RunFolder;
+
+    /// Guards against an export of an earlier run beside this one's recording; what is no run's stays.
+    #[test]
+    fn an_earlier_run_leaves_with_what_was_exported_of_it() {
+        let root = tempfile::tempdir().unwrap();
+        for name in ["run.csv", "run.mat", "summary.json", "notes.csv"] {
+            std::fs::write(root.path().join(name), "").unwrap();
+        }
+        let folder = RunFolder::create(Some(root.path()), "any").unwrap();
+        let left = ["run.csv", "run.mat", "summary.json", "notes.csv"].map(|name| folder.path().join(name).exists());
+        assert_eq!(left, [false, false, false, true]);
     }
 }

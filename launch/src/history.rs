@@ -244,20 +244,13 @@ impl Told {
             .windows
             .iter()
             .map(|(time_s, own)| (*time_s, own.reference_m[0], own.reference_m[1]));
-        Chart::new(
-            "tracking",
-            TIME,
-            Axis::new(
-                if units.output == "m" { "displacement" } else { "output" },
-                &units.output,
-            ),
-        )
-        .band(reach.collect(), Role::Nominal, Some("reference"))
-        .curve(
-            self.curve(|own| own.displacement_m[0], Role::Measured)
-                .named("measured, lowest and highest"),
-        )
-        .curve(self.curve(|own| own.displacement_m[1], Role::Measured))
+        Chart::new("tracking", TIME, Axis::new(units.output_name(), &units.output))
+            .band(reach.collect(), Role::Nominal, Some("reference"))
+            .curve(
+                self.curve(|own| own.displacement_m[0], Role::Measured)
+                    .named("measured, lowest and highest"),
+            )
+            .curve(self.curve(|own| own.displacement_m[1], Role::Measured))
     }
 
     fn estimate(&self) -> Chart {

@@ -165,6 +165,8 @@ impl Judge {
         }
         let verdict = &mut self.verdict;
         verdict.field_peak_a_per_m = verdict.field_peak_a_per_m.max(field.field_a_per_m.abs());
+        let [lowest, highest] = verdict.field_ends_a_per_m;
+        verdict.field_ends_a_per_m = [lowest.min(field.field_a_per_m), highest.max(field.field_a_per_m)];
         verdict.coil_field_peak_a_per_m = verdict.coil_field_peak_a_per_m.max(coil.field_a_per_m.abs());
         let limit = self.field_limit_a_per_m;
         let beyond = field.field_a_per_m.abs() > limit || coil.field_a_per_m.abs() > COIL_MARGIN * limit;

@@ -87,12 +87,7 @@ impl Turns {
     /// Wanted and measured, what lies between, and the way of the output over the input.
     pub fn section(&self, units: &Units) -> Section {
         let curve = |of: fn(&Sample) -> [f64; 2], role| Curve::new(self.0.iter().map(of), role);
-        let (driving, driven) = match (&*units.input, &*units.output) {
-            ("A/m", "m") => ("field in the coil", "displacement"),
-            ("A/m", _) => ("field in the coil", "output"),
-            (_, "m") => ("input", "displacement"),
-            _ => ("input", "output"),
-        };
+        let (driving, driven) = (units.input_name(), units.output_name());
         let of_output = |name: &str| Axis::new(name, &units.output);
         let motion = Chart::new("wanted and measured", TIME, of_output(driven))
             .curve(curve(|own| [own.time_s, own.reference_m], Role::Nominal).named("reference"))

@@ -79,7 +79,10 @@ fn page(scenario: &Scenario, summary: &Summary) -> Page {
     if !course.is_empty() {
         run = run.figure(
             Figure::new("Error over time", vec![error(course, summary)]).columns(1),
-            "Reference minus true displacement, rms and largest magnitude in each of at most 256 windows of the judged time.",
+            &format!(
+                "Reference minus true {}, rms and largest magnitude in each of at most 256 windows of the judged time.",
+                summary.verdict.units.output_name()
+            ),
         );
     }
     let mut page = Page::new(&format!("Run of {}", scenario.name), &sentence)

@@ -10,6 +10,26 @@ use anhyst_report::table::Table;
 use anhyst_scenario::Scenario;
 use serde::{Deserialize, Serialize};
 
+/// Of the inputs that a law was fitted to: a run that goes no farther beyond them rounds.
+const BEYOND_DATA: f64 = 0.1;
+
+/// A law is known where it was fitted.
+fn beyond_data(scenario: &Scenario, verdict: &Verdict) -> Option<String> {
+    let [low, high] = scenario.material().ok()?.law.as_ref()?.input_extent;
+    let [lowest, highest] = verdict.field_ends_a_per_m;
+    let room = BEYOND_DATA * (high - low);
+    let unit = scenario.units().input;
+    let ends = |low: f64, high: f64| format!("{} to {}", Si(low, &unit), Si(high, &unit));
+    (lowest < low - room || highest > high + room).then(|| {
+        format!(
+            "the input went from {}, and the law was fitted to {} only: beyond it is a guess, and a stack that pushes must not be pulled; \
+             guard.lowest_field_a_per_m and guard.field_limit_a_per_m hold it",
+            ends(lowest, highest),
+            ends(low, high)
+        )
+    })
+}
+
 /// The machine-readable summary.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
@@ -19,7 +39,7 @@ pub struct Summary {
     pub held: bool,
     /// What did not hold.
     pub failures: Vec<String>,
-    /// What could have been told before the run, as sentences.
+    /// What could have been told before the run, and where it went beyond what is known, as sentences.
     #[serde(default)]
     pub warnings: Vec<String>,
     /// Error, estimate, field.
@@ -37,6 +57,9 @@ pub struct Summary {
     pub changes: Vec<Change>,
     /// Field limit.
     pub field_limit_a_per_m: f64,
+    /// Of the guard, where it is not as far as the limit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lowest_field_a_per_m: Option<f64>,
     /// Ticks run.
     pub ticks: u64,
     /// Ticks per second of wall clock.
@@ -97,12 +120,17 @@ impl Summary {
             scenario: scenario.name.clone(),
             held: failures.is_empty() && scenario.expect.tolerance_m.is_some(),
             failures,
-            warnings: scenario.warnings(),
+            warnings: scenario
+                .warnings()
+                .into_iter()
+                .chain(beyond_data(scenario, &verdict))
+                .collect(),
             first_event_name: verdict.first_event_name().map(str::to_owned),
             tolerance_m: scenario.expect.tolerance_m,
             tolerance_margin_m: verdict.least.map(|least| least.margin_m),
             changes: scenario.changes.clone(),
             field_limit_a_per_m: scenario.guard.field_limit_a_per_m,
+            lowest_field_a_per_m: scenario.guard.lowest_field_a_per_m,
             verdict,
             ticks,
             ticks_per_s,
@@ -231,16 +259,18 @@ impl Summary {
                 ),
             );
         }
-        let (peak, limit) = (
-            Si(verdict.field_peak_a_per_m, &units.input),
-            Si(self.field_limit_a_per_m, &units.input),
-        );
-        let name = if units.shape {
-            "field used, limit"
+        if units.shape {
+            let [peak, limit] = [verdict.field_peak_a_per_m, self.field_limit_a_per_m].map(|own| Si(own, &units.input));
+            row("field used, limit", format!("{peak}, {limit}"));
         } else {
-            "input used, limit"
-        };
-        row(name, format!("{peak}, {limit}"));
+            let ends = |own: [f64; 2]| format!("{} to {}", Si(own[0], &units.input), Si(own[1], &units.input));
+            let lowest = self.lowest_field_a_per_m.unwrap_or(-self.field_limit_a_per_m);
+            let limits = ends([lowest, self.field_limit_a_per_m]);
+            row(
+                "input used, limits",
+                format!("{}, {limits}", ends(verdict.field_ends_a_per_m)),
+            );
+        }
         if verdict.guarded_ticks > 0 {
             let first = self.first_event_name.as_ref();
             let first = first.map(|name| format!(", first {name} at tick {}", verdict.first_event_tick));

@@ -96,6 +96,9 @@ pub struct Verdict {
     /// Largest field that was asked of the amplifier.
     #[serde(with = "any_number")]
     pub field_peak_a_per_m: f64,
+    /// Lowest and highest of it, 0 among them.
+    #[serde(default)]
+    pub field_ends_a_per_m: [f64; 2],
     /// Largest field in the coil.
     #[serde(default, with = "any_number")]
     pub coil_field_peak_a_per_m: f64,

@@ -132,7 +132,10 @@ impl ScenarioText {
         scenario.complete_plant();
         scenario.anchor(folder);
         change(&mut scenario);
-        scenario.validate().map_err(|invalid| refuse(&shown, text, &invalid))?;
+        scenario.validate().map_err(|invalid| {
+            let sentence = scenario.units().reworded(&invalid.sentence);
+            refuse(&shown, text, &Invalid { sentence, ..invalid })
+        })?;
         Ok(scenario)
     }
 

@@ -55,6 +55,11 @@ pub fn sentence(text: &str, byte: usize, error: &Error) -> String {
         {
             return format!("a number has a point, not a comma, as 7.5; after the comma a name is wanted, not {found}");
         }
+        Error::SuggestRawIdentifier(found) => {
+            return format!(
+                "{found} is no name: a text stands in \"quotes\", and a file of a material is File(\"FILE\")"
+            );
+        }
         Error::IntegerOutOfBounds => "a whole number, neither negative nor too large".to_owned(),
         Error::ExpectedInteger => "a whole number".to_owned(),
         Error::ExpectedFloat => format!("a number{of_unit}, such as 2.5 or 1e-3"),
@@ -139,9 +144,10 @@ mod tests {
             ("(seed: -1, inner: [])", &["seed: ", "neither negative nor"]),
             (
                 "(seed: 1, inner: [(rate_a_per_m_s: 7.5kA)])",
-                &["inner.0.rate_a_per_m_s: a number stands alone, as 7.5; it is in A/(m s)"],
+                &["rate_a_per_m_s: a number stands alone, as 7.5; it is in A/(m s)"],
             ),
             ("(inner: [(rate_a_per_m_s: 7,5)])", &["a point, not a comma"]),
+            ("(seed: one.ron)", &["one.ron is no name: a text stands in \"quotes\""]),
         ] {
             let said = said(text);
             for word in words {

@@ -27,6 +27,42 @@ impl Default for Units {
 }
 
 impl Units {
+    /// What drives the actuator, as people call it.
+    pub fn input_name(&self) -> &'static str {
+        match &*self.input {
+            "A/m" => "field in the coil",
+            "V" => "voltage",
+            "A" => "current",
+            _ => "input",
+        }
+    }
+
+    /// What it gives, as people call it.
+    pub fn output_name(&self) -> &'static str {
+        match &*self.output {
+            "m" => "displacement",
+            "T" => "flux density",
+            "N" => "force",
+            "A/m" => "magnetization",
+            _ => "output",
+        }
+    }
+
+    /// A sentence about a rod in the units of this actuator.
+    pub fn reworded(&self, sentence: &str) -> String {
+        if self.shape {
+            return sentence.to_owned();
+        }
+        let of_input = sentence
+            .replace("A/(m s)", &format!("{}/s", self.input))
+            .replace("A/m", &self.input);
+        let words = of_input.split(' ').map(|word| match word.strip_prefix('m') {
+            Some(mark @ ("" | ":" | "," | ";" | ".")) => format!("{}{mark}", self.output),
+            _ => word.to_owned(),
+        });
+        words.collect::<Vec<_>>().join(" ")
+    }
+
     /// Of a message's number whose name there is `field` and whose unit is `unit`: what a law gives stands where a rod has its magnetization.
     pub fn of_message(&self, field: &str, unit: &str) -> String {
         if self.shape {
@@ -63,5 +99,30 @@ impl Scenario {
                 }
             },
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Units;
+
+    /// Guards refusals: a stage's limit is no field.
+    #[test]
+    fn sentences_are_about_the_actuator() {
+        let magnet = Units {
+            input: "V".into(),
+            output: "T".into(),
+            shape: false,
+        };
+        for (of_rod, of_magnet) in [
+            ("-120 A/m must be greater than 0 A/m", "-120 V must be greater than 0 V"),
+            (
+                "needs 3 A/(m s): more than 2 m, or 1 m",
+                "needs 3 V/s: more than 2 T, or 1 T",
+            ),
+        ] {
+            assert_eq!(magnet.reworded(of_rod), of_magnet);
+            assert_eq!(Units::default().reworded(of_rod), of_rod);
+        }
     }
 }

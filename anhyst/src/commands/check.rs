@@ -163,10 +163,11 @@ fn foresight_table(scenario: &Scenario, foresight: &Foresight, cost: &Cost) -> T
     let units = scenario.units();
     let (input, output) = (units.input.as_str(), units.output.as_str());
     // What is nothing beside the rest is nothing.
-    let ends = |[low, high]: [f64; 2]| {
+    let ends_of = |low: f64, high: f64, unit: &str| {
         let plain = |end: f64| if end.abs() < 1e-9 * (high - low) { 0.0 } else { end };
-        format!("{} to {}", Si(plain(low), output), Si(plain(high), output))
+        format!("{} to {}", Si(plain(low), unit), Si(plain(high), unit))
     };
+    let ends = |[low, high]: [f64; 2]| ends_of(low, high, output);
     let mut table = Table::default();
     let mut row = |name: &str, value: String| table.push([name.to_owned(), value]);
     let samples = 1.0 / (foresight.resonance_hz * scenario.tick_s);
@@ -187,10 +188,11 @@ fn foresight_table(scenario: &Scenario, foresight: &Foresight, cost: &Cost) -> T
     }
     if let Some(field) = foresight.field_a_per_m {
         let limit = foresight.field_limit_a_per_m;
-        row(
-            "input for it, limit",
-            format!("{}, ±{}", Si(field, input), Si(limit, input)),
-        );
+        let limits = match scenario.guard.lowest_field_a_per_m {
+            Some(lowest) => ends_of(lowest, limit, input),
+            None => format!("±{}", Si(limit, input)),
+        };
+        row("input for it, limit", format!("{}, {limits}", Si(field, input)));
     }
     if let Some(floor) = foresight.floor_rms_m {
         row("error from the sensor's noise, rms", Si(floor, output).to_string());

@@ -12,6 +12,7 @@ use anhyst_launch::measured_table::measured_table;
 use anhyst_recorder::Recording;
 use anhyst_scenario::{load, to_ron};
 use clap::Args;
+use miette::miette;
 use std::path::{Path, PathBuf};
 
 /// `export`
@@ -51,7 +52,18 @@ pub fn run(arguments: &ExportArguments) -> miette::Result<Ending> {
         };
         return super::export_fmu::run(kind, &file, library, out, arguments.json.json);
     }
+    let shown = arguments.run.display();
     let folder = RunFolder::open(&arguments.run);
+    if !folder.scenario().is_file() {
+        return Err(miette!(
+            "{shown} is not the folder of a run: there is no scenario.ron in it"
+        ));
+    }
+    if !folder.recordings().iter().any(|own| own.is_file()) {
+        return Err(miette!(
+            "{shown} has no recording: the run was made with --no-recording"
+        ));
+    }
     let scenario = load(&folder.scenario(), &[])?;
     let recording = Recording::of_parts(&folder.recordings()).map_err(RunError::from)?;
     let measured: Vec<Measurement> = recording.tokens().map_err(RunError::from)?;
