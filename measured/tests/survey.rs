@@ -235,7 +235,7 @@ fn letters_alone_do_not_say_who_drives() {
     for (header, proposed) in [
         ("t,x,y", ["input=x", "output=y"]),
         ("A,B,C", ["input=B", "output=C"]),
-        ("t,u,x", ["voltage=u", "displacement=x*0.000001"]),
+        ("t,u,x", ["voltage=u", "displacement=x*1e-6"]),
     ] {
         let rig = Rig::new(header, |time_s, drive, answer| {
             format!("{time_s},{},{}", 50.0 * drive, 20.0 * answer)

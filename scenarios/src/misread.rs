@@ -105,6 +105,14 @@ mod tests {
     struct Outer {
         seed: u64,
         inner: Vec<Inner>,
+        #[serde(default)]
+        kind: Kind,
+    }
+
+    #[derive(Debug, Default, Deserialize)]
+    enum Kind {
+        #[default]
+        Plain,
     }
 
     #[derive(Debug, Deserialize)]
@@ -147,7 +155,10 @@ mod tests {
                 &["rate_a_per_m_s: a number stands alone, as 7.5; it is in A/(m s)"],
             ),
             ("(inner: [(rate_a_per_m_s: 7,5)])", &["a point, not a comma"]),
-            ("(seed: one.ron)", &["one.ron is no name: a text stands in \"quotes\""]),
+            (
+                "(seed: 1, kind: one.ron)",
+                &["one.ron is no name: a text stands in \"quotes\""],
+            ),
         ] {
             let said = said(text);
             for word in words {
