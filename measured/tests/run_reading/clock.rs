@@ -102,7 +102,8 @@ fn rounded_times_are_uniform() {
 #[test]
 fn instants_are_a_clock() {
     let whole = read(&good(), &[]).unwrap();
-    let instants: [(&str, fn(usize) -> String); 3] = [
+    type Named = (&'static str, fn(usize) -> String);
+    let instants: [Named; 3] = [
         ("time", |i| format!("2024-02-29T23:59:59.99{:02}Z", i)),
         ("Timestamp", |i| match i {
             0..50 => format!("2024/02/29 23:59:59.{:04}", 9950 + i),
