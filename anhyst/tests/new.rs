@@ -222,6 +222,9 @@ fn a_law_brings_its_delay_lag_and_noise() {
     ] {
         assert!(assumed.contains(words), "no {words} in {assumed}");
     }
+    // A limit below a fifth of the data's end holds both ways.
+    let small = designed(0.0, 0.0, "--frequency=5Hz --stroke=1um --limit=15V");
+    assert_eq!(small.scenario.guard.lowest_field_a_per_m, Some(-15.0));
     let told = designed(0.0, 2e-3, "--frequency=5Hz --bandwidth=1kHz");
     assert_eq!(told.scenario.amplifier.bandwidth_hz, Some(1000.0));
     assert!(!told.assumed.join("").contains("the lag"), "{:?}", told.assumed);

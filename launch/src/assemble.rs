@@ -64,6 +64,7 @@ pub fn scribe(scenario: &Scenario, folder: Option<&RunFolder>, rejoins: bool) ->
     let overheard = foreign.map(|node| Overheard::new(node, scenario.ticks())).collect();
     let limit_a_per_m = scenario.guard.field_limit_a_per_m;
     let judge = Judge::new(scenario.expect, scenario.tick_s, limit_a_per_m)
+        .with_lowest_field(scenario.guard.lowest_field_a_per_m)
         .in_units(scenario.units())
         .noticing(Noticing::new(scenario))
         .following(followed(scenario)?)

@@ -29,16 +29,28 @@ impl RunFolder {
         Ok(folder)
     }
 
+    /// What was exported of an earlier run is not this one's; it may be somebody's only copy.
+    fn set_exports_aside(&self) -> std::io::Result<()> {
+        for ending in ["csv", "parquet", "mat", "mcap"] {
+            let [from, to] = ["run", "earlier-run"].map(|name| self.0.join(name).with_extension(ending));
+            if from.is_file() {
+                std::fs::rename(from, to)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Makes the folders within it, without what an earlier run left there.
     fn empty(&self) -> std::io::Result<()> {
         self.make_result_folders()?;
         // An earlier run's results in the same folder would be taken for this one's.
         let recordings = self.recordings();
         let layouts = recordings.iter().map(|recording| recording.with_extension("rbl"));
-        let exported = ["csv", "parquet", "mat", "mcap"].map(|ending| self.0.join("run").with_extension(ending));
+        if self.summary().exists() {
+            self.set_exports_aside()?;
+        }
         for stale in [self.summary(), self.digest(), self.page()]
             .into_iter()
-            .chain(exported)
             .chain(layouts)
             .chain(recordings.iter().cloned())
         {
@@ -200,15 +212,19 @@ impl RunFolder {
 mod tests {
     use super::RunFolder;
 
-    /// Guards against an export of an earlier run beside this one's recording; what is no run's stays.
+    /// Guards against an export of an earlier run beside this one's recording, and against the loss of a table that is none.
     #[test]
-    fn an_earlier_run_leaves_with_what_was_exported_of_it() {
+    fn what_was_exported_of_an_earlier_run_is_set_aside() {
         let root = tempfile::tempdir().unwrap();
-        for name in ["run.csv", "run.mat", "summary.json", "notes.csv"] {
-            std::fs::write(root.path().join(name), "").unwrap();
+        let names = ["run.csv", "earlier-run.csv", "notes.csv"];
+        let left = || names.map(|name| std::fs::read_to_string(root.path().join(name)).unwrap_or_default());
+        for name in ["run.csv", "notes.csv"] {
+            std::fs::write(root.path().join(name), name).unwrap();
         }
-        let folder = RunFolder::create(Some(root.path()), "any").unwrap();
-        let left = ["run.csv", "run.mat", "summary.json", "notes.csv"].map(|name| folder.path().join(name).exists());
-        assert_eq!(left, [false, false, false, true]);
+        drop(RunFolder::create(Some(root.path()), "any").unwrap());
+        assert_eq!(left(), ["run.csv", "", "notes.csv"]);
+        std::fs::write(root.path().join("summary.json"), "{}").unwrap();
+        drop(RunFolder::create(Some(root.path()), "any").unwrap());
+        assert_eq!(left(), ["", "run.csv", "notes.csv"]);
     }
 }

@@ -21,6 +21,8 @@ pub struct Judge {
     expect: Expect,
     tick_s: f64,
     field_limit_a_per_m: f64,
+    #[serde(default)]
+    lowest_field_a_per_m: Option<f64>,
     samples: u64,
     #[serde(with = "any_number")]
     sum_of_squares_m2: f64,
@@ -67,6 +69,7 @@ impl Judge {
             expect,
             tick_s,
             field_limit_a_per_m,
+            lowest_field_a_per_m: None,
             samples: 0,
             sum_of_squares_m2: 0.0,
             shape_error_sum_of_squares: 0.0,
@@ -88,6 +91,14 @@ impl Judge {
     pub fn in_units(mut self, units: Units) -> Self {
         self.verdict.units = units;
         self
+    }
+
+    /// The same, of a guard that has a lowest field of its own.
+    pub fn with_lowest_field(self, lowest_field_a_per_m: Option<f64>) -> Self {
+        Self {
+            lowest_field_a_per_m,
+            ..self
+        }
     }
 
     /// The same, listening to what is worth telling beside the verdict.
@@ -165,11 +176,14 @@ impl Judge {
         }
         let verdict = &mut self.verdict;
         verdict.field_peak_a_per_m = verdict.field_peak_a_per_m.max(field.field_a_per_m.abs());
-        let [lowest, highest] = verdict.field_ends_a_per_m;
-        verdict.field_ends_a_per_m = [lowest.min(field.field_a_per_m), highest.max(field.field_a_per_m)];
+        verdict.field_lowest_a_per_m = verdict.field_lowest_a_per_m.min(field.field_a_per_m);
+        verdict.field_highest_a_per_m = verdict.field_highest_a_per_m.max(field.field_a_per_m);
         verdict.coil_field_peak_a_per_m = verdict.coil_field_peak_a_per_m.max(coil.field_a_per_m.abs());
         let limit = self.field_limit_a_per_m;
-        let beyond = field.field_a_per_m.abs() > limit || coil.field_a_per_m.abs() > COIL_MARGIN * limit;
+        let lowest = self.lowest_field_a_per_m.unwrap_or(-limit);
+        let room = (COIL_MARGIN - 1.0) * limit;
+        let outside = |own: f64, room: f64| own > limit + room || own < lowest - room;
+        let beyond = outside(field.field_a_per_m, 0.0) || outside(coil.field_a_per_m, room);
         verdict.beyond_limit_ticks += u64::from(beyond);
         let finite = field.field_a_per_m.is_finite() && coil.field_a_per_m.is_finite();
         verdict.broken_field_ticks += u64::from(!finite);
@@ -332,6 +346,37 @@ mod tests {
         // Of three ticks two went by while the judge's process was not there.
         let most = judge.verdict().of_ticks(3, 1e-3, &EXPECT);
         assert_eq!((most.unjudged_ticks, most.failures(&EXPECT).len()), (2, 1));
+    }
+
+    // Guards the guard's word: what leaves it, and what is in the coil, is held against its lowest field, too.
+    #[test]
+    fn fields_below_the_lowest_are_counted() {
+        let below = |lowest: Option<f64>, given: f64, coil: f64| {
+            let mut judge = Judge::new(EXPECT, 1e-3, 1e4).with_lowest_field(lowest);
+            let given = SafeField {
+                field_a_per_m: given,
+                ..SafeField::default()
+            };
+            let coil = CoilField {
+                field_a_per_m: coil,
+                ..CoilField::default()
+            };
+            let (measured, truth) = (Measurement::default(), Truth::default());
+            judge.observe(
+                0,
+                (&measured, &truth),
+                &Estimate::default(),
+                &Demand::default(),
+                (&given, &coil),
+            );
+            let verdict = judge.verdict();
+            assert_eq!(verdict.field_lowest_a_per_m, given.field_a_per_m);
+            verdict.beyond_limit_ticks
+        };
+        assert_eq!(below(None, -1e4, -1e4), 0);
+        assert_eq!(below(Some(-2e3), -2e3, -2050.0), 0);
+        assert_eq!(below(Some(-2e3), -2001.0, 0.0), 1);
+        assert_eq!(below(Some(-2e3), 0.0, -2101.0), 1);
     }
 
     // Guards against blaming the guard: the amplifier takes the field away by itself, and the summary must tell.

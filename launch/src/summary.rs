@@ -16,7 +16,7 @@ const BEYOND_DATA: f64 = 0.1;
 /// A law is known where it was fitted.
 fn beyond_data(scenario: &Scenario, verdict: &Verdict) -> Option<String> {
     let [low, high] = scenario.material().ok()?.law.as_ref()?.input_extent;
-    let [lowest, highest] = verdict.field_ends_a_per_m;
+    let (lowest, highest) = (verdict.field_lowest_a_per_m, verdict.field_highest_a_per_m);
     let room = BEYOND_DATA * (high - low);
     let unit = scenario.units().input;
     let ends = |low: f64, high: f64| format!("{} to {}", Si(low, &unit), Si(high, &unit));
@@ -268,7 +268,10 @@ impl Summary {
             let limits = ends([lowest, self.field_limit_a_per_m]);
             row(
                 "input used, limits",
-                format!("{}, {limits}", ends(verdict.field_ends_a_per_m)),
+                format!(
+                    "{}, {limits}",
+                    ends([verdict.field_lowest_a_per_m, verdict.field_highest_a_per_m])
+                ),
             );
         }
         if verdict.guarded_ticks > 0 {

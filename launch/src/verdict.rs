@@ -96,9 +96,12 @@ pub struct Verdict {
     /// Largest field that was asked of the amplifier.
     #[serde(with = "any_number")]
     pub field_peak_a_per_m: f64,
-    /// Lowest and highest of it, 0 among them.
-    #[serde(default)]
-    pub field_ends_a_per_m: [f64; 2],
+    /// Lowest of it, 0 among it.
+    #[serde(default, with = "any_number")]
+    pub field_lowest_a_per_m: f64,
+    /// Highest of it, 0 among it.
+    #[serde(default, with = "any_number")]
+    pub field_highest_a_per_m: f64,
     /// Largest field in the coil.
     #[serde(default, with = "any_number")]
     pub coil_field_peak_a_per_m: f64,

@@ -61,7 +61,7 @@ pub fn run(arguments: &ExportArguments) -> miette::Result<Ending> {
     }
     if !folder.recordings().iter().any(|own| own.is_file()) {
         return Err(miette!(
-            "{shown} has no recording: the run was made with --no-recording"
+            "{shown} has no recording: the run was made without one (--no-recording, recording.on)"
         ));
     }
     let scenario = load(&folder.scenario(), &[])?;

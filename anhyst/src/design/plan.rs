@@ -140,6 +140,7 @@ impl Plan {
         let law = actuator.model.material.law.as_ref();
         let lowest = law.filter(|law| law.input_extent[0] >= 0.0);
         let farthest = mean + (0.5 * stroke).copysign(mean);
+        let most_input = limit.unwrap_or_else(|| usual_limit(actuator, farthest));
         let natural_hz = actuator.rod.natural_frequency_hz();
         Ok(Self {
             stroke,
@@ -156,8 +157,8 @@ impl Plan {
                 .delay_ticks
                 .max(ticks_of(actuator.reaction.delay_s, tick_s).unwrap_or(0)),
             bandwidth_hz,
-            limit: limit.unwrap_or_else(|| usual_limit(actuator, farthest)),
-            lowest: lowest.map(|law| -round(BEYOND_DATA * law.input_extent[1], 3)),
+            limit: most_input,
+            lowest: lowest.map(|law| -round(BEYOND_DATA * law.input_extent[1], 3).min(most_input)),
             limit_given: limit.is_some(),
             adaptation: (!actuator.of_law()).then(|| adaptation(actuator, farthest, noise, stroke)),
             harmonics: actuator

@@ -85,9 +85,8 @@ impl Excitation {
         let fields: Vec<f64> = measured.iter().skip(1).map(|own| own.coil_field_a_per_m).collect();
         let commands = &commands[..commands.len().min(fields.len())];
         let (mut found, pictures) = self.program.judge(&self.expected, commands, &fields, TICKS_AHEAD)?;
-        let input = scenario.units().input;
         for check in &mut found.checks {
-            check.sentence = check.sentence.replace("A/m", &input);
+            check.sentence = scenario.units().reworded(&check.sentence);
         }
         if first {
             found.checks.retain(|check| FATAL.contains(&check.name));
