@@ -142,6 +142,26 @@ fn a_line_stays_a_line() {
     assert!((found.file.model.slope - 2e-6).abs() < 1e-9, "{:?}", found.file.model);
 }
 
+/// An amplifier's lag is no whole number of samples: a play behind one, its input held from sample to sample.
+#[test]
+fn a_lag_is_told_to_a_tenth_of_a_sample() {
+    const LAG_S: f64 = 0.0133;
+    let (mut seen, mut held, mut play) = (5.0, 5.0, 5.0_f64);
+    let behind = std::cell::RefCell::new(move |voltage: f64| {
+        let finely = 1000;
+        for _ in 0..finely {
+            seen += 0.01 / f64::from(finely) / LAG_S * (held - seen);
+        }
+        held = voltage;
+        play = play.clamp(seen - 0.8, seen + 0.8);
+        1e-6 * (seen + play)
+    });
+    let found = fitted(None, &over_time(|_, voltage| behind.borrow_mut()(voltage)));
+    let reaction = found.file.reaction;
+    assert_eq!(reaction.delay_s, 0.0, "{:?}", found.report);
+    assert!((reaction.lag_s - LAG_S).abs() < 1e-3, "{reaction:?}");
+}
+
 fn sweep(through: &[f64], each: usize) -> Vec<f64> {
     let leg = |pair: &[f64]| {
         let (from, to) = (pair[0], pair[1]);

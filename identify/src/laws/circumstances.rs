@@ -9,6 +9,9 @@ pub(super) const UNDESCRIBED: f64 = 0.05;
 /// Times what the best history leaves: one that leaves no more describes alike, and the plainest of these is taken.
 const SAME_START: f64 = 1.02;
 
+/// Samples to which a lag is told.
+const FINEST_LAG: f64 = 0.1;
+
 /// The histories that records of this kind can have, the plainest first.
 fn starts(data: &LawData) -> &'static [Start] {
     if data.has_time() {
@@ -118,9 +121,30 @@ impl Judge {
         let lags: Vec<_> = self.lags.iter().map(|ticks| react(0.0, *ticks)).collect();
         let ((_, lagged), _) = best_of(&lags, self.worth);
         let sum = lagged.lag_s / tick_s;
-        best_of(
-            &[0.0, 1.0, 2.0].map(|ticks| react(ticks, (sum - ticks).max(0.0))),
-            self.worth,
-        )
+        let each = [0.0, 1.0, 2.0].map(|delay| {
+            let alone = (sum - delay).max(0.0);
+            let mut told = best_of(&[react(delay, alone)], 1.0);
+            let mut step = 0.5 * self.finest(sum);
+            // Where it reacts at all, it lags by no whole number of what was tried.
+            while sum > 0.0 && step >= FINEST_LAG {
+                let lag = told.0.1.lag_s / tick_s;
+                let beside = [(lag - step).max(0.0), lag + step].map(|lag| react(delay, lag));
+                let other = best_of(&beside, 1.0);
+                if other.1 < told.1 {
+                    told = other;
+                }
+                step *= 0.5;
+            }
+            told
+        });
+        let least = each.iter().map(|own| own.1).fold(f64::INFINITY, f64::min);
+        let plainest = each.into_iter().find(|own| own.1 <= self.worth * least);
+        plainest.unwrap_or(((start, still), left))
+    }
+
+    /// Between the lags that are tried about this one, the least way, in samples.
+    fn finest(&self, lag: f64) -> f64 {
+        let ways = self.lags.iter().map(|own| (own - lag).abs()).filter(|way| *way > 0.0);
+        ways.fold(f64::INFINITY, f64::min)
     }
 }
