@@ -290,9 +290,14 @@ impl Judge {
         let mean = |sum: f64| (sum / self.samples.max(1) as f64).sqrt();
         let trajectory = self.trajectory.as_ref();
         let turn_s = trajectory.and_then(|own| Some(own.turns_per_s(self.tick_s)?.recip()));
+        // A law has no `a`: what stands in its place in a token means nothing.
+        let of_shape = |own: f64| if self.verdict.units.shape { own } else { f64::NAN };
         Verdict {
             error_rms_m: mean(self.sum_of_squares_m2),
-            a_error_rms_a_per_m: mean(self.shape_error_sum_of_squares),
+            a_error_rms_a_per_m: of_shape(mean(self.shape_error_sum_of_squares)),
+            a_final_error_a_per_m: of_shape(self.verdict.a_final_error_a_per_m),
+            a_estimated_a_per_m: of_shape(self.verdict.a_estimated_a_per_m),
+            a_true_a_per_m: of_shape(self.verdict.a_true_a_per_m),
             judged_ticks: self.samples,
             error_course: self.course.windows(self.tick_s),
             history: self.history.told(self.tick_s, turn_s).with_turns(self.turns.as_ref()),

@@ -37,6 +37,7 @@ fn run_info(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<Ru
         }
         adaptive => adaptive.range_a_per_m().into(),
     };
+    let [lowest_field_a_per_m, field_limit_a_per_m] = scenario.guard.field_ends_a_per_m();
     Ok(RunInfo {
         path: if rejoins {
             folder.next_recording()
@@ -62,7 +63,8 @@ fn run_info(scenario: &Scenario, folder: &RunFolder, rejoins: bool) -> Result<Ru
             units if units.shape => Scales::default(),
             units => Scales::of_law(&units.input, &units.output),
         },
-        field_limit_a_per_m: scenario.guard.field_limit_a_per_m,
+        lowest_field_a_per_m,
+        field_limit_a_per_m,
         events: Event::ALL
             .into_iter()
             .map(|event| EventName {

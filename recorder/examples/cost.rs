@@ -94,6 +94,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         material: [7.65e5, 4000.0, 0.18],
         scales: anhyst_recorder::Scales::default(),
         field_limit_a_per_m: 30e3,
+        lowest_field_a_per_m: -30e3,
         events: Vec::new(),
     };
     let drops = options.iter().any(|option| option == "drop");

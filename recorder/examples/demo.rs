@@ -180,6 +180,7 @@ fn run_info(path: PathBuf) -> RunInfo {
         material: [7.65e5, 4000.0, 0.18],
         scales: anhyst_recorder::Scales::default(),
         field_limit_a_per_m: FIELD_LIMIT,
+        lowest_field_a_per_m: -FIELD_LIMIT,
         events: vec![
             EventName {
                 number: 3,

@@ -320,16 +320,16 @@ pub(crate) const PLOTS: &[Plot] = &[
         "field/limit",
         &[
             line(
-                "± limit",
+                "highest",
                 RED,
                 1.0,
                 of!(|_, run| { run.field_limit_a_per_m * run.scales.input.factor }),
             ),
             line(
-                "± limit",
+                "lowest",
                 RED,
                 1.0,
-                of!(|_, run| { -run.field_limit_a_per_m * run.scales.input.factor }),
+                of!(|_, run| { run.lowest_field_a_per_m * run.scales.input.factor }),
             ),
         ],
     ),

@@ -64,6 +64,8 @@ pub struct RunInfo {
     pub realtime: bool,
     /// Largest field that the guard lets through.
     pub field_limit_a_per_m: f64,
+    /// Lowest field that the guard lets through.
+    pub lowest_field_a_per_m: f64,
     /// In what units it is drawn.
     pub scales: Scales,
     /// The guard's event numbers in words.
@@ -136,6 +138,7 @@ pub(crate) mod tests {
             realtime: false,
             scales: Scales::default(),
             field_limit_a_per_m: 30e3,
+            lowest_field_a_per_m: -30e3,
             events: Vec::new(),
         }
     }

@@ -209,6 +209,7 @@ mod tests {
             material: [7.65e5, 4000.0, 0.18],
             scales: crate::Scales::default(),
             field_limit_a_per_m: 1e4,
+            lowest_field_a_per_m: -1e4,
             events: Vec::new(),
         }
     }

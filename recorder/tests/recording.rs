@@ -28,6 +28,7 @@ fn info(path: PathBuf) -> RunInfo {
         material: [7.65e5, 4000.0, 0.18],
         scales: anhyst_recorder::Scales::default(),
         field_limit_a_per_m: 40e3,
+        lowest_field_a_per_m: -40e3,
         events: vec![EventName {
             number: 7,
             text: "seven happened".into(),

@@ -223,6 +223,10 @@ impl Scenario {
         }
         if let Some(limit) = self.expect.a_final_error_a_per_m {
             Invalid::unless_positive("expect.a_final_error_a_per_m", limit, "A/m")?;
+            if !self.units().shape {
+                let why = format!("{limit} A/m; this plant follows a law, which has no a: leave it out");
+                return Err(Invalid::new("expect.a_final_error_a_per_m", why));
+            }
         }
         let last_s = self.duration_s - self.tick_s;
         Invalid::unless_between("expect.settling_s", self.expect.settling_s, 0.0, last_s, "s")?;

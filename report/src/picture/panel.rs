@@ -27,6 +27,8 @@ const BAND_OPACITY: f64 = 0.2;
 /// Of a name in the legend: its sample, and the gap after it.
 const SAMPLE: f64 = 20.0;
 const ENTRY_GAP: f64 = 16.0;
+/// Between legend and plot: half of a tick's text, which may stand at the plot's upper end.
+const LEGEND_GAP: f64 = 5.0;
 
 type Drawn = Result<(), ReportError>;
 
@@ -42,7 +44,12 @@ pub(super) fn draw(canvas: &Canvas, panel: &Chart, place: Rectangle) -> Drawn {
     let names = entries(panel);
     let rows = rows_of(canvas, &names, place.width() - 2.0 * EDGE);
     let heading = if panel.title.is_empty() { 0.0 } else { LINE_HEIGHT + 3.0 };
-    let top = place.top + EDGE + heading + rows.len() as f64 * LINE_HEIGHT;
+    let legend = if rows.is_empty() {
+        0.0
+    } else {
+        rows.len() as f64 * LINE_HEIGHT + LEGEND_GAP
+    };
+    let top = place.top + EDGE + heading + legend;
     let bottom = (place.bottom - EDGE - BELOW).max(top + 1.0);
     let y = Scale::new(&panel.y, panel.ordinates(), ROOM.1, bottom - top, Y_SPACING);
     let widest = y
