@@ -23,7 +23,7 @@ use crate::joining::{at_a_bound, sort, unbent};
 use crate::leaving::TIES;
 use crate::likelihood::Point;
 use crate::lines::lines;
-use crate::recorder::{of_output, seen};
+use crate::recorder::shows_in_output;
 use crate::screening::Screened;
 use crate::search::{Depth, JOINS, Search};
 use crate::term::Term;
@@ -174,7 +174,7 @@ impl Search<'_> {
             course.push(std::mem::replace(&mut base, polished).point);
             off_mains = self.lines(&mut base)?;
             let is_enough = match self.depth {
-                Depth::UntilSeen => of_output(&seen(bench, &base.point, FROM[0])),
+                Depth::UntilSeen => shows_in_output(bench, &base.point, FROM[0]),
                 Depth::UntilMisfit => stage == 0 && Evidence::new(bench, &base.point).is_misfit,
                 Depth::Whole | Depth::Look => false,
             };

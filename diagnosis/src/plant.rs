@@ -82,22 +82,17 @@ impl Plant {
         let low_passes = [of(ChannelKind::Field), of(ChannelKind::Output)];
         let zero = composition.drive_zero_a_per_m().unwrap_or(0.0);
         let simulated = self.runs.iter().enumerate().map(|(index, run)| {
-            let mut shifted = Cow::Borrowed(run);
-            if zero != 0.0 {
-                shifted
-                    .to_mut()
-                    .drive_a_per_m
-                    .iter_mut()
-                    .for_each(|drive| *drive += zero);
-            }
-            let run = shifted.as_ref();
-            let first = run.drive_a_per_m.first().copied().unwrap_or(0.0);
+            let first = run.drive_a_per_m.first().map_or(0.0, |drive| drive + zero);
             let mut outputs = ActuatorOutputs::default();
             let start = composition.start(index, first, &model.material);
             let above = composition.shape_above_a_per_m(index);
             let asked = (index, start, zero, above, model.magnetic_half());
             let magnetize = || {
                 self.memory.magnetized.count();
+                let mut run = Cow::Borrowed(run);
+                if zero != 0.0 {
+                    run.to_mut().drive_a_per_m.iter_mut().for_each(|drive| *drive += zero);
+                }
                 run.magnetize_from(start, &model, above).ok()
             };
             let half = self

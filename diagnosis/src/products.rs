@@ -62,18 +62,22 @@ impl Products {
 /// Products of all columns over a band, those of the first of them `known`.
 fn products(band: &[usize], columns: &[&[f64]], known: DMatrix<f64>) -> DMatrix<f64> {
     let (from, size) = (known.nrows(), columns.len());
-    let mut all = known.resize(size, size, 0.0);
     let places = band
         .first()
         .zip(band.last())
         .map_or(0..0, |(first, last)| *first..last + 1);
     let is_whole = places.len() == band.len();
-    // Most columns answer in one channel only.
-    let answers = |column: &[f64]| match is_whole {
-        true => column[places.clone()].iter().any(|own| *own != 0.0),
-        false => band.iter().any(|place| column[*place] != 0.0),
+    // Most columns answer in one channel only; of a known one its energy tells.
+    let answers = |index: &usize| {
+        let column = columns[*index];
+        match is_whole {
+            _ if *index < from => known[(*index, *index)] != 0.0,
+            true => column[places.clone()].iter().any(|own| *own != 0.0),
+            false => band.iter().any(|place| column[*place] != 0.0),
+        }
     };
-    let used: Vec<usize> = (0..size).filter(|index| answers(columns[*index])).collect();
+    let used: Vec<usize> = (0..size).filter(answers).collect();
+    let mut all = known.resize(size, size, 0.0);
     let mut gathered = vec![0.0; if is_whole { 0 } else { BLOCK * used.len() }];
     for start in (0..band.len()).step_by(BLOCK) {
         let rows = start..band.len().min(start + BLOCK);

@@ -96,7 +96,7 @@ fn is_misfit(bench: &Bench, found: &Decomposition) -> bool {
     Evidence::new(bench, &found.last.point).is_misfit
 }
 
-pub(crate) fn of_output(seen: &[(ChannelKind, Likely)]) -> bool {
+fn of_output(seen: &[(ChannelKind, Likely)]) -> bool {
     seen.iter().any(|(kind, _)| *kind == ChannelKind::Output)
 }
 
@@ -106,24 +106,35 @@ fn likeliest(seen: &[(ChannelKind, Likely)]) -> Forms {
 
 /// Low passes in what a point leaves of field and output, from a share of the sampling rate on. What a fitted model leaves of the output is its own
 /// error, whose spectrum falls without any filter.
-pub(crate) fn seen(bench: &Bench, point: &Point, from: f64) -> Seen {
-    let of = |kind: ChannelKind| {
-        let is_noise = kind == ChannelKind::Field || !bench.plant.fitted;
-        let channel = bench.plant.channels.iter().find(|own| own.kind == kind && is_noise)?;
-        let tick_s = bench.plant.runs[channel.run].tick_s?;
-        let seen = LowPass::seen(&bench.left(point, channel), tick_s, channel.resolution, from);
-        (!seen.is_empty()).then_some((kind, seen))
-    };
+fn seen(bench: &Bench, point: &Point, from: f64) -> Seen {
     let kinds = [ChannelKind::Field, ChannelKind::Output].into_iter();
-    kinds.filter_map(of).collect()
+    kinds
+        .filter_map(|kind| Some((kind, seen_of(kind, bench, point, from)?)))
+        .collect()
+}
+
+/// The same of one channel.
+fn seen_of(kind: ChannelKind, bench: &Bench, point: &Point, from: f64) -> Option<Likely> {
+    let is_noise = kind == ChannelKind::Field || !bench.plant.fitted;
+    let channel = bench.plant.channels.iter().find(|own| own.kind == kind && is_noise)?;
+    let tick_s = bench.plant.runs[channel.run].tick_s?;
+    let seen = LowPass::seen(&bench.left(point, channel), tick_s, channel.resolution, from);
+    (!seen.is_empty()).then_some(seen)
+}
+
+/// What a point leaves of the output shows one.
+pub(crate) fn shows_in_output(bench: &Bench, point: &Point, from: f64) -> bool {
+    seen_of(ChannelKind::Output, bench, point, from).is_some()
 }
 
 /// Low passes that the noise shows once something is explained.
 fn seen_beneath(bench: &Bench, found: &Decomposition) -> Seen {
     let points = [&found.last.point, &found.base.point];
     let looks = points.into_iter().flat_map(|point| FROM.map(|from| (point, from)));
-    let mut all = looks.map(|(point, from)| seen(bench, point, from));
-    all.find(|own| of_output(own)).unwrap_or_default()
+    let mut shown = looks.filter(|(point, from)| shows_in_output(bench, point, *from));
+    shown
+        .next()
+        .map_or_else(Vec::new, |(point, from)| seen(bench, point, from))
 }
 
 /// The decomposition with a low pass of the output that no noise shows, and what it was held against.
@@ -206,7 +217,7 @@ fn under(
         found: search.run()?,
         unlikely: 0.0,
     };
-    if watches && of_output(&self::seen(bench, &best.found.last.point, FROM[0])) {
+    if watches && shows_in_output(bench, &best.found.last.point, FROM[0]) {
         return Some(best.found);
     }
     if is_misfit(bench, &best.found) && all.len() > 1 {

@@ -141,10 +141,14 @@ impl ActuatorOutputs {
     }
 
     pub(super) fn begin_with(&mut self, half: &MagneticHalf) {
+        for (own, known) in [
+            (&mut self.field_a_per_m, &half.field_a_per_m),
+            (&mut self.magnetization_a_per_m, &half.magnetization_a_per_m),
+            (&mut self.temperature_k, &half.temperature_k),
+        ] {
+            own.clone_from(known);
+        }
         self.resize(half.len());
-        self.field_a_per_m.copy_from_slice(&half.field_a_per_m);
-        self.magnetization_a_per_m.copy_from_slice(&half.magnetization_a_per_m);
-        self.temperature_k.copy_from_slice(&half.temperature_k);
     }
 
     pub(super) fn part(&mut self, from: usize, to: usize) -> Columns<'_> {

@@ -75,7 +75,11 @@ impl IntersampleField {
     #[inline]
     pub fn take(&mut self, other: &IntersampleField) {
         self.length = other.length;
-        self.pieces[..other.length].copy_from_slice(other.pieces());
+        // Of most ticks it is one, which needs no call.
+        self.pieces[0] = other.pieces[0];
+        if self.length > 1 {
+            self.pieces[..other.length].copy_from_slice(other.pieces());
+        }
     }
 
     pub fn pieces(&self) -> &[Piece] {
