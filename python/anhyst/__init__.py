@@ -90,10 +90,12 @@ _native.tell_command(
 
 
 def __getattr__(name: str):
-    if name in _WHERE:
-        from importlib import import_module
+    from importlib import import_module
 
+    if name in _WHERE:
         return getattr(import_module("." + _WHERE[name], __name__), name)
+    if name == "control":
+        return import_module(".control", __name__)
     raise AttributeError(f"module 'anhyst' has no attribute {name!r}")
 
 

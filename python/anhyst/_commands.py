@@ -8,8 +8,8 @@ from pathlib import Path as _Path
 from typing import Any, Iterable, Sequence, Union
 
 from . import _native
-from ._run import Scenario, done, new_folder
-from ._words import Path, Settings, span, words
+from ._run import Scenario, done, known, new_folder
+from ._words import Path, Settings, settings, span, words
 
 Spans = Union[str, "tuple[int | None, int | None]"]
 Files = Union[Path, "Sequence[Path]"]
@@ -31,7 +31,7 @@ class Result:
             raise AttributeError(f"there is no {name!r} here; there are {', '.join(self.__dict__.get('report', ()))}") from None
 
     def __getitem__(self, name: str) -> Any:
-        return self.report[name]
+        return known(self.report, name)
 
     def __dir__(self):
         return [*super().__dir__(), *self.report]
@@ -59,8 +59,15 @@ def _measured(data: Any, folder: _Path) -> list[str]:
         return [os.fspath(data)]
     if isinstance(data, (list, tuple)):
         return [path for own in data for path in _measured(own, folder)]
-    names = list(data.keys())
-    columns = [data[name].tolist() if hasattr(data[name], "tolist") else list(data[name]) for name in names]
+    if not hasattr(data, "keys"):
+        raise TypeError(f"the data must be a file's path or a table of named columns, not {type(data).__name__}")
+    of = {name: data[name] for name in data.keys()}
+    # A frame over its time has it as the index.
+    index = getattr(data, "index", None)
+    if getattr(index, "name", None) is not None and index.name not in of:
+        of = {index.name: index, **of}
+    names = list(of)
+    columns = [own.tolist() if hasattr(own, "tolist") else list(own) for own in of.values()]
     lengths = {len(column) for column in columns}
     if len(lengths) != 1:
         told = ", ".join(f"{name} {len(column)}" for name, column in zip(names, columns))
@@ -73,9 +80,17 @@ def _measured(data: Any, folder: _Path) -> list[str]:
     return [os.fspath(path)]
 
 
+def _is_path(model: Any) -> None:
+    if not isinstance(model, (str, os.PathLike)):
+        saved = ": save it, and give its file" if hasattr(model, "save") else ""
+        raise TypeError(f"the model must be a file's path, not {type(model).__name__}{saved}")
+
+
 def repr_of(number: Any) -> str:
     """Shortest text that gives the same bits."""
-    return "" if number is None else number if isinstance(number, str) else repr(number)
+    if number is None or isinstance(number, str):
+        return number or ""
+    return number.isoformat() if hasattr(number, "isoformat") else repr(number)
 
 
 def _table(column: Any, rows: Any, drop_rows: Any) -> list[str]:
@@ -84,9 +99,9 @@ def _table(column: Any, rows: Any, drop_rows: Any) -> list[str]:
     return words(column=columns, rows=span(rows), drop_rows=[span(own) for own in drop])
 
 
-def check(scenario: Path, *, set: Settings = None) -> Scenario:
+def check(scenario: Path | Scenario, *, set: Settings = None) -> Scenario:
     """Reads, changes and checks a scenario without running it."""
-    return Scenario(scenario, set)
+    return Scenario(scenario.path, [*scenario.settings, *settings(set)]) if isinstance(scenario, Scenario) else Scenario(scenario, set)
 
 
 def fit(
@@ -125,6 +140,7 @@ def predict(
     out: Path | None = None,
 ) -> Result:
     """Runs a model freely along a measured file, as ``anhyst predict``; ``predict.csv`` in the folder has what it gives."""
+    _is_path(model)
     folder = new_folder(out, "predict")
     (path,) = _measured(data, folder)
     told = words(model=model, data=path, out=folder, json=True)
@@ -148,6 +164,7 @@ def estimate(
     out: Path | None = None,
 ) -> Result:
     """Estimates a model's parameters from a measured run, as ``anhyst estimate``: ``result.parameters["a"]["value"]``."""
+    _is_path(model)
     folder = new_folder(out, "estimate")
     (path,) = _measured(data, folder)
     told = words(
@@ -184,6 +201,7 @@ def diagnose(
     ``data`` is a file or a table, or a list of them that are explained together. ``amended.ron`` and ``report.html`` lie in the
     result's folder. It takes minutes; Ctrl-C ends it.
     """
+    _is_path(model)
     folder = new_folder(out, "diagnose")
     told = words(
         model=model,

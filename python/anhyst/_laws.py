@@ -17,7 +17,7 @@ def _time(x: Any, time_s: Any) -> Any:
 
 
 class FittedLaw:
-    """What a fit found."""
+    """What a fit found: ``law`` (at rest), ``report`` (the content of ``fit.json``), ``modelled`` (what it makes of each record), ``ron``."""
 
     def __init__(self, ron: str, report: dict[str, Any], law: _native.Law, modelled: list[np.ndarray]):
         self.ron = ron

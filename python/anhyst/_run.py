@@ -46,7 +46,7 @@ class Tokens(Mapping):
         self._scenario = scenario
 
     def __getitem__(self, channel: str) -> dict[str, np.ndarray]:
-        return self._channels[channel]
+        return known(self._channels, channel)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._channels)
@@ -56,7 +56,7 @@ class Tokens(Mapping):
 
     def time_s(self, channel: str = "measurement") -> np.ndarray:
         """The instants of a channel's tokens, s, shape (ticks,)."""
-        own = self._channels[channel]
+        own = self[channel]
         ticks = own.get("tick")
         return (np.arange(len(next(iter(own.values())))) if ticks is None else ticks) * self.tick_s
 
@@ -66,7 +66,7 @@ class Tokens(Mapping):
 
         unit_of = self._scenario.unit_of
         units = {name: unit_of(name, unit) for of, name, unit, _ in _native.fields() if of == channel}
-        columns = self._channels[channel]
+        columns = self[channel]
         about = [pa.field(name, pa.from_numpy_dtype(own.dtype), metadata={"unit": units.get(name, "")}) for name, own in columns.items()]
         return pa.Table.from_arrays([pa.array(own) for own in columns.values()], schema=pa.schema(about))
 
@@ -74,7 +74,7 @@ class Tokens(Mapping):
         """A channel as a pandas frame over the time in s. pandas puts columns of one type side by side: that is a copy."""
         import pandas as pd
 
-        columns = {name: own for name, own in self._channels[channel].items() if name != "tick"}
+        columns = {name: own for name, own in self[channel].items() if name != "tick"}
         return pd.DataFrame(columns, index=pd.Index(self.time_s(channel), name="time_s"))
 
     def __repr__(self) -> str:
@@ -158,13 +158,15 @@ class Run:
         time_s = tokens.time_s("demand")
         begin = time_s[-1] - 0.1 if from_s is None and to_s is None else from_s or 0.0
         shown = slice(np.searchsorted(time_s, begin), None if to_s is None else np.searchsorted(time_s, to_s))
+        if not len(time_s[shown]):
+            raise _native.BadInput(f"nothing of the run lies from {begin} to {to_s} s: it goes from {time_s[0]} to {time_s[-1]} s")
         (scale, unit), (small, small_unit) = ((1e6, "µm"), (1e9, "nm")) if metres else 2 * [(1.0, self.scenario.units[1])]
         above, below = plt.subplots(2, 1, figsize=(8, 5), layout="constrained")[1] if axes is None else axes
         reference, moved = tokens["demand"]["reference_m"], tokens["truth"]["displacement_m"]
         above.plot(time_s[shown], scale * reference[shown], label="reference")
         above.plot(time_s[shown], scale * moved[shown], "--", label="displacement")
         above.set(xlabel="time, s", ylabel=unit)
-        above.legend(loc="upper right")
+        above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False)
         below.plot(time_s, small * (reference - moved), linewidth=0.5)
         below.set(xlabel="time, s", ylabel=f"error, {small_unit}")
         return above.figure
@@ -200,6 +202,13 @@ def run(
     asked = words(set=changes, out=folder, embedded=embedded, no_recording=not recording, json=True)
     done(["run", os.fspath(path), *asked], folder)
     return Run(folder)
+
+
+def known(of: Mapping[str, Any], name: str) -> Any:
+    """What has this name; else a sentence with the names that there are."""
+    if name not in of:
+        raise KeyError(f"there is no {name!r} here; there are {', '.join(of)}")
+    return of[name]
 
 
 def new_folder(out: Path | None, name: str) -> _Path:

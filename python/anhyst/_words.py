@@ -6,7 +6,7 @@ import os
 from typing import Any, Iterable, Mapping, Union
 
 Path = Union[str, "os.PathLike[str]"]
-Settings = Union[Mapping[str, Any], Iterable[str], None]
+Settings = Union[Mapping[str, Any], Iterable[str], str, None]
 
 
 def value(of: Any) -> str:
@@ -29,7 +29,7 @@ def settings(changes: Settings) -> list[str]:
         return []
     if isinstance(changes, Mapping):
         return [f"{path}={value(own)}" for path, own in changes.items()]
-    return list(changes)
+    return [changes] if isinstance(changes, str) else list(changes)
 
 
 def words(**options: Any) -> list[str]:

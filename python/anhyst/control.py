@@ -24,14 +24,20 @@ def initial_state(law: _native.Law) -> np.ndarray:
     return law.state_vector
 
 
+def _part(of: Any, kind: type) -> Any:
+    if not isinstance(of, kind):
+        raise TypeError(f"an anhyst.{kind.__name__} is wanted, not {type(of).__name__}")
+    return of
+
+
 def law_system(law: _native.Law, dt: float, *, feedthrough: bool = True, name: str = "law") -> Any:
     """A law as a discrete system of one input and one output; its states are all that the law remembers.
 
     In each sample ``dt`` seconds pass at the input as it stood, then the input moves: ``y[k]`` is the output there, which is what
     ``law.run(u, dt)`` gives, to the bit. Without ``feedthrough`` ``y[k]`` is the output of the sample before, so that a loop around it
-    is no algebraic one. The law itself is copied and not moved.
+    is no algebraic one. The law itself is copied and not moved; what :func:`anhyst.fit_law` found will do as well.
     """
-    own = law.copy()
+    own = _part(getattr(law, "law", law), _native.Law).copy()
 
     def update(_t, x, u, _parameters):
         own.state_vector = x
@@ -47,7 +53,7 @@ def law_system(law: _native.Law, dt: float, *, feedthrough: bool = True, name: s
         output,
         inputs=["u"],
         outputs=["y"],
-        states=len(law.state_vector),
+        states=len(own.state_vector),
         dt=dt,
         name=name,
     )
@@ -55,6 +61,7 @@ def law_system(law: _native.Law, dt: float, *, feedthrough: bool = True, name: s
 
 def rod_system(rod: _native.Rod, *, name: str = "rod") -> Any:
     """The rod as a continuous state space: from magnetization (A/m) and force on the tip (N) to displacement (m)."""
+    _part(rod, _native.Rod)
     return control.ss(
         [[0.0, 1.0], [-rod.stiffness_per_s2, -rod.damping_per_s]],
         [[0.0, 0.0], [rod.gain, rod.force_gain_per_kg]],

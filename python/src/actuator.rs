@@ -1,6 +1,6 @@
 //! The whole chain of an actuator over arrays.
 
-use crate::arrays::{Given, array, row, same_length};
+use crate::arrays::{Given, array, finite, row, same_length};
 use crate::refusal::refused;
 use anhyst_model::{ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutputs};
 use anhyst_scenario::{load_model, to_ron};
@@ -41,7 +41,9 @@ impl Actuator {
     ) -> PyResult<Bound<'py, PyDict>> {
         let commands = row(&command);
         let forces = force_n.as_ref().map(row);
+        finite("command", &commands)?;
         if let Some(forces) = &forces {
+            finite("force", forces)?;
             same_length(("command", commands.len()), ("force", forces.len()))?;
         }
         let inputs = ActuatorInputs {
@@ -61,13 +63,14 @@ impl Actuator {
     }
 
     /// A sample on: the displacement (m), or of a model without a rod the strain.
-    fn step(&mut self, command: f64) -> f64 {
+    fn step(&mut self, command: f64) -> PyResult<f64> {
+        finite("command", &[command])?;
         let output = self.chain.step(ActuatorInput::command(command));
-        if self.model.rod.is_some() {
+        Ok(if self.model.rod.is_some() {
             output.displacement_m
         } else {
             output.strain
-        }
+        })
     }
 
     /// Back to the demagnetised state.

@@ -43,7 +43,10 @@ pub fn command(py: Python<'_>, words: Vec<OsString>) -> PyResult<(bool, String)>
         Ok(Ending::Held) => Ok((true, kept.said)),
         Ok(Ending::NotHeld) => Ok((false, kept.said)),
         Ok(Ending::ProcessFailed) => Err(ProcessFailed::new_err(kept.complained.trim_end().to_owned())),
-        Err(report) if entry::status(&report) == entry::BAD_INPUT => Err(refused(report)),
+        Err(report) if entry::status(&report) == entry::BAD_INPUT => {
+            let help = report.help().map(|help| format!("\nhelp: {help}"));
+            Err(refused(format!("{report}{}", help.unwrap_or_default())))
+        }
         Err(report) => Err(ProcessFailed::new_err(report.to_string())),
     }
 }

@@ -1,6 +1,6 @@
 //! Hysteresis laws fitted to arrays, and run along others.
 
-use crate::arrays::{Array, Given, array, row, same_length};
+use crate::arrays::{Array, Given, array, finite, row, same_length};
 use crate::interrupt::interruptible;
 use crate::refusal::refused;
 use anhyst_identify::laws::{Family, LawData, LawFile, LawOptions, LawRecord, fit_laws, predict};
@@ -26,6 +26,42 @@ fn quantity(key: &str) -> PyResult<Quantity> {
     })
 }
 
+/// A record that a law can be run along; without an output nothing was measured of it.
+fn record(
+    number: usize,
+    inputs: &Given<'_>,
+    outputs: Option<&Given<'_>>,
+    time_s: Option<&Given<'_>>,
+) -> PyResult<LawRecord> {
+    let input = row(inputs).into_owned();
+    if input.is_empty() {
+        return Err(refused(format!("record {number} has no samples")));
+    }
+    let output = outputs.map_or_else(|| vec![0.0; input.len()], |own| row(own).into_owned());
+    let time_s = time_s.map(|own| row(own).into_owned());
+    same_length(("the input", input.len()), ("the output", output.len()))?;
+    finite("the input", &input)?;
+    finite("the output", &output)?;
+    if let Some(time_s) = &time_s {
+        same_length(("the input", input.len()), ("the time", time_s.len()))?;
+        finite("the time", time_s)?;
+        if let Some(place) = time_s.windows(2).position(|pair| pair[1] <= pair[0]) {
+            return Err(refused(format!(
+                "the time[{}] is {} s and the one after it {} s: it must rise from sample to sample",
+                place,
+                time_s[place],
+                time_s[place + 1]
+            )));
+        }
+    }
+    Ok(LawRecord {
+        id: number.to_string(),
+        input,
+        output,
+        time_s,
+    })
+}
+
 /// Fits a law by its name, or of all the one that predicts best (`"auto"`), to records of input, output and time (s; none: a sweep).
 /// `threads` 0: one a core.
 #[pyfunction]
@@ -45,19 +81,9 @@ pub fn fit_law<'py>(
             refused(format!("there is no law {name:?}; there are auto, {known}"))
         })?),
     };
-    let mut all = Vec::new();
-    for (number, (inputs, outputs, time_s)) in records.iter().enumerate() {
-        same_length(("the input", inputs.len()?), ("the output", outputs.len()?))?;
-        if let Some(time_s) = time_s {
-            same_length(("the input", inputs.len()?), ("the time", time_s.len()?))?;
-        }
-        all.push(LawRecord {
-            id: number.to_string(),
-            input: row(inputs).into_owned(),
-            output: row(outputs).into_owned(),
-            time_s: time_s.as_ref().map(|time_s| row(time_s).into_owned()),
-        });
-    }
+    let each = records.iter().enumerate();
+    let all = each.map(|(number, (inputs, outputs, time_s))| record(number, inputs, Some(outputs), time_s.as_ref()));
+    let all = all.collect::<PyResult<Vec<LawRecord>>>()?;
     let (input, output) = (quantity(input)?, quantity(output)?);
     let threads = match threads {
         0 => anhyst_identify::parallel::available(),
@@ -85,23 +111,9 @@ pub fn predict_law<'py>(
 ) -> PyResult<Vec<Array<'py>>> {
     let file: LawFile = parse(Path::new("law.ron"), law).map_err(refused)?;
     file.validate().map_err(refused)?;
-    let mut all = Vec::new();
-    for (number, (inputs, time_s)) in records.iter().enumerate() {
-        if let Some(time_s) = time_s {
-            same_length(("the input", inputs.len()?), ("the time", time_s.len()?))?;
-        }
-        let input = row(inputs).into_owned();
-        if input.is_empty() {
-            return Err(refused(format!("record {number} has no samples")));
-        }
-        all.push(LawRecord {
-            id: number.to_string(),
-            // Nothing was measured of it.
-            output: vec![0.0; input.len()],
-            input,
-            time_s: time_s.as_ref().map(|time_s| row(time_s).into_owned()),
-        });
-    }
+    let each = records.iter().enumerate();
+    let all = each.map(|(number, (inputs, time_s))| record(number, inputs, None, time_s.as_ref()));
+    let all = all.collect::<PyResult<Vec<LawRecord>>>()?;
     let inputs = all.iter().flat_map(|record| &record.input);
     let input_extent = inputs.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
         [low.min(*value), high.max(*value)]

@@ -1,6 +1,6 @@
 //! Any hysteresis law with what it remembers, stepped and over arrays.
 
-use crate::arrays::{Array, Given, array, row};
+use crate::arrays::{Array, Given, array, finite, not_negative, row, same_length};
 use crate::material::Material;
 use crate::refusal::refused;
 use anhyst_identify::laws::LawFile;
@@ -61,9 +61,10 @@ impl Law {
         })
     }
 
-    fn moved(&mut self, x: f64, dt: f64) {
+    fn moved(&mut self, x: f64, dt: f64) -> f64 {
         self.model.pass(&mut self.state, dt);
         self.model.advance(&mut self.state, x);
+        self.model.output(&self.state)
     }
 }
 
@@ -117,6 +118,7 @@ impl Law {
     #[staticmethod]
     #[pyo3(signature = (radii, weights, line = 0.0))]
     fn prandtl_ishlinskii(radii: Given<'_>, weights: Given<'_>, line: f64) -> PyResult<Self> {
+        same_length(("radii", radii.len()?), ("weights", weights.len()?))?;
         let group = PlayGroup {
             warp: Warp::Straight,
             radii: row(&radii).into_owned(),
@@ -190,24 +192,29 @@ impl Law {
 
     /// Lets `dt` seconds pass at the present input, then moves the input there; the output.
     #[pyo3(signature = (x, dt = 0.0))]
-    fn step(&mut self, x: f64, dt: f64) -> f64 {
-        self.moved(x, dt);
-        self.model.output(&self.state)
+    fn step(&mut self, x: f64, dt: f64) -> PyResult<f64> {
+        finite("x", &[x])?;
+        not_negative("dt", dt)?;
+        Ok(self.moved(x, dt))
     }
 
-    /// The same for each sample, shape (n,).
+    /// Steps to one input after the other, shape (n,), `dt` seconds apart: the outputs, shape (n,).
     #[pyo3(signature = (x, dt = 0.0))]
-    fn run<'py>(&mut self, py: Python<'py>, x: Given<'py>, dt: f64) -> Array<'py> {
+    fn run<'py>(&mut self, py: Python<'py>, x: Given<'py>, dt: f64) -> PyResult<Array<'py>> {
         let inputs = row(&x);
         let inputs: &[f64] = &inputs;
-        let outputs = py.detach(|| inputs.iter().map(|own| self.step(*own, dt)).collect());
-        array(py, outputs)
+        finite("x", inputs)?;
+        not_negative("dt", dt)?;
+        let outputs = py.detach(|| inputs.iter().map(|own| self.moved(*own, dt)).collect());
+        Ok(array(py, outputs))
     }
 
     /// Outputs and slopes (d output/d input, on the side from which the input comes) for each sample, shape (n,) each.
     #[pyo3(signature = (x, dt = 0.0))]
-    fn run_with_slopes<'py>(&mut self, py: Python<'py>, x: Given<'py>, dt: f64) -> (Array<'py>, Array<'py>) {
+    fn run_with_slopes<'py>(&mut self, py: Python<'py>, x: Given<'py>, dt: f64) -> PyResult<(Array<'py>, Array<'py>)> {
         let inputs = row(&x);
+        finite("x", &inputs)?;
+        not_negative("dt", dt)?;
         let (mut outputs, mut slopes) = (Vec::with_capacity(inputs.len()), Vec::with_capacity(inputs.len()));
         for input in inputs.iter() {
             self.model.pass(&mut self.state, dt);
@@ -215,10 +222,10 @@ impl Law {
             self.model.advance(&mut self.state, *input);
             outputs.push(self.model.output(&self.state));
         }
-        (array(py, outputs), array(py, slopes))
+        Ok((array(py, outputs), array(py, slopes)))
     }
 
-    /// The inverse: moves the input so that the output follows `y`, the input not past ±`limit`. Inputs, and whether each output was
+    /// The inverse: moves the input so that the output follows `y`, the input not past ±`limit`, which is finite. Inputs, and whether each output was
     /// reached, shape (n,) each.
     #[pyo3(signature = (y, limit, dt = 0.0))]
     fn invert<'py>(
@@ -227,9 +234,12 @@ impl Law {
         y: Given<'py>,
         limit: f64,
         dt: f64,
-    ) -> (Array<'py>, Bound<'py, numpy::PyArray1<bool>>) {
+    ) -> PyResult<(Array<'py>, Bound<'py, numpy::PyArray1<bool>>)> {
         let outputs = row(&y);
         let outputs: &[f64] = &outputs;
+        finite("y", outputs)?;
+        not_negative("limit", limit)?;
+        not_negative("dt", dt)?;
         let (inputs, reached) = py.detach(|| {
             let each = outputs.iter().map(|output| {
                 self.model.pass(&mut self.state, dt);
@@ -238,17 +248,20 @@ impl Law {
             });
             each.collect::<(Vec<f64>, Vec<bool>)>()
         });
-        (array(py, inputs), numpy::PyArray1::from_vec(py, reached))
+        Ok((array(py, inputs), numpy::PyArray1::from_vec(py, reached)))
     }
 
     /// Where the input would have to go for the output to be `y`, not past ±`limit`, and whether it is then reached. Moves nothing.
-    fn input_for(&self, y: f64, limit: f64) -> (f64, bool) {
-        self.model.input_for(&self.state, y, limit)
+    fn input_for(&self, y: f64, limit: f64) -> PyResult<(f64, bool)> {
+        finite("y", &[y])?;
+        not_negative("limit", limit)?;
+        Ok(self.model.input_for(&self.state, y, limit))
     }
 
     /// Output and slope where a step to `x` would lead. Moves nothing.
-    fn ahead(&self, x: f64) -> (f64, f64) {
-        self.model.ahead(&self.state, x)
+    fn ahead(&self, x: f64) -> PyResult<(f64, f64)> {
+        finite("x", &[x])?;
+        Ok(self.model.ahead(&self.state, x))
     }
 
     /// d output/d input here, for a rising or a falling input.

@@ -81,10 +81,18 @@ impl Loop {
         self.tokens(py)
     }
 
-    /// Does so many ticks, or all that are left of the scenario: by channel and field arrays of shape (ticks,).
+    /// Does so many ticks, or all that are left of the scenario: by channel and field arrays of shape (ticks,). There are no more than
+    /// that; `step` goes on beyond the end.
     #[pyo3(signature = (ticks = None))]
     fn run<'py>(&mut self, py: Python<'py>, ticks: Option<u64>) -> Told<'py> {
-        let ticks = ticks.unwrap_or_else(|| self.ticks.saturating_sub(self.tick));
+        let left = self.ticks.saturating_sub(self.tick);
+        let ticks = ticks.unwrap_or(left);
+        if ticks > left {
+            return Err(refused(format!(
+                "{ticks} ticks were asked for, and {left} of the scenario's {} are left",
+                self.ticks
+            )));
+        }
         let of = usize::try_from(ticks).unwrap_or_default();
         let told = PyDict::new(py);
         let mut all: Vec<(&'static str, Columns)> = Vec::new();
@@ -151,6 +159,10 @@ impl Loop {
         combine(nodes.map(|(node, digest)| (node.name(), digest.0)))
     }
 
+    fn __repr__(&self) -> String {
+        format!("<anhyst.Loop before tick {}, {} s a tick>", self.tick, self.tick_s)
+    }
+
     /// A loop that goes on as this one would.
     fn copy(&self) -> Self {
         Self {
@@ -164,7 +176,8 @@ fn columns_of<M: Message>(_token: &M, tokens: usize) -> Columns {
     Columns::of::<M>(tokens)
 }
 
-/// What is in the machine: amplifier and plant of a scenario, for a controller of one's own.
+/// What is in the machine: amplifier and plant of a scenario, for a controller of one's own. There is no guard in it: the scenario's
+/// limits hold nothing here.
 #[pyclass(module = "anhyst")]
 pub struct Plant {
     rig: Rig,
@@ -233,6 +246,10 @@ impl Plant {
         self.tick_s
     }
 
+    fn __repr__(&self) -> String {
+        format!("<anhyst.Plant before tick {}, {} s a tick>", self.tick, self.tick_s)
+    }
+
     /// A plant that goes on as this one would.
     fn copy(&self) -> Self {
         Self {
@@ -262,7 +279,8 @@ impl Controller {
     }
 
     /// Answers what was measured at this tick (displacement in m, coil's field in A/m, temperature in K; 0 where there is no sensor)
-    /// with the field (A/m) for the amplifier, and goes to the next tick.
+    /// with the field (A/m) for the amplifier, and goes to the next tick. What is not finite is the guard's to answer, with the safe
+    /// field: `safe_field` says so.
     #[pyo3(signature = (displacement_m, coil_field_a_per_m = 0.0, temperature_k = 0.0))]
     fn step(&mut self, displacement_m: f64, coil_field_a_per_m: f64, temperature_k: f64) -> f64 {
         let mut measurement = Measurement {
@@ -311,6 +329,13 @@ impl Controller {
     #[getter]
     fn tick_s(&self) -> f64 {
         self.tick_s
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<anhyst.Controller before tick {}, {} s a tick>",
+            self.tick, self.tick_s
+        )
     }
 
     /// A controller that goes on as this one would.
