@@ -80,7 +80,7 @@ def _measured(data: Any, folder: _Path) -> list[str]:
     return [os.fspath(path)]
 
 
-def _is_path(model: Any) -> None:
+def _must_be_path(model: Any) -> None:
     if not isinstance(model, (str, os.PathLike)):
         saved = ": save it, and give its file" if hasattr(model, "save") else ""
         raise TypeError(f"the model must be a file's path, not {type(model).__name__}{saved}")
@@ -140,7 +140,7 @@ def predict(
     out: Path | None = None,
 ) -> Result:
     """Runs a model freely along a measured file, as ``anhyst predict``; ``predict.csv`` in the folder has what it gives."""
-    _is_path(model)
+    _must_be_path(model)
     folder = new_folder(out, "predict")
     (path,) = _measured(data, folder)
     told = words(model=model, data=path, out=folder, json=True)
@@ -164,7 +164,7 @@ def estimate(
     out: Path | None = None,
 ) -> Result:
     """Estimates a model's parameters from a measured run, as ``anhyst estimate``: ``result.parameters["a"]["value"]``."""
-    _is_path(model)
+    _must_be_path(model)
     folder = new_folder(out, "estimate")
     (path,) = _measured(data, folder)
     told = words(
@@ -201,7 +201,7 @@ def diagnose(
     ``data`` is a file or a table, or a list of them that are explained together. ``amended.ron`` and ``report.html`` lie in the
     result's folder. It takes minutes; Ctrl-C ends it.
     """
-    _is_path(model)
+    _must_be_path(model)
     folder = new_folder(out, "diagnose")
     told = words(
         model=model,

@@ -159,7 +159,8 @@ class Run:
         begin = time_s[-1] - 0.1 if from_s is None and to_s is None else from_s or 0.0
         shown = slice(np.searchsorted(time_s, begin), None if to_s is None else np.searchsorted(time_s, to_s))
         if not len(time_s[shown]):
-            raise _native.BadInput(f"nothing of the run lies from {begin} to {to_s} s: it goes from {time_s[0]} to {time_s[-1]} s")
+            end = "" if to_s is None else f" to {to_s} s"
+            raise _native.BadInput(f"nothing of the run lies from {begin} s{end}: it goes from {time_s[0]} to {time_s[-1]} s")
         (scale, unit), (small, small_unit) = ((1e6, "µm"), (1e9, "nm")) if metres else 2 * [(1.0, self.scenario.units[1])]
         above, below = plt.subplots(2, 1, figsize=(8, 5), layout="constrained")[1] if axes is None else axes
         reference, moved = tokens["demand"]["reference_m"], tokens["truth"]["displacement_m"]

@@ -43,7 +43,7 @@ impl Actuator {
         let forces = force_n.as_ref().map(row);
         finite("command", &commands)?;
         if let Some(forces) = &forces {
-            finite("force", forces)?;
+            finite("force_n", forces)?;
             same_length(("command", commands.len()), ("force", forces.len()))?;
         }
         let inputs = ActuatorInputs {

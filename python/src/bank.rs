@@ -1,6 +1,6 @@
 //! A bank of materials over the shape `a`.
 
-use crate::arrays::{Array, Given, array, row};
+use crate::arrays::{Array, Given, array, finite, row};
 use crate::material::Material;
 use crate::refusal::refused;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
@@ -24,6 +24,7 @@ impl Bank {
         let (fields, bank) = (row(&field_a_per_m), &mut self.0);
         let members = bank.shapes().len();
         let fields: &[f64] = &fields;
+        finite("field_a_per_m", fields)?;
         let all = py.detach(|| {
             let mut all = Vec::with_capacity(members * fields.len());
             for field in fields {

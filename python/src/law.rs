@@ -225,8 +225,8 @@ impl Law {
         Ok((array(py, outputs), array(py, slopes)))
     }
 
-    /// The inverse: moves the input so that the output follows `y`, the input not past ±`limit`, which is finite. Inputs, and whether each output was
-    /// reached, shape (n,) each.
+    /// The inverse: moves the input so that the output follows `y`, the input not past ±`limit`, which is finite. Inputs, and whether
+    /// each output was reached, shape (n,) each.
     #[pyo3(signature = (y, limit, dt = 0.0))]
     fn invert<'py>(
         &mut self,

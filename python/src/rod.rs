@@ -1,6 +1,6 @@
 //! The rod of two poles over arrays.
 
-use crate::arrays::{Array, Given, array, row, same_length};
+use crate::arrays::{Array, Given, array, finite, row, same_length};
 use crate::refusal::refused;
 use anhyst_model::{RodConstants, RodElements, RodMotion, TwoPole, TwoPolePropagator};
 use pyo3::prelude::*;
@@ -24,6 +24,11 @@ impl Rod {
             propagator: TwoPolePropagator::new(two_pole, tick_s).map_err(refused)?,
             motion: RodMotion::default(),
         })
+    }
+
+    fn moved(&mut self, magnetization_a_per_m: f64, force_n: f64) -> f64 {
+        let acceleration = self.two_pole.acceleration(magnetization_a_per_m, force_n);
+        self.motion.advance(&self.propagator, acceleration)
     }
 }
 
@@ -64,9 +69,10 @@ impl Rod {
 
     /// A tick on: the displacement (m) where the magnetization (A/m) and the force (N) have come to these.
     #[pyo3(signature = (magnetization_a_per_m, force_n = 0.0))]
-    fn step(&mut self, magnetization_a_per_m: f64, force_n: f64) -> f64 {
-        let acceleration = self.two_pole.acceleration(magnetization_a_per_m, force_n);
-        self.motion.advance(&self.propagator, acceleration)
+    fn step(&mut self, magnetization_a_per_m: f64, force_n: f64) -> PyResult<f64> {
+        finite("magnetization_a_per_m", &[magnetization_a_per_m])?;
+        finite("force_n", &[force_n])?;
+        Ok(self.moved(magnetization_a_per_m, force_n))
     }
 
     /// The same for each sample, shape (n,).
@@ -79,14 +85,16 @@ impl Rod {
     ) -> PyResult<Array<'py>> {
         let magnetizations = row(&magnetization_a_per_m);
         let forces = force_n.as_ref().map(row);
+        finite("magnetization_a_per_m", &magnetizations)?;
         if let Some(forces) = &forces {
+            finite("force_n", forces)?;
             same_length(("magnetization", magnetizations.len()), ("force", forces.len()))?;
         }
         let at = |sample: usize| forces.as_ref().map_or(0.0, |forces| forces[sample]);
         let moved = magnetizations.iter().enumerate();
         Ok(array(
             py,
-            moved.map(|(sample, own)| self.step(*own, at(sample))).collect(),
+            moved.map(|(sample, own)| self.moved(*own, at(sample))).collect(),
         ))
     }
 

@@ -34,6 +34,21 @@ def test_a_law_remembers_nothing_that_it_refused(call, told):
 
 
 @pytest.mark.parametrize(
+    "call, told",
+    [
+        (lambda: anhyst.Bank(anhyst.Material.terfenol_d(), [7e3]).run([0.0, np.nan]), "field_a_per_m[1] is NaN"),
+        (lambda: anhyst.Rod(0.0137, 7890.0, 6.4e7, 5e-5).step(np.nan), "magnetization_a_per_m, NaN"),
+        (lambda: anhyst.Rod(0.0137, 7890.0, 6.4e7, 5e-5).run([0.0, 1.0], [0.0, np.inf]), "force_n[1] is inf"),
+        (lambda: anhyst.Actuator.terfenol_d(5e-5).step(np.nan), "command, NaN"),
+    ],
+)
+def test_nor_does_what_else_has_a_state(call, told):
+    with pytest.raises(anhyst.BadInput) as refused:
+        call()
+    assert told in str(refused.value)
+
+
+@pytest.mark.parametrize(
     "given, told",
     [
         (np.zeros((3, 2)), "float64 of shape (3, 2)"),

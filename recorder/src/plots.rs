@@ -320,13 +320,13 @@ pub(crate) const PLOTS: &[Plot] = &[
         "field/limit",
         &[
             line(
-                "highest",
+                "upper limit",
                 RED,
                 1.0,
                 of!(|_, run| { run.field_limit_a_per_m * run.scales.input.factor }),
             ),
             line(
-                "lowest",
+                "lower limit",
                 RED,
                 1.0,
                 of!(|_, run| { run.lowest_field_a_per_m * run.scales.input.factor }),

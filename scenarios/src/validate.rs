@@ -224,7 +224,8 @@ impl Scenario {
         if let Some(limit) = self.expect.a_final_error_a_per_m {
             Invalid::unless_positive("expect.a_final_error_a_per_m", limit, "A/m")?;
             if !self.units().shape {
-                let why = format!("{limit} A/m; this plant follows a law, which has no a: leave it out");
+                let why =
+                    format!("{limit} is for a material that has an a, and this one follows another law: leave it out");
                 return Err(Invalid::new("expect.a_final_error_a_per_m", why));
             }
         }

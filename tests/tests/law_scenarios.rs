@@ -41,6 +41,11 @@ fn every_structure_is_worth_its_trouble() {
         assert!(errors[4] < 1.5 * rms, "{errors:?}");
         assert_eq!(runs[4]["held"], true, "{motion}");
         assert_eq!(runs[4]["units"]["output"], unit);
+        // What stands in the tokens in the place of `a` is no figure.
+        assert_eq!(
+            [&runs[4]["a_true_a_per_m"], &runs[4]["a_error_rms_a_per_m"]],
+            [&Value::Null; 2]
+        );
     }
 }
 
@@ -73,6 +78,11 @@ fn what_does_not_go_together_is_refused_by_name() {
     for (scenario, setting, said) in [
         ("piezo/sine", "estimator.law=Folded()", "take Weights() or FixedWeights"),
         ("piezo/sine", "rod=()", "rod.resonance"),
+        (
+            "piezo/sine",
+            "expect.a_final_error_a_per_m=5.0",
+            "expect.a_final_error_a_per_m: 5 is for a material that has an a",
+        ),
         (
             "milling",
             "estimator.law=FixedWeights",

@@ -38,7 +38,7 @@ impl Limit {
         if !self.is_round() {
             return signal.clamp(-self.level, self.level);
         }
-        // (1 + r^p)^(-1/p) by logarithms: a third of the time of two powers.
+        // (1 + r^p)^(-1/p) by logarithms, which take less time than two powers.
         let (ratio, p) = ((signal / self.level).abs(), self.sharpness);
         let power = p * libm::log(ratio);
         let factor = libm::exp(-libm::log1p(libm::exp(-power.abs())) / p);
