@@ -3,8 +3,10 @@
 //! Newton's step, at first towards a limit of which nothing is known but that the input may not pass it: a sample moves little, and what a
 //! law would give at the limit costs some laws far more than all the rest. The step that goes beyond the demand closes a bracket, which
 //! every evaluation narrows; so does the limit, once a step would leave it or many have stayed short. Where the slope says nothing (a flat
-//! stretch, a kink) the bracket is halved. A sum of plays is straight between its kinks, so that two or three steps end it; others gain
+//! stretch, a kink) the bracket is halved; so it is where a step is not half as long as the one before the last: across a bend steps can
+//! go to and fro between two points for ever. A sum of plays is straight between its kinks, so that two or three steps end it; others gain
 //! digits quadratically. It ends where the output is met to rounding or the bracket holds no other number.
+//! The guard against going to and fro: Press et al., *Numerical Recipes* (2007), §9.4.
 
 use super::HysteresisLaw;
 
@@ -53,6 +55,8 @@ fn search<L: HysteresisLaw + ?Sized>(
     let mut best = (here, (output_to - present).abs());
     let mut newton = here + (output_to - present) / slope;
     let mut tried = here;
+    // How far the step before the last went, and the last.
+    let mut lengths = [f64::INFINITY; 2];
     for step in 0..MAX_STEPS {
         if !bounded && (step == MAX_SHORT || !is_between(newton, near, far)) {
             let (at_end, _) = law.ahead(state, end);
@@ -66,7 +70,8 @@ fn search<L: HysteresisLaw + ?Sized>(
             }
             bounded = true;
         }
-        let next = if is_between(newton, near, far) {
+        let is_short = 2.0 * (newton - tried).abs() <= lengths[0];
+        let next = if is_between(newton, near, far) && (is_short || !bounded) {
             newton
         } else {
             0.5 * (near + far)
@@ -74,6 +79,7 @@ fn search<L: HysteresisLaw + ?Sized>(
         if next == tried || next == near || next == far {
             break;
         }
+        lengths = [lengths[1], (next - tried).abs()];
         tried = next;
         let (output, slope) = law.ahead(state, tried);
         let error = output_to - output;
