@@ -25,10 +25,10 @@ pub enum ModelError {
         shape_a_per_m: f64,
         product: f64,
     },
-    /// k − α(Man − Mirr) reaches zero on the major loop.
+    /// k − α(Man − Mirr) all but reaches zero on the major loop.
     #[error(
         "on the major loop Man - Mirr reaches {distance_a_per_m:.0} A/m, which times the coupling {coupling} is {product_a_per_m:.1} A/m, \
-         but it must stay below the pinning {pinning_a_per_m} A/m: there the denominator of dMirr/dH vanishes and the slope is infinite"
+         but it must stay below 0.99 of the pinning {pinning_a_per_m} A/m: there the denominator of dMirr/dH vanishes and the slope is infinite"
     )]
     PinningOvercome {
         coupling: f64,

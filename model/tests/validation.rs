@@ -72,6 +72,31 @@ fn overcome_pinning_is_refused_and_would_have_been_singular() {
 }
 
 #[test]
+fn pinning_that_is_all_but_overcome_is_refused_and_would_have_run_away() {
+    // α(Man − Mirr) gets to 0.99993 k: finite along the equation, but not in steps.
+    let material = Hysteresis {
+        anhysteretic: Anhysteretic::Ising,
+        ..set(7012.0, 4000.0, 0.01, 0.487, 7.65e5)
+    };
+    assert!(matches!(material.validate(), Err(ModelError::PinningOvercome { .. })));
+    let mut largest = 0.0_f64;
+    for parts in 1..=200 {
+        let mut state = MagneticState::default();
+        for end in [3e4, -3e4, 3e4] {
+            let from = state.field_a_per_m;
+            for part in 1..=parts {
+                state = material.advance(state, from + (end - from) * f64::from(part) / f64::from(parts));
+                largest = largest.max(state.magnetization_a_per_m.abs());
+            }
+        }
+    }
+    assert!(
+        largest > 2.0 * material.saturation_magnetization_a_per_m,
+        "the refused set was harmless"
+    );
+}
+
+#[test]
 fn numbers_out_of_range_are_named() {
     let good = Hysteresis::terfenol_d();
     for (bad, name) in [

@@ -3,7 +3,7 @@
 //! Two things can break it, both by a large positive α (and the first one by a positive b₃, which joins it as 3b₃M²):
 //! 1. α·Ms/3a ≥ 1: the anhysteretic curve folds back. That is the fold itself for Langevin; an Ising curve folds at a third
 //!    of it, which strong pinning can still carry (a reference curve does), so between the two the second point decides;
-//! 2. α·(Man − Mirr) ≥ k: the denominator of (3) vanishes. The largest Man − Mirr that can be reached on a rising field
+//! 2. α·(Man − Mirr) ≥ k: the denominator of (3) vanishes, and just below, a step of finite length runs away (from 0.9999 k on). The largest Man − Mirr that can be reached on a rising field
 //!    is that of the major loop from negative saturation, because solutions of the first-order equation do not cross.
 //!    Along it, in the effective field, dMirr/dHe = z(1 − cα·Man′)/(k − αcz), z = Man − Mirr, from (3) and (5).
 //!    Where z is largest dMirr/dHe = Man′, which solved for z gives z = k·Man′: never more than kχ₀, so αχ₀ < 1 decides
@@ -11,6 +11,9 @@
 
 use super::Hysteresis;
 use crate::error::{ModelError, require, require_positive};
+
+/// Share of the pinning that α·(Man − Mirr) stays below.
+const CARRIED: f64 = 0.99;
 
 impl Hysteresis {
     /// Refuses parameters out of range, and sets whose slope dM/dH would not stay finite and positive.
@@ -81,7 +84,7 @@ impl Hysteresis {
         }
         let distance_a_per_m = self.largest_distance_on_major_loop();
         let product_a_per_m = self.coupling * distance_a_per_m;
-        if product_a_per_m < self.pinning_a_per_m {
+        if product_a_per_m < CARRIED * self.pinning_a_per_m {
             return Ok(());
         }
         Err(ModelError::PinningOvercome {
