@@ -26,9 +26,7 @@ pub struct Inversion {
 
 /// A correction is the last one if its square over the whole change, times the cube of what the slope changes by, is at most so much, in
 /// Ms: the cubic through both ends then errs by far less.
-const SURE: f64 = 1e-12;
-/// From this change of the slope on the cubic is trusted ten times less: across an inflexion it may err by all of it.
-const STRONGLY_BENT: f64 = 0.3;
+const SURE: f64 = 2e-13;
 /// What a slope may change by within a step that ends as it began.
 const BENT: f64 = 0.05;
 
@@ -189,7 +187,7 @@ impl Hysteresis {
             before = (x, slope);
             x += step * (1.0 - 0.5 * step * bend / slope);
             // What the bend, known from the last move, leaves out.
-            if step * step * (moved.abs() + step.abs()) <= 1e-12 {
+            if step * step * moved.abs() <= 1e-12 {
                 return (x, slope + bend * step);
             }
         }
@@ -261,13 +259,8 @@ impl<C: Curve<f64>, const CUBIC: bool> Search<'_, C, CUBIC> {
             let bend = (2.0 * first + 4.0 * last - 6.0 * (end - from.field) * gained) * gained;
             let change = missing * (last + 0.5 * bend * missing) * direction;
             let bent = BENT + (slope * first - 1.0).abs();
-            let sure = if bent < STRONGLY_BENT {
-                self.sure
-            } else {
-                0.1 * self.sure
-            };
-            let is_last =
-                missing.abs() <= 0.1 * moved.abs() && missing * missing * (bent * bent * bent) <= sure * moved.abs();
+            let is_last = missing.abs() <= 0.1 * moved.abs()
+                && missing * missing * (bent * bent * bent) <= self.sure * moved.abs();
             distance += change;
             if is_last && distance > 0.0 && distance <= reach {
                 self.answer = Some(Found {
