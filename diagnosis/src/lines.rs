@@ -119,19 +119,13 @@ fn ratios(powers: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Σ w_n r_n e^{−iωn} over some samples, `turns` a sample; Hann's window or none.
-fn demodulated(series: &[f64], first: usize, turns: f64, window: bool) -> Complex<f64> {
-    let length = series.len() as f64;
+/// Σ r_n e^{−iωn} over some samples, `turns` a sample.
+fn demodulated(series: &[f64], first: usize, turns: f64) -> Complex<f64> {
     let step = Complex::from_polar(1.0, -TAU * turns);
     let mut phasor = Complex::from_polar(1.0, -TAU * (turns * first as f64).fract());
     let mut sum = Complex::default();
-    for (index, value) in series.iter().enumerate() {
-        let weight = if window {
-            1.0 - (TAU * index as f64 / length).cos()
-        } else {
-            1.0
-        };
-        sum += phasor * (weight * value);
+    for value in series {
+        sum += phasor * value;
         phasor *= step;
     }
     sum
@@ -139,7 +133,9 @@ fn demodulated(series: &[f64], first: usize, turns: f64, window: bool) -> Comple
 
 fn refined(series: &[f64], channel: &Channel, line: usize, tick_s: f64) -> f64 {
     let length = channel.rows.len() as f64;
-    let power = |line: f64| demodulated(series, 0, line / length, true).norm_sqr();
+    let hann = |row: usize| 1.0 - (TAU * row as f64 / length).cos();
+    let windowed: Vec<f64> = series.iter().enumerate().map(|(row, own)| hann(row) * own).collect();
+    let power = |line: f64| demodulated(&windowed, 0, line / length).norm_sqr();
     let (mut best, mut step) = (line as f64, 0.5);
     while step > 1e-3 {
         let [a, b, c] = [best - step, best, best + step].map(power);
@@ -157,7 +153,7 @@ fn refined(series: &[f64], channel: &Channel, line: usize, tick_s: f64) -> f64 {
 fn is_steady(series: &[f64], turns: f64) -> bool {
     let part = series.len() / PARTS;
     let amplitudes: Vec<Complex<f64>> = (0..PARTS)
-        .map(|own| demodulated(&series[own * part..(own + 1) * part], own * part, turns, false))
+        .map(|own| demodulated(&series[own * part..(own + 1) * part], own * part, turns))
         .collect();
     let mean = amplitudes.iter().sum::<Complex<f64>>() / PARTS as f64;
     let ratios: Vec<Complex<f64>> = amplitudes.iter().map(|own| own / mean).collect();
