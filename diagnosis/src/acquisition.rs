@@ -29,7 +29,7 @@ const ALIKE: f64 = 0.04;
 const MAX_ALTERNATIVES: usize = 4;
 /// Rounds in which a level settles, to such a share.
 const MAX_ROUNDS: u32 = 40;
-const SETTLED: f64 = 1e-12;
+const SETTLED: f64 = 1e-6;
 /// Corners that are looked for, as shares of the sampling rate.
 const MIN_CORNER: f64 = 0.03;
 const MAX_CORNER: f64 = 0.46;
