@@ -261,7 +261,8 @@ fn held_out(bench: &Bench, found: &Decomposition) -> (f64, f64) {
         Some(rms(squares))
     };
     let before = predicted(&Composition::default());
-    let refitted = part.fit(&found.last.point.composition, None);
+    let whole = found.last.first_part(bench, &part);
+    let refitted = part.fit(&found.last.point.composition, Some(&whole));
     let after = refitted.and_then(|fit| predicted(&fit.point.composition));
     let fallback = |point| remainder_rms(bench, point);
     (

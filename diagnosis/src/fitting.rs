@@ -26,6 +26,8 @@ const ROUGH_STEPS: usize = 12;
 const VAIN: f64 = 3e-3;
 /// Derivatives are good enough as long as J has fallen by less than this since they were taken.
 const SETTLED: f64 = 1.0;
+/// Rounds of levels and multiples in one step.
+const ROUNDS: usize = 4;
 /// A coordinate by ratio moves by at most this a step.
 const MAX_LOG_STEP: f64 = 1.0;
 
@@ -70,6 +72,24 @@ impl Fitted {
     /// What is left, derivatives and linear nuisance.
     pub fn all(&self) -> Vec<&[f64]> {
         self.point.with(&self.columns)
+    }
+
+    /// The same with the derivatives of a part of each channel's rows, the first ones, to begin a fit of it from.
+    pub fn first_part(&self, whole: &Bench, part: &Bench) -> Self {
+        let cut = |column: &Arc<Vec<f64>>| {
+            let channels = whole.plant.channels.iter().zip(&part.plant.channels);
+            let spectra = channels.flat_map(|(all, own)| {
+                let series = all.spectrum.back(&column[all.places.clone()]);
+                let mut spectrum = own.spectrum.of(&series[..own.rows.len()]);
+                spectrum[0] = 0.0;
+                spectrum
+            });
+            Arc::new(spectra.collect::<Vec<f64>>())
+        };
+        Fitted {
+            point: self.point.clone(),
+            columns: self.columns.iter().map(cut).collect(),
+        }
     }
 }
 
@@ -143,11 +163,11 @@ impl Bench {
         let (from, evidence) = (here.cost, Evidence::new(self, &here));
         let steps = if known.is_some() { ROUGH_STEPS } else { MAX_STEPS };
         for _ in 0..steps {
-            let (normal, surprise) = self.normal(&here, &columns);
+            let products = Products::of(&self.bands, &here.with(&columns));
             let mut next = None;
             let dampings = if carried.is_some() { 1 } else { MAX_DAMPINGS };
             for _ in 0..dampings {
-                let tried = self.stepped(&here, &normal, &surprise, damping);
+                let tried = self.stepped(&here, &products, damping);
                 next = self.point(&tried).filter(|tried| tried.cost < here.cost);
                 if next.is_some() {
                     damping = (damping * 0.1).max(1e-9);
@@ -163,56 +183,59 @@ impl Bench {
             if gained < WORTH && carried.is_none_or(|carried| carried < SETTLED) || is_vain() {
                 break;
             }
+            let is_stuck = before.is_none();
             match before.filter(|_| known.is_none() && gained > SETTLED) {
                 Some(before) => {
-                    carry(&mut columns, &before, &here, &normal);
+                    carry(
+                        &mut columns,
+                        &before,
+                        &here,
+                        &products.normal(&self.weights(&before.levels)),
+                    );
                     carried = Some(carried.unwrap_or(0.0) + gained);
                 }
                 None => {
                     columns = self.columns(&here, known)?;
                     carried = None;
-                    damping = damping.min(1e-3);
+                    if is_stuck {
+                        damping = damping.min(1e-3);
+                    }
                 }
             }
         }
         Some(Fitted { point: here, columns })
     }
 
-    /// Normal equations of unknowns and linear nuisance together, and the unknowns' pull by their priors.
-    fn normal(&self, here: &Point, columns: &[Arc<Vec<f64>>]) -> (Normal, Vec<f64>) {
-        let mut normal = Products::of(&self.bands, &here.with(columns)).normal(&self.weights(&here.levels));
-        let pull = normal.believe(&here.composition.unknowns);
-        (normal, pull)
-    }
-
-    fn stepped(&self, here: &Point, normal: &Normal, pull: &[f64], damping: f64) -> Composition {
+    /// The composition after a damped step: the multiples of all columns under which J of their sum is least, in rounds in which levels
+    /// and multiples settle on each other.
+    fn stepped(&self, here: &Point, products: &Products, damping: f64) -> Composition {
         let unknowns = &here.composition.unknowns;
-        let mut held = vec![false; pull.len()];
-        for _ in 0..unknowns.len() {
-            let step = normal.damped(pull, damping, unknowns.len(), &held);
-            let mut moved = here.composition.clone();
-            let mut leaves = None;
-            for (index, (unknown, step)) in moved.unknowns.iter_mut().zip(&step).enumerate() {
-                let coordinate = &unknown.coordinate;
-                let step = if coordinate.logarithmic {
-                    step.clamp(-MAX_LOG_STEP, MAX_LOG_STEP)
-                } else {
-                    *step
-                };
-                if !held[index] && unknown.leaves(step) {
-                    leaves = Some(index);
-                }
-                if !held[index] {
-                    unknown.value = coordinate.value(coordinate.free(unknown.value) + step);
-                }
+        let mut weights = self.weights(&here.levels);
+        let mut moved = here.composition.clone();
+        for _ in 0..ROUNDS {
+            let mut normal = products.normal(&weights);
+            let pull = normal.believe(unknowns);
+            let mut held = vec![false; pull.len()];
+            let mut step = normal.damped(&pull, damping, unknowns.len(), &held);
+            // What stands at a bound and would leave: without it, again.
+            while let Some(index) =
+                (0..unknowns.len()).find(|index| !held[*index] && unknowns[*index].leaves(step[*index]))
+            {
+                held[index] = true;
+                step = normal.damped(&pull, damping, unknowns.len(), &held);
             }
-            match leaves {
-                // It stands at a bound and would leave: without it, again.
-                Some(index) => held[index] = true,
-                None => return moved,
+            for ((own, before), step) in moved.unknowns.iter_mut().zip(unknowns).zip(&mut step) {
+                let coordinate = &own.coordinate;
+                if coordinate.logarithmic {
+                    *step = step.clamp(-MAX_LOG_STEP, MAX_LOG_STEP);
+                }
+                let free = coordinate.free(before.value);
+                own.value = coordinate.value(free + *step);
+                *step = coordinate.free(own.value) - free;
             }
+            weights = self.weights(&self.levels(&products.left(&step)));
         }
-        here.composition.clone()
+        moved
     }
 
     /// Covariance of the free coordinates under some levels, the linear nuisance let free: H⁻¹ by noise and misfit, and K Kᵀ with
