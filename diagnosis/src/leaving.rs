@@ -2,6 +2,7 @@
 
 use anhyst_identify::parallel;
 
+use crate::composition::Composition;
 use crate::evidence::Evidence;
 use crate::fitting::Fitted;
 use crate::joining::unbent;
@@ -94,7 +95,7 @@ impl Search<'_> {
         let mut tried: Vec<&Fitted> = tried.iter().collect();
         tried.sort_by(|one, other| one.point.cost.total_cmp(&other.point.cost));
         let mut others: Vec<(Term, Vec<f64>)> = Vec::new();
-        for fit in tried {
+        for fit in &tried {
             for term in fit.point.composition.terms() {
                 if !terms.contains(&term) && others.iter().all(|(own, _)| *own != term) {
                     others.push((term, values_of(&fit.point.composition, term)));
@@ -105,10 +106,21 @@ impl Search<'_> {
         let pairs = terms
             .iter()
             .flat_map(|own| others.iter().map(move |other| (*own, other)));
-        let fits = parallel::map(bench.threads, &pairs.collect::<Vec<_>>(), |(own, (other, values))| {
-            let swapped = composition.without(*own, model).with(*other, model, values)?;
-            bench.fit(&swapped, Some(last))
-        });
+        let swapped =
+            pairs.filter_map(|(own, (other, values))| composition.without(own, model).with(*other, model, values));
+        // What was tried with just these terms did not win.
+        let is_new = |own: &Composition| {
+            let same = |fit: &&Fitted| {
+                let other = &fit.point.composition;
+                let (own_terms, terms) = (own.terms(), other.terms());
+                own.low_passes == other.low_passes
+                    && own_terms.len() == terms.len()
+                    && own_terms.iter().all(|term| terms.contains(term))
+            };
+            !tried.iter().any(same)
+        };
+        let swapped: Vec<Composition> = swapped.filter(is_new).collect();
+        let fits = parallel::map(bench.threads, &swapped, |swapped| bench.fit(swapped, Some(last)));
         let best = fits
             .into_iter()
             .flatten()

@@ -18,6 +18,7 @@ use crate::evidence::{Evidence, LACK_OF_FIT, noise_rms};
 use crate::fitting::Fitted;
 use crate::leaving::REFITTED;
 use crate::likelihood::{Bench, Point};
+use crate::linearised::Linearised;
 use crate::search::{Depth, JOINS, Search};
 use crate::shares::{Gap, remainder_rms};
 
@@ -173,12 +174,14 @@ fn supposed(bench: &Bench, known: &[(ChannelKind, LowPass)], found: &Decompositi
         bench.fit(&composition.with_low_pass(ChannelKind::Output, low_pass), Some(fit))
     };
     let ladder: Vec<LowPass> = ladder.into_iter().chain(others).collect();
-    let rough = parallel::map(bench.threads, &ladder, |low_pass| beside(*low_pass, &found.base));
-    let best = rough
-        .into_iter()
-        .flatten()
-        .min_by(|one, other| one.point.cost.total_cmp(&other.point.cost))?;
-    let best = bench.fit(&best.point.composition, None)?;
+    let (base, linear) = (&found.base.point, Linearised::new(bench, &found.base));
+    let tried = parallel::map(bench.threads, &ladder, |low_pass| {
+        let with = base.composition.clone().with_low_pass(ChannelKind::Output, *low_pass);
+        Some((linear.gain_of(&bench.change(base, &with)?).likelihood, with))
+    });
+    let gained = tried.into_iter().flatten();
+    let (_, best) = gained.max_by(|(one, _), (other, _)| one.total_cmp(other))?;
+    let best = bench.fit(&best, None)?;
     let low_pass = best.point.composition.fitted_low_pass(ChannelKind::Output)?;
     let differs = |with: &Point, without: &Point| {
         let evidence = Evidence::new(bench, with);
@@ -306,19 +309,21 @@ impl Best {
     fn rival<'f>(&self, search: &Search<'_>, all: &'f [(f64, Forms)]) -> Option<(f64, f64, &'f Forms)> {
         let last = &self.found.last;
         let others = all.iter().filter(|(_, forms)| *forms != search.low_passes);
+        let linear = Linearised::new(search.bench, last);
         let rough = others.filter_map(|(unlikely, forms)| {
             let bare = last.point.composition.without_low_passes();
             let composition = forms
                 .iter()
                 .fold(bare, |all, (kind, low_pass)| all.with_low_pass(*kind, *low_pass));
-            let fit = search.bench.fit(&composition, Some(last))?;
-            Some((fit.point.cost + unlikely, *unlikely, forms, fit))
+            let change = search.bench.change(&last.point, &composition)?;
+            let gain = linear.gain_of(&change).likelihood - unlikely;
+            Some((gain, *unlikely, forms, composition))
         });
         let mut rough: Vec<_> = rough.collect();
-        rough.sort_by(|one, other| one.0.total_cmp(&other.0));
+        rough.sort_by(|one, other| other.0.total_cmp(&one.0));
         rough.truncate(REFITTED);
-        let rivals = rough.into_iter().filter_map(|(_, unlikely, forms, rough)| {
-            let fit = search.bench.fit(&rough.point.composition, None)?;
+        let rivals = rough.into_iter().filter_map(|(_, unlikely, forms, composition)| {
+            let fit = search.bench.fit(&composition, None)?;
             let fit = search.without_those_that_earn_nothing(fit)?;
             Some((cost(&fit) + unlikely, unlikely, forms))
         });
