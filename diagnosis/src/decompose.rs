@@ -70,6 +70,7 @@ impl Search<'_> {
     pub fn run(&mut self) -> Option<Decomposition> {
         let bench = self.bench;
         (self.progress)("the model as given", 0.0);
+        self.begin();
         let nominal = bench.point(&Composition::default())?;
         let (base, off_mains) = self.base()?;
         let mut gathered = Gathered::default();
@@ -141,9 +142,19 @@ impl Search<'_> {
                 });
             }
             (self.progress)("curves without a name", 0.27 + 0.13 * stage as f64);
-            gathered.unlisted = unlisted(bench, &base);
             gathered.tried.extend(fits.iter().map(|(_, fit)| fit.clone()));
             let gain = fits.first().map_or(0.0, |(_, fit)| base.point.cost - fit.point.cost);
+            let joins = |best: &Fitted| gain >= JOINS && self.moves(&base, best) && stage < MAX_TERMS;
+            let is_last = !fits.first().is_some_and(|(_, best)| joins(best));
+            // What the best leaves above the noise is all that a curve could gain beyond it.
+            let may_beat = |(_, best): &(Term, Fitted)| {
+                beats(
+                    gain + Evidence::new(bench, &best.point).to_noise(&best.point.levels),
+                    gain,
+                )
+            };
+            let is_sought = is_last || !bench.plant.fitted && fits.first().is_some_and(may_beat);
+            gathered.unlisted = if is_sought { unlisted(bench, &base) } else { Vec::new() };
             // Beside a fitted model's own error a curve proves nothing.
             let free = gathered
                 .unlisted
@@ -157,10 +168,9 @@ impl Search<'_> {
                     break;
                 }
             }
-            let Some((term, best)) = fits.first() else { break };
-            if gain < JOINS || !self.moves(&base, best) || stage == MAX_TERMS {
+            let Some((term, best)) = fits.first().filter(|_| !is_last) else {
                 break;
-            }
+            };
             let evidence = Evidence::new(bench, &best.point);
             let least = evidence.cost(&best.point);
             let as_well = fits[1..]

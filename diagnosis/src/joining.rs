@@ -60,6 +60,7 @@ impl Search<'_> {
             signals,
             lines_hz,
             lattice: self.lattice,
+            trials: &self.trials,
         };
         let (parameters, effects): (Vec<Term>, Vec<Term>) =
             terms.into_iter().partition(|term| matches!(term, Term::Parameter(_)));

@@ -6,6 +6,7 @@
 
 use anhyst_model::{ActuatorModel, ParameterSpec, Screening, Signal};
 
+use crate::search::Trials;
 use crate::signals::Signals;
 use crate::statistics::{quantile, sorted};
 use crate::term::Term;
@@ -31,6 +32,7 @@ pub(crate) struct Surroundings<'a> {
     pub lines_hz: &'a [f64],
     /// Step on which the output's values stand, where its rounding is the larger part of the noise.
     pub lattice: Option<f64>,
+    pub trials: &'a Trials,
 }
 
 impl Surroundings<'_> {

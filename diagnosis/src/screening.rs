@@ -3,6 +3,8 @@
 //! D = spectra with the term at a trial value minus those without. A secant search follows: the term is simulated at the multiple found,
 //! and again from there, until the multiple stays near 1; so limits and lags far from their trial are found, too.
 
+use std::sync::Arc;
+
 use anhyst_identify::engine::Coordinate;
 use anhyst_identify::parallel;
 
@@ -16,11 +18,15 @@ use crate::term::Term;
 const ROUNDS: usize = 3;
 /// A multiple within this factor of 1 ends the search: the fit takes over.
 const NEAR: f64 = 1.5;
+/// What a trial promised is come to this closely.
+const AS_FORETOLD: f64 = 0.9;
 /// Of a term's places to begin at, those that are searched further.
 const SEARCHED: usize = 3;
 /// Golden sections between two levels of a limit.
 const SECTIONS: usize = 9;
 const GOLDEN: f64 = 0.618_033_988_749_895;
+/// Levels one after the other that show and leave more: no lower one is tried.
+const VAIN: usize = 2;
 /// Energy with which a level shows.
 const SHOWS: f64 = 80.0;
 /// A gap is large from this multiple of a trial's answer on.
@@ -70,22 +76,33 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
         let tried = if term.is_limit() { tried.inside(term) } else { tried };
         bench.change(&base.point, &tried)
     };
+    let trial = |values: &[f64]| {
+        // Rounding answers to the last digit of what is rounded.
+        if term.is_lattice() {
+            return difference(values).map(Arc::new);
+        }
+        let is_asked = |own: &(Term, Vec<f64>)| own.0 == term && own.1 == values;
+        surroundings
+            .trials
+            .get(is_asked, || (term, values.to_vec()), || difference(values))
+    };
     if term.is_limit() || term.is_lattice() {
-        return limit(term, linear, surroundings, difference);
+        return limit(term, linear, surroundings, trial, difference);
     }
     let mut seen: Option<Seen> = None;
     let mut starts: Vec<(f64, ProbeGroup, Vec<f64>)> = Vec::new();
     for group in surroundings.probes(term) {
-        let trial = |(place, value): &(usize, f64)| {
+        let one = |(place, value): &(usize, f64)| {
             let mut values = group.absent.clone();
             values[*place] = *value;
-            difference(&values)
+            trial(&values)
         };
-        let Some(answers) = group.sizes.iter().map(trial).collect::<Option<Vec<_>>>() else {
+        let Some(answers) = group.sizes.iter().map(one).collect::<Option<Vec<_>>>() else {
             continue;
         };
+        let answers: Vec<&[f64]> = answers.iter().map(|own| own.as_slice()).collect();
         if let Some((place, value)) = group.sizes.first() {
-            let energy = linear.energy(&answers[0]);
+            let energy = linear.energy(answers[0]);
             let own = Seen {
                 place: *place,
                 trial: value - group.absent[*place],
@@ -111,8 +128,8 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
                 own
             }
         };
-        let over_noise = (linear.misfit() / linear.energy(&answers[0])).sqrt();
-        let as_it_is = output_energy(bench, &base.point.residual) / output_energy(bench, &answers[0]);
+        let over_noise = (linear.misfit() / linear.energy(answers[0])).sqrt();
+        let as_it_is = output_energy(bench, &base.point.residual) / output_energy(bench, answers[0]);
         let mut all = vec![values];
         for size in [over_noise, as_it_is.sqrt()] {
             if size > LARGE && size.is_finite() {
@@ -124,7 +141,9 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
     starts.sort_by(|one, other| other.0.total_cmp(&one.0));
     let mut best: Option<(f64, Vec<f64>)> = None;
     let promising = |(gain, _, _): &(f64, ProbeGroup, Vec<f64>)| !linear.is_hopeless(*gain);
-    for (_, group, values) in starts.into_iter().filter(promising).take(SEARCHED) {
+    // What answered as its trial foretold, and what it gained: another size that gains the same tells no more.
+    let mut foretold: Option<(ProbeGroup, f64)> = None;
+    for (promised, group, values) in starts.into_iter().filter(promising).take(SEARCHED) {
         let mut values = values;
         for _ in 0..ROUNDS {
             if values == group.absent {
@@ -145,11 +164,16 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
             if best.as_ref().is_none_or(|(most, _)| gain > *most) {
                 best = Some((gain, values.clone()));
             }
-            if linear.is_hopeless(gain) {
+            let is_as = |own: f64| (AS_FORETOLD..1.0 / AS_FORETOLD).contains(&(gain / own));
+            let is_known = foretold.as_ref().is_some_and(|(of, own)| *of == group && is_as(*own));
+            if is_known || linear.is_hopeless(gain) {
                 break;
             }
             let multiple = multiples[0];
             if (1.0 / NEAR..NEAR).contains(&multiple) {
+                if is_as(promised) {
+                    foretold = Some((group, gain));
+                }
                 break;
             }
             let multiples = vec![multiple.clamp(0.05, 20.0); group.sizes.len()];
@@ -182,6 +206,7 @@ fn limit(
     term: Term,
     linear: &Linearised,
     surroundings: &Surroundings,
+    trial: impl Fn(&[f64]) -> Option<Arc<Vec<f64>>>,
     difference: impl Fn(&[f64]) -> Option<Vec<f64>>,
 ) -> Option<Screened> {
     let levels: Vec<f64> = surroundings
@@ -191,11 +216,11 @@ fn limit(
         .collect();
     let mut seen: Option<Seen> = None;
     let mut tried: Vec<(Gain, f64)> = Vec::new();
-    let mut try_level = |level: f64| {
-        let Some(answer) = difference(&[level]) else {
+    let mut try_level = |level: f64, answer: Option<&[f64]>| {
+        let Some(answer) = answer else {
             return Gain::NONE;
         };
-        let energy = linear.energy(&answer);
+        let energy = linear.energy(answer);
         // Levels fall: the first that shows is the highest.
         if seen.is_none_or(|own| own.energy < SHOWS && energy > own.energy) {
             seen = Some(Seen {
@@ -205,19 +230,32 @@ fn limit(
                 energy,
             });
         }
-        let gain = linear.gain_of(&answer);
+        let gain = linear.gain_of(answer);
         tried.push((gain, level));
         gain
     };
-    let gains: Vec<Gain> = levels.iter().map(|level| try_level(*level)).collect();
-    let best = (0..levels.len()).max_by(|one, other| gains[*one].size.total_cmp(&gains[*other].size));
+    let mut gains: Vec<Gain> = Vec::new();
+    let mut vain = 0;
+    for level in &levels {
+        let answer = trial(&[*level]);
+        let answer = answer.as_ref().map(|own| own.as_slice());
+        let gain = try_level(*level, answer);
+        gains.push(gain);
+        // Where it bites and leaves more than without, it bites too much already.
+        let bites = answer.is_some_and(|own| linear.energy(own) > SHOWS);
+        vain = if bites && gain.size < 0.0 { vain + 1 } else { 0 };
+        if vain == VAIN {
+            break;
+        }
+    }
+    let best = (0..gains.len()).max_by(|one, other| gains[*one].size.total_cmp(&gains[*other].size));
     let hopeful = gains.iter().any(|gain| !linear.is_hopeless(gain.either()));
     if let Some(best) = best.filter(|best| hopeful && gains[*best].size > 0.0 && !term.is_lattice()) {
         let mut high = if best == 0 { 1.3 * levels[0] } else { levels[best - 1] };
         let mut low = levels.get(best + 1).copied().unwrap_or(0.5 * levels[best]);
         let mut tried_at = |share: f64, low: f64, high: f64| {
             let level = low * (high / low).powf(share);
-            (level, try_level(level).size)
+            (level, try_level(level, difference(&[level]).as_deref()).size)
         };
         let mut inside = [tried_at(1.0 - GOLDEN, low, high), tried_at(GOLDEN, low, high)];
         for _ in 1..SECTIONS {

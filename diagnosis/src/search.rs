@@ -7,11 +7,14 @@ use crate::channel::ChannelKind;
 use crate::composition::{Composition, Slot};
 use crate::fitting::Fitted;
 use crate::likelihood::Bench;
+use crate::memory::Recent;
 use crate::statistics::rms;
 use crate::term::Term;
 
 /// Fall of J with which a term joins: e³⁰ to one.
 pub(crate) const JOINS: f64 = 30.0;
+/// Answers to trials of spectra longer than this are not kept: a hundred of them are as many times 8 bytes.
+const MAX_KEPT: usize = 200_000;
 /// A term must move the residual of some band by this share of what is left of it.
 const MOVES: f64 = 0.4;
 
@@ -27,6 +30,9 @@ pub(crate) enum Depth {
     UntilMisfit,
 }
 
+/// Changes of the spectra by trials of terms.
+pub(crate) type Trials = Recent<(Term, Vec<f64>), Vec<f64>>;
+
 /// What the search is told.
 pub(crate) struct Search<'a> {
     pub bench: &'a Bench,
@@ -35,6 +41,8 @@ pub(crate) struct Search<'a> {
     /// Of the recorder.
     pub low_passes: Vec<(ChannelKind, LowPass)>,
     pub depth: Depth,
+    /// Of this run: beside what joined a trial answers nearly as before, and only what promises something is simulated again.
+    pub trials: Trials,
     pub progress: &'a mut dyn FnMut(&str, f64),
 }
 
@@ -47,8 +55,15 @@ impl<'a> Search<'a> {
             lattice,
             low_passes: Vec::new(),
             depth: Depth::Whole,
+            trials: Recent::new(0),
             progress,
         }
+    }
+
+    /// Forgets the answers to trials, which others than the present low passes let through.
+    pub fn begin(&mut self) {
+        let kept = self.bench.plant.length() <= MAX_KEPT;
+        self.trials = Recent::new(if kept { usize::MAX } else { 0 });
     }
 
     /// A term moves the residual of some band by more than a share of what is left of it.
