@@ -93,7 +93,7 @@ impl<'a> Evidence<'a> {
         0.5 * (noise + MISFIT_NUMBERS * self.misfits(levels).iter().map(|own| own.ln_1p()).sum::<f64>())
     }
 
-    /// Fall of J from some levels down to the noise: no more can be gained.
+    /// Fall of J from some levels down to the noise: as far as that is known, no more can be gained.
     pub fn to_noise(&self, levels: &[f64]) -> f64 {
         let above = |(own, level): (&Noise, &f64)| own.count * (level / own.variance).ln().max(0.0);
         0.5 * self.bands.iter().zip(levels).map(above).sum::<f64>()

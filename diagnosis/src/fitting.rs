@@ -1,7 +1,7 @@
 //! Fits of a composition: derivatives, damped steps, and what they leave uncertain.
 //!
-//! J (`likelihood.rs`) is minimised by Gauss-Newton steps with Marquardt's damping: H = AᵀS⁻¹A + 1/σ², S the band's level, reweighted at
-//! each step; a step counts only if J itself falls. A is a forward difference of free simulations, carried on by Broyden's rule (1965).
+//! J (`likelihood.rs`) is minimised by Gauss-Newton steps with Marquardt's damping: H = AᵀS⁻¹A + 1/σ², S the band's level, reweighted
+//! within each step; a step counts only if J itself falls. A is a forward difference of free simulations, carried on by Broyden's rule (1965).
 
 use std::sync::Arc;
 
@@ -224,7 +224,10 @@ impl Bench {
                 held[index] = true;
                 step = normal.damped(&pull, damping, unknowns.len(), &held);
             }
-            for ((own, before), step) in moved.unknowns.iter_mut().zip(unknowns).zip(&mut step) {
+            moved.unknowns.clone_from(unknowns);
+            let all = moved.unknowns.iter_mut().zip(unknowns).zip(&mut step);
+            // What is held keeps its bits.
+            for ((own, before), step) in all.filter(|(_, step)| **step != 0.0) {
                 let coordinate = &own.coordinate;
                 if coordinate.logarithmic {
                     *step = step.clamp(-MAX_LOG_STEP, MAX_LOG_STEP);

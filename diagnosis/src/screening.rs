@@ -92,12 +92,12 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
     let mut seen: Option<Seen> = None;
     let mut starts: Vec<(f64, ProbeGroup, Vec<f64>)> = Vec::new();
     for group in surroundings.probes(term) {
-        let one = |(place, value): &(usize, f64)| {
+        let alone = |(place, value): &(usize, f64)| {
             let mut values = group.absent.clone();
             values[*place] = *value;
             trial(&values)
         };
-        let Some(answers) = group.sizes.iter().map(one).collect::<Option<Vec<_>>>() else {
+        let Some(answers) = group.sizes.iter().map(alone).collect::<Option<Vec<_>>>() else {
             continue;
         };
         let answers: Vec<&[f64]> = answers.iter().map(|own| own.as_slice()).collect();

@@ -13,7 +13,7 @@ use crate::term::Term;
 
 /// Fall of J with which a term joins: e³⁰ to one.
 pub(crate) const JOINS: f64 = 30.0;
-/// Answers to trials of spectra longer than this are not kept: a hundred of them are as many times 8 bytes.
+/// Answers to trials are not kept where the spectra are longer: a hundred of this length are 160 MB.
 const MAX_KEPT: usize = 200_000;
 /// A term must move the residual of some band by this share of what is left of it.
 const MOVES: f64 = 0.4;

@@ -28,7 +28,8 @@ pub enum ModelError {
     /// k − α(Man − Mirr) all but reaches zero on the major loop.
     #[error(
         "on the major loop Man - Mirr reaches {distance_a_per_m:.0} A/m, which times the coupling {coupling} is {product_a_per_m:.1} A/m, \
-         but it must stay below 0.99 of the pinning {pinning_a_per_m} A/m: there the denominator of dMirr/dH vanishes and the slope is infinite"
+         but it must stay below 0.99 of the pinning {pinning_a_per_m} A/m: at the pinning the denominator of dMirr/dH vanishes and the slope is infinite, \
+         and just below it no step of finite length follows"
     )]
     PinningOvercome {
         coupling: f64,

@@ -3,8 +3,8 @@
 //! Two things can break it, both by a large positive α (and the first one by a positive b₃, which joins it as 3b₃M²):
 //! 1. α·Ms/3a ≥ 1: the anhysteretic curve folds back. That is the fold itself for Langevin; an Ising curve folds at a third
 //!    of it, which strong pinning can still carry (a reference curve does), so between the two the second point decides;
-//! 2. α·(Man − Mirr) ≥ k: the denominator of (3) vanishes, and just below, a step of finite length runs away (from 0.9999 k on). The largest Man − Mirr that can be reached on a rising field
-//!    is that of the major loop from negative saturation, because solutions of the first-order equation do not cross.
+//! 2. α·(Man − Mirr) ≥ k: the denominator of (3) vanishes, and just below (from 0.9999 k on), steps of finite length run away.
+//!    The largest Man − Mirr that can be reached on a rising field is that of the major loop from negative saturation, because solutions of the first-order equation do not cross.
 //!    Along it, in the effective field, dMirr/dHe = z(1 − cα·Man′)/(k − αcz), z = Man − Mirr, from (3) and (5).
 //!    Where z is largest dMirr/dHe = Man′, which solved for z gives z = k·Man′: never more than kχ₀, so αχ₀ < 1 decides
 //!    without an integration. A valid Langevin material always has that, an Ising one unless it makes use of the pinning.
@@ -12,7 +12,7 @@
 use super::Hysteresis;
 use crate::error::{ModelError, require, require_positive};
 
-/// Share of the pinning that α·(Man − Mirr) stays below.
+/// Share of the pinning that α·(Man − Mirr) stays below: far from where steps run away.
 const CARRIED: f64 = 0.99;
 
 impl Hysteresis {
