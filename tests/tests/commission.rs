@@ -30,13 +30,21 @@ fn a_rough_rig_comes_into_the_loop_by_itself() {
     let told: Value = serde_json::from_str(&finished.out).unwrap();
     assert_eq!(told["fit"], true, "{told}");
     let cuts = told["cuts"].as_array().unwrap();
-    let rms: Vec<f64> = cuts.iter().map(|cut| cut["error_rms_m"].as_f64().unwrap()).collect();
-    println!("{rms:?}");
-    // Without learning and diagnosis it is 612 nm; at most 1.5 times what is reached.
-    let best = rms.iter().copied().fold(f64::INFINITY, f64::min);
+    let errors: Vec<[f64; 2]> = cuts
+        .iter()
+        .map(|cut| ["error_max_m", "error_rms_m"].map(|key| cut[key].as_f64().unwrap()))
+        .collect();
+    println!("{errors:?}");
+    // The best cut is the one with the smallest largest error. Without learning and diagnosis its rms is 612 nm; at most 1.5 times what
+    // is reached.
+    let [_, best] = errors
+        .iter()
+        .copied()
+        .min_by(|one, other| one[0].total_cmp(&other[0]))
+        .unwrap();
     assert!(best < 27e-9, "{told}");
     assert!(
-        rms.len() >= 2 && cuts.iter().all(|cut| cut["seconds"].as_f64().unwrap() > 0.0),
+        errors.len() >= 2 && cuts.iter().all(|cut| cut["seconds"].as_f64().unwrap() > 0.0),
         "{told}"
     );
     let findings = told["findings"].to_string();
