@@ -2,8 +2,8 @@
 //!
 //! 1. The nominal chain with its constants, starts and linear nuisance is fitted under the low passes of `recorder.rs`; lines are sought in what
 //!    it leaves.
-//! 2. Every term is screened beside it, the best few are fitted, and the one with the lowest J joins if J falls by more than `JOINS`
-//!    and the residual moves by more than a share of what is left. Until nothing joins.
+//! 2. Every term is screened beside it, the best few that can compete with the best are fitted, and the one with the lowest J joins if J falls
+//!    by more than `JOINS` and the residual moves by more than a share of what is left. Until nothing joins.
 //! 3. Those that only make up for others are taken out (`leaving.rs`), and then the one that is missed least, as long as the evidence
 //!    (`evidence.rs`) falls by less than `JOINS`.
 //! 4. A free curve that gained far more than all that joined after it has no name, and they go. One that leaves no misfit ends the search at once.
@@ -124,11 +124,16 @@ impl Search<'_> {
             let at_noise = fits
                 .first()
                 .is_some_and(|(_, fit)| !Evidence::new(bench, &fit.point).is_misfit);
-            if stage == 0
-                && !at_noise
-                && self.depth != Depth::Look
-                && let Some(unbent) = unbent(bench, &base)
-            {
+            let is_open = stage == 0 && !at_noise && self.depth != Depth::Look;
+            let other = is_open.then(|| unbent(bench, &base.point.composition)).flatten();
+            // Once the constants move with it, the best may set them right.
+            let best = other.as_ref().and(fits.first());
+            let polished = best
+                .and_then(|(_, fit)| bench.fit(&fit.point.composition, None))
+                .filter(|fit| unbent(bench, &fit.point.composition).is_none());
+            if let Some(other) = other.filter(|_| polished.is_none()) {
+                let unbent = bench.unfitted(&other)?;
+                (self.progress)("screening", 0.15);
                 let screened = self.screen(&unbent, &off_mains);
                 fits.extend(self.fit_best(&unbent, &screened, stage));
                 fits.retain(|(_, fit)| fit.point.cost < base.point.cost);
@@ -143,17 +148,18 @@ impl Search<'_> {
             }
             (self.progress)("curves without a name", 0.27 + 0.13 * stage as f64);
             gathered.tried.extend(fits.iter().map(|(_, fit)| fit.clone()));
-            let gain = fits.first().map_or(0.0, |(_, fit)| base.point.cost - fit.point.cost);
+            let best = polished.as_ref().or(fits.first().map(|(_, fit)| fit));
+            let gain = best.map_or(0.0, |fit| base.point.cost - fit.point.cost);
             let joins = |best: &Fitted| gain >= JOINS && self.moves(&base, best) && stage < MAX_TERMS;
-            let is_last = !fits.first().is_some_and(|(_, best)| joins(best));
+            let is_last = !best.is_some_and(joins);
             // What the best leaves above the noise is all that a curve could gain beyond it.
-            let may_beat = |(_, best): &(Term, Fitted)| {
+            let may_beat = |best: &Fitted| {
                 beats(
                     gain + Evidence::new(bench, &best.point).to_noise(&best.point.levels),
                     gain,
                 )
             };
-            let is_sought = is_last || !bench.plant.fitted && fits.first().is_some_and(may_beat);
+            let is_sought = is_last || !bench.plant.fitted && best.is_some_and(may_beat);
             gathered.unlisted = if is_sought { unlisted(bench, &base) } else { Vec::new() };
             // Beside a fitted model's own error a curve proves nothing.
             let free = gathered
@@ -177,7 +183,11 @@ impl Search<'_> {
                 .iter()
                 .filter(|(_, fit)| evidence.cost(&fit.point) - least < TIES);
             gathered.ties.extend(as_well.map(|(_, fit)| (*term, fit.clone())));
-            let polished = bench.fit(&best.point.composition, None);
+            (self.progress)(
+                &format!("fitting {} and the constants", term.name()),
+                0.27 + 0.13 * stage as f64,
+            );
+            let polished = polished.or_else(|| bench.fit(&best.point.composition, None));
             let Some(polished) = polished.filter(|own| !at_a_bound(&own.point.composition, *term)) else {
                 break;
             };

@@ -152,6 +152,13 @@ impl Bench {
         shares.into_iter().find_map(|share| difference(share * step))
     }
 
+    /// A composition as it is, with its derivatives.
+    pub fn unfitted(&self, composition: &Composition) -> Option<Fitted> {
+        let point = self.point(composition)?;
+        let columns = self.columns(&point, None)?;
+        Some(Fitted { point, columns })
+    }
+
     /// Fits the unknowns of a composition from their values; `known` lends its derivatives of all that it has in common, which a rough
     /// fit keeps. Derivatives are carried from step to step by what each step has shown of them, and taken anew where it stalls.
     pub fn fit(&self, composition: &Composition, known: Option<&Fitted>) -> Option<Fitted> {
@@ -178,9 +185,13 @@ impl Bench {
             let gained = next.as_ref().map_or(0.0, |next| here.cost - next.cost);
             let before = next.map(|next| std::mem::replace(&mut here, next));
             // What leaves a misfit however it is fitted is not worth the last of it.
-            let is_vain =
-                || known.is_some() && gained < VAIN * (from - here.cost) && evidence.is_misfit_at(&here.levels);
-            if gained < WORTH && carried.is_none_or(|carried| carried < SETTLED) || is_vain() {
+            let least = if known.is_some() {
+                SETTLED.max(VAIN * (from - here.cost))
+            } else {
+                SETTLED
+            };
+            let is_vain = || gained < least && evidence.is_misfit_at(&here.levels);
+            if carried.is_none_or(|carried| carried < SETTLED) && (gained < WORTH || is_vain()) {
                 break;
             }
             let is_stuck = before.is_none();

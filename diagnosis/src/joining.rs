@@ -21,6 +21,8 @@ const LOOKED_AT: usize = 2;
 const CONSTANTS: usize = 2;
 /// As often, while fewer than half of them came to something.
 const ATTEMPTS: usize = 3;
+/// What promises a smaller part of what another has gained is not fitted: no fit has found so many times what screening promised.
+const OUTDONE: f64 = 0.1;
 /// A constant this many deviations from what is believed of it is bent.
 const BENT: f64 = 2.0;
 /// Share of its box beyond which a constant may be set free.
@@ -97,11 +99,14 @@ impl Search<'_> {
         } else {
             (CONSTANTS, FITTED)
         };
-        let mut chosen: Vec<&Screened> = parameters.take(constants).chain(effects.by_ref().take(first)).collect();
-        let names: Vec<&str> = chosen.iter().map(|own| own.term.name()).collect();
-        (self.progress)(&format!("fitting {}", names.join(", ")), 0.2 + 0.13 * stage as f64);
+        let mut chosen: Vec<&Screened> = parameters.take(constants).chain(effects.by_ref().take(1)).collect();
         let mut fits: Vec<(Term, Fitted)> = Vec::new();
-        for _ in 0..ATTEMPTS {
+        for attempt in 0..=ATTEMPTS {
+            if chosen.is_empty() {
+                break;
+            }
+            let names: Vec<&str> = chosen.iter().map(|own| own.term.name()).collect();
+            (self.progress)(&format!("fitting {}", names.join(", ")), 0.2 + 0.13 * stage as f64);
             let own = parallel::map(self.bench.threads, &chosen, |own| {
                 let composition = base
                     .point
@@ -115,20 +120,24 @@ impl Search<'_> {
                 fit.point.cost < base.point.cost && !at_a_bound(&fit.point.composition, *term)
             };
             fits.extend(own.into_iter().flatten().filter(counts));
-            if 2 * fits.len() >= first {
+            if attempt > 0 && 2 * fits.len() >= first {
                 break;
             }
-            chosen = effects.by_ref().take(FITTED).collect();
+            let gains = fits.iter().map(|(_, fit)| base.point.cost - fit.point.cost);
+            let gained = gains.fold(0.0, f64::max);
+            let size = if attempt == 0 { first - 1 } else { FITTED };
+            let next = effects.by_ref().take(size);
+            chosen = next.filter(|own| own.gain > OUTDONE * gained).collect();
         }
         sort(&mut fits);
         fits
     }
 }
 
-/// The same fit with all constants as given, where what is missing has bent one of them towards the end of its box: there an
+/// The same with all constants as given, where what is missing has bent one of them towards the end of its box: there an
 /// effect finds the room that they have taken.
-pub(crate) fn unbent(bench: &Bench, base: &Fitted) -> Option<Fitted> {
-    let mut composition = base.point.composition.clone();
+pub(crate) fn unbent(bench: &Bench, composition: &Composition) -> Option<Composition> {
+    let mut composition = composition.clone();
     let is_bent = |own: &Unknown| own.surprise().abs() > BENT;
     let own = |own: &&mut Unknown| matches!(own.slot, Slot::Nominal(_));
     if bench.plant.fitted || !composition.unknowns.iter().any(is_bent) {
@@ -139,9 +148,7 @@ pub(crate) fn unbent(bench: &Bench, base: &Fitted) -> Option<Fitted> {
             unknown.value = mean;
         }
     }
-    let point = bench.point(&composition)?;
-    let columns = bench.columns(&point, None)?;
-    Some(Fitted { point, columns })
+    Some(composition)
 }
 
 /// The one with the lowest J first.

@@ -55,7 +55,7 @@ impl Search<'_> {
             // It must not earn what the others had not been fitted to yet.
             let fits = parallel::map(bench.threads, &rough, |(_, rough)| {
                 let fit = bench.fit(&rough.point.composition, None)?;
-                let unbent = unbent(bench, &fit).and_then(|unbent| bench.fit(&unbent.point.composition, None));
+                let unbent = unbent(bench, &fit.point.composition).and_then(|unbent| bench.fit(&unbent, None));
                 let fits = std::iter::once(fit).chain(unbent);
                 fits.min_by(|one, other| one.point.cost.total_cmp(&other.point.cost))
             });

@@ -118,6 +118,12 @@ impl Bench {
         })
     }
 
+    /// Σ |Z|² over the outputs.
+    pub fn output_energy(&self, spectra: &[f64]) -> f64 {
+        let numbers = self.plant.outputs().flat_map(|(_, own)| &spectra[own.places.clone()]);
+        numbers.map(|z| z * z).sum()
+    }
+
     /// ½ Σ N_b ln level.
     pub fn cost(&self, levels: &[f64]) -> f64 {
         let bands = self.counts.iter().zip(levels);

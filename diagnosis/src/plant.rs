@@ -10,7 +10,7 @@ use anhyst_model::{ActuatorModel, ActuatorOutputs, MagneticHalf, MagneticStart};
 
 use realfft::num_complex::Complex;
 
-use crate::acquisition::LowPass;
+use crate::acquisition::{Likely, LowPass};
 use crate::channel::{Channel, ChannelKind};
 use crate::composition::{Composition, drive_zero_a_per_m};
 use crate::memory::{Recent, Tally};
@@ -23,6 +23,8 @@ const HALVES: usize = 32;
 const SHAPES: usize = 12;
 /// Low passes, and spectra of the field, that are kept of each run.
 const FIELDS: usize = 6;
+/// Residuals in which a low pass was looked for, that are kept.
+const SEEN: usize = 8;
 
 /// Standard deviation of the drive's gain.
 const DRIVE_GAIN: f64 = 2e-3;
@@ -56,6 +58,8 @@ pub(crate) struct Memory {
     responses: Recent<(usize, ChannelKind, LowPass), Vec<Complex<f64>>>,
     /// Of a field, which most of what is fitted leaves alone.
     fields: Recent<Vec<f64>, Vec<f64>>,
+    /// What the noise of a channel's residual shows of a low pass, from a share of the sampling rate on.
+    pub seen: Recent<(Vec<f64>, f64), Likely>,
     /// Runs that were simulated, and those whose magnetic half was not there.
     pub simulated: Tally,
     pub magnetized: Tally,
@@ -68,6 +72,7 @@ impl Memory {
             shapes: Recent::new(SHAPES * channels),
             responses: Recent::new(FIELDS * runs),
             fields: Recent::new(FIELDS * runs),
+            seen: Recent::new(SEEN),
             simulated: Tally::default(),
             magnetized: Tally::default(),
         })

@@ -70,7 +70,8 @@ pub(crate) fn decomposed(
 
 /// Names with which more is left than the model as given leaves explain nothing.
 fn explaining(bench: &Bench, mut found: Decomposition) -> Decomposition {
-    if Gap::of(bench).explained(bench, &found.last.point) <= 0.0 {
+    let named = !found.last.point.composition.terms().is_empty();
+    if named && Gap::of(bench).explained(bench, &found.last.point) <= 0.0 {
         found.last = found.base.clone();
         found.ties.clear();
         found.nameless = true;
@@ -119,8 +120,22 @@ fn seen_of(kind: ChannelKind, bench: &Bench, point: &Point, from: f64) -> Option
     let is_noise = kind == ChannelKind::Field || !bench.plant.fitted;
     let channel = bench.plant.channels.iter().find(|own| own.kind == kind && is_noise)?;
     let tick_s = bench.plant.runs[channel.run].tick_s?;
-    let seen = LowPass::seen(&bench.left(point, channel), tick_s, channel.resolution, from);
-    (!seen.is_empty()).then_some(seen)
+    let residual = &point.residual[channel.places.clone()];
+    let is_asked = |(own, share): &(Vec<f64>, f64)| *share == from && own == residual;
+    let answer = || {
+        Some(LowPass::seen(
+            &bench.left(point, channel),
+            tick_s,
+            channel.resolution,
+            from,
+        ))
+    };
+    let seen = bench
+        .plant
+        .memory
+        .seen
+        .get(is_asked, || (residual.to_vec(), from), answer)?;
+    (!seen.is_empty()).then(|| seen.to_vec())
 }
 
 /// What a point leaves of the output shows one.
@@ -273,7 +288,7 @@ fn under(
                 all.push(other);
             }
         }
-        let rival = best.rival(&search, &all);
+        let rival = best.rival(&mut search, &all);
         let Some((_, unlikely, forms)) = rival.filter(|(rival, _, _)| *rival < best.cost()) else {
             break;
         };
@@ -306,7 +321,9 @@ impl Best {
     }
 
     /// Of the other forms the one that explains most with the terms that were found; its cost, and how unlikely it is.
-    fn rival<'f>(&self, search: &Search<'_>, all: &'f [(f64, Forms)]) -> Option<(f64, f64, &'f Forms)> {
+    fn rival<'f>(&self, search: &mut Search<'_>, all: &'f [(f64, Forms)]) -> Option<(f64, f64, &'f Forms)> {
+        (search.progress)("other low passes of the recorder", 0.92);
+        let search = &*search;
         let last = &self.found.last;
         let others = all.iter().filter(|(_, forms)| *forms != search.low_passes);
         let linear = Linearised::new(search.bench, last);

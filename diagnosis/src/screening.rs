@@ -8,7 +8,6 @@ use std::sync::Arc;
 use anhyst_identify::engine::Coordinate;
 use anhyst_identify::parallel;
 
-use crate::channel::ChannelKind;
 use crate::fitting::Fitted;
 use crate::likelihood::Bench;
 use crate::linearised::{Gain, Held, Linearised};
@@ -129,7 +128,7 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
             }
         };
         let over_noise = (linear.misfit() / linear.energy(answers[0])).sqrt();
-        let as_it_is = output_energy(bench, &base.point.residual) / output_energy(bench, answers[0]);
+        let as_it_is = bench.output_energy(&base.point.residual) / bench.output_energy(answers[0]);
         let mut all = vec![values];
         for size in [over_noise, as_it_is.sqrt()] {
             if size > LARGE && size.is_finite() {
@@ -289,15 +288,4 @@ fn at(group: &ProbeGroup, coordinates: &[Coordinate], values: &[f64], multiples:
         values[*place] = moved.clamp(coordinate.lower, coordinate.upper);
     }
     values
-}
-
-/// Σ |Z|² over the outputs.
-fn output_energy(bench: &Bench, spectra: &[f64]) -> f64 {
-    let outputs = bench
-        .plant
-        .channels
-        .iter()
-        .filter(|own| own.kind == ChannelKind::Output);
-    let numbers = outputs.flat_map(|own| &spectra[own.places.clone()]);
-    numbers.map(|z| z * z).sum()
 }

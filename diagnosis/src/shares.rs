@@ -76,12 +76,7 @@ impl Gap {
 
     /// 1 − |r|²/|g|².
     pub fn explained(&self, bench: &Bench, point: &Point) -> f64 {
-        let left = bench
-            .plant
-            .outputs()
-            .flat_map(|(_, channel)| bench.left(point, channel));
-        let left: f64 = left.map(|own| own * own).sum();
-        1.0 - left / self.energy().max(f64::MIN_POSITIVE)
+        1.0 - bench.output_energy(&point.residual) / self.energy().max(f64::MIN_POSITIVE)
     }
 }
 
@@ -93,10 +88,8 @@ pub(crate) fn centred(mut series: Vec<f64>) -> Vec<f64> {
 
 /// Rms of what is left of the outputs.
 pub(crate) fn remainder_rms(bench: &Bench, point: &Point) -> f64 {
-    rms(bench
-        .plant
-        .outputs()
-        .flat_map(|(_, channel)| bench.left(point, channel)))
+    let rows: usize = bench.plant.outputs().map(|(_, channel)| channel.rows.len()).sum();
+    (bench.output_energy(&point.residual) / rows as f64).sqrt()
 }
 
 /// What the outputs lose without something, means taken off.
