@@ -29,7 +29,7 @@ const ALIKE: f64 = 0.04;
 const MAX_ALTERNATIVES: usize = 4;
 /// Rounds in which a level settles, to such a share.
 const MAX_ROUNDS: u32 = 40;
-const SETTLED: f64 = 1e-4;
+const SETTLED: f64 = 1e-6;
 /// Corners that are looked for, as shares of the sampling rate.
 const MIN_CORNER: f64 = 0.03;
 const MAX_CORNER: f64 = 0.46;
@@ -186,7 +186,7 @@ impl LowPass {
         let floor = resolution * resolution / 12.0;
         // −ln L with the level A profiled out by rounds of A ← mean of (P/shape) weighted; floor fixed.
         let cost = |shapes: &[f64], floor: f64| {
-            let mut level = lines.iter().sum::<f64>() / shapes.iter().sum::<f64>();
+            let mut level = lines.iter().sum::<f64>() / lines.len() as f64;
             for _ in 0..MAX_ROUNDS {
                 let (mut above, mut below) = (0.0, 0.0);
                 for (shape, p) in shapes.iter().zip(&lines) {
@@ -216,22 +216,22 @@ impl LowPass {
             floors.map(|floor| cost(&shapes, floor)).collect::<Vec<f64>>()
         });
         let plain = slanted.fold(cost(&vec![1.0; lines.len()], floor), f64::min);
-        // Beside some shares of noise like 1/f, −ln L, the share that has it, and the low pass.
-        let best_of = |family: LowPass, pinks: &[f64], corners: &mut dyn Iterator<Item = f64>| {
+        let at = |low_pass: &LowPass| {
+            let powers = low_pass.powers(&shares, tick_s);
+            let with = |pink: f64| {
+                let shapes = powers
+                    .iter()
+                    .zip(&shares)
+                    .map(|(power, share)| power * (1.0 + pink / share));
+                cost(&shapes.collect::<Vec<f64>>(), floor)
+            };
+            PINK.map(with).into_iter().fold(f64::INFINITY, f64::min)
+        };
+        let best_of = |family: LowPass, corners: &mut dyn Iterator<Item = f64>| {
             let all = corners.filter(|corner_hz| *corner_hz < MAX_CORNER * rate);
-            let all = all.flat_map(|corner_hz| {
-                let own = LowPass { corner_hz, ..family };
-                let powers = own.powers(&shares, tick_s);
-                let with = |pink: &f64| {
-                    let shapes = powers
-                        .iter()
-                        .zip(&shares)
-                        .map(|(power, share)| power * (1.0 + pink / share));
-                    (cost(&shapes.collect::<Vec<f64>>(), floor), *pink, own)
-                };
-                pinks.iter().map(with).collect::<Vec<_>>()
-            });
-            all.min_by(|one, other| one.0.total_cmp(&other.0))
+            let all = all.map(|corner_hz| LowPass { corner_hz, ..family });
+            all.map(|own| (at(&own), own))
+                .min_by(|one, other| one.0.total_cmp(&other.0))
         };
         let mut found: Vec<(f64, LowPass)> = Vec::new();
         for (order, is_circuit) in ORDERS.into_iter().flat_map(|order| [(order, false), (order, true)]) {
@@ -242,13 +242,15 @@ impl LowPass {
                 is_supposed: false,
             };
             let ratio = MAX_CORNER / MIN_CORNER;
-            let mut coarse = (0..=16).map(|step| rate * MIN_CORNER * ratio.powf(f64::from(step) / 16.1));
-            let coarse = best_of(family, &PINK, &mut coarse);
-            let fine = coarse.and_then(|(_, pink, own)| {
-                let mut corners = (-8..=8).map(|step| own.corner_hz * (1.0 + 0.01 * f64::from(step)));
-                best_of(own, &[pink], &mut corners)
+            let mut coarse = (0..=32).map(|step| rate * MIN_CORNER * ratio.powf(f64::from(step) / 32.1));
+            let coarse = best_of(family, &mut coarse);
+            let fine = coarse.and_then(|(_, own)| {
+                best_of(
+                    own,
+                    &mut (-8..=8).map(|step| own.corner_hz * (1.0 + 0.01 * f64::from(step))),
+                )
             });
-            found.extend(fine.map(|(cost, _, own)| (cost, own)));
+            found.extend(fine);
         }
         found.sort_by(|one, other| one.0.total_cmp(&other.0));
         let least = found.first().map_or(f64::INFINITY, |(own, _)| *own);
