@@ -21,7 +21,7 @@ const LOOKED_AT: usize = 2;
 const CONSTANTS: usize = 2;
 /// As often, while fewer than half of them came to something.
 const ATTEMPTS: usize = 3;
-/// What promises a smaller part of what another has gained is not fitted: no fit has found so many times what screening promised.
+/// What promises a smaller part of what another has gained is not fitted: no fit was seen to find so many times what screening promised.
 const OUTDONE: f64 = 0.1;
 /// A constant this many deviations from what is believed of it is bent.
 const BENT: f64 = 2.0;
