@@ -21,7 +21,9 @@ pub(super) const DESCRIPTION: Description = Description {
     confused_with: &["eddy_current", "parameter_k", "friction"],
     parameters: &[
         ParameterSpec::size("pinning_growth", "", [0.0, 5.0], 0.001).by_ratio(),
-        ParameterSpec::fixed("exponent", "", [0.02, 1.0], 0.5),
+        ParameterSpec::fixed("exponent", "", [0.02, 1.0], 0.5)
+            .by_ratio()
+            .believed(0.7),
     ],
     ..Description::USUAL
 };
