@@ -141,12 +141,18 @@ impl Inverse {
             0.0
         };
         let lags_s = [amplifier_lag_s, size(EffectKind::EddyCurrent)];
+        let followed = |kind: EffectKind| settings.compensate_amplifier || kind != EffectKind::AmplifierBandwidth;
+        let led: Vec<Effect> = effects
+            .iter()
+            .filter(|effect| followed(effect.kind()))
+            .copied()
+            .collect();
         Ok(Self {
             structure: settings.structure,
             hysteresis,
             susceptibility: initial / (1.0 - hysteresis.coupling * initial),
             field_limit_a_per_m,
-            lead: Lead::series(lags_s, field_limit_a_per_m, tick_s),
+            lead: Lead::series(lags_s, field_limit_a_per_m, tick_s).of_second_order(&led),
             bias_a_per_m: size(EffectKind::BiasShift),
             creep: Creep::new(effects, tick_s)?,
             coil: CoilGain::new(effects, tick_s),

@@ -1,6 +1,7 @@
 //! u = H + τ dH/dt,  dH/dt = (dM/dt)/(dM/dH): the command whose first-order lag gives H.
 //!
-//! Two lags in series, τ₁ and τ₂, ask for u = H + (τ₁ + τ₂) dH/dt + τ₁τ₂ d²H/dt², the last from consecutive dH/dt.
+//! Two lags in series, τ₁ and τ₂, ask for u = H + (τ₁ + τ₂) dH/dt + τ₁τ₂ d²H/dt², the last from consecutive dH/dt. An amplifier of second
+//! order asks for qτ² more of it, a diffusion for dτ²/3 less: the second moment of its lags is (1 + d/3) τ², by Σ 1/x⁴ = 1/32 and Σ 1/x⁶ = 1/192.
 //! H field wanted in the coil (A/m), τ lag of the amplifier (s), dM/dt rate of the demand (A/(m s)), dM/dH slope of the
 //! hysteresis at the end of the inversion (no unit).
 //! Two others were measured in the loop (2 kHz amplifier, 20 kHz ticks, ±40 µm at 50 Hz and 30 % at 150 Hz, 10 nm noise;
@@ -10,6 +11,7 @@
 //! That inverse has its own pole at −(g − E)/(1 − g), −0.82 at 2 kHz and towards −1 for longer lags: it rings from tick to
 //! tick for a nanometre, and asks four times the roughness of an amplifier whose slew is limited.
 
+use anhyst_model::{Effect, EffectKind};
 use serde::{Deserialize, Serialize};
 
 /// The largest lead as a part of the field limit: where the curve is flat dH/dt has no bound, and the lead must not take
@@ -19,7 +21,7 @@ const MAX_LEAD: f64 = 0.25;
 /// Compensation of a first-order lag.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Lead {
-    /// Sum and product of the lags.
+    /// Sum of the lags, and what counts of d²H/dt²: their product, and more where an effect says so.
     lag_s: f64,
     product_s2: f64,
     largest_a_per_m: f64,
@@ -38,6 +40,18 @@ impl Lead {
             tick_s,
             last_rate: 0.0,
         }
+    }
+
+    /// The same where the lags of known effects are not of first order.
+    pub fn of_second_order(mut self, effects: &[Effect]) -> Self {
+        for effect in effects {
+            self.product_s2 += match (effect.kind(), effect.values()) {
+                (EffectKind::AmplifierBandwidth, [lag_s, second_order, ..]) => second_order * lag_s * lag_s,
+                (EffectKind::EddyCurrent, [lag_s, diffusion, ..]) => -diffusion * lag_s * lag_s / 3.0,
+                _ => 0.0,
+            };
+        }
+        self
     }
 
     /// The lead of this tick in A/m, to be asked for once a tick: finite and bounded whatever the slope.

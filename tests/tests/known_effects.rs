@@ -41,6 +41,8 @@ fn the_loop_that_is_told_tracks_five_times_better() {
         (Hidden { loop_delay_s: 2.5e-4, ..nothing }, "LoopDelay(delay_s: 2.5e-4)"),
         (Hidden { amplifier_lag_s: 1e-4, ..nothing }, "AmplifierBandwidth(time_constant_s: 1e-4)"),
         (Hidden { eddy_current_s: 1.8e-4, ..nothing }, "EddyCurrent(time_constant_s: 1.8e-4)"),
+        (Hidden { amplifier_lag_s: 1e-4, laws: Laws::Other, ..nothing }, "AmplifierBandwidth(time_constant_s: 1e-4, second_order: 0.51)"),
+        (Hidden { eddy_current_s: 1.8e-4, laws: Laws::Other, ..nothing }, "EddyCurrent(time_constant_s: 1.8e-4, diffusion: 1.0)"),
         (Hidden { bias_a_per_m: 500.0, ..nothing }, "BiasShift(bias_field_a_per_m: 500.0)"),
         (Hidden { pinning_growth: 0.1, ..nothing }, "ExcessLoss(pinning_growth: 0.1)"),
         (Hidden { cubic_coupling: 5e-14, ..nothing }, "Prestress(cubic_coupling_m2_per_a2: 5e-14)"),
@@ -51,6 +53,7 @@ fn the_loop_that_is_told_tracks_five_times_better() {
         (Hidden { friction_m: 1e-6, ..nothing }, "Friction(friction_m: 1e-6, speed_m_per_s: 1e-3)"),
         (Hidden { friction_m: 1e-6, laws: Laws::Other, ..nothing }, "Friction(friction_m: 1e-6, speed_m_per_s: 1e-5, presliding_m: 5e-7)"),
         (Hidden { backlash_m: 1.81e-6, ..nothing }, "Backlash(gap_m: 1.81e-6, start: 0.0)"),
+        (Hidden { backlash_m: 1.81e-6, laws: Laws::Other, ..nothing }, "Backlash(gap_m: 2.715e-6, roundness: 0.667)"),
     ];
     let mut wrong = Vec::new();
     for (hidden, effect) in hidden {

@@ -94,9 +94,8 @@ impl Fields {
             }
             if nominal.bandwidth_hz.is_some() {
                 let lag = FieldLag::new(nominal.lag_s(), tick_s);
-                fields.push(FieldStage::AmplifierBandwidth(amplifier_bandwidth::AmplifierBandwidth(
-                    lag,
-                )));
+                let bandwidth = amplifier_bandwidth::AmplifierBandwidth::First(lag);
+                fields.push(FieldStage::AmplifierBandwidth(bandwidth));
             }
         }
         if let Some(limit) = nominal.field_limit_a_per_m {

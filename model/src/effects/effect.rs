@@ -3,7 +3,7 @@
 use super::EffectKind;
 use crate::Material;
 use crate::ModelError;
-use crate::parameter::ParameterSpec;
+use crate::parameter::{ParameterRole, ParameterSpec};
 
 /// No effect has more parameters.
 pub(crate) const MAX_PARAMETERS: usize = 3;
@@ -17,12 +17,13 @@ pub struct Effect {
 }
 
 impl Effect {
-    /// From values in the order of [`EffectKind::parameters`].
+    /// From values in the order of [`EffectKind::parameters`]; fixed ones may be left out at the end.
     ///
     /// # Errors
     /// Another number of values, or one outside its bounds.
     pub fn new(kind: EffectKind, values: &[f64]) -> Result<Self, ModelError> {
-        if values.len() != kind.parameters().len() {
+        let left_out = kind.parameters().get(values.len()..);
+        if left_out.is_none_or(|own| own.iter().any(|own| own.role != ParameterRole::Fixed)) {
             return Err(ModelError::EffectValues {
                 effect: kind.name(),
                 needed: kind.parameters().len(),
@@ -30,7 +31,7 @@ impl Effect {
             });
         }
         let mut effect = Effect::identity(kind);
-        effect.values_mut().copy_from_slice(values);
+        effect.values_mut()[..values.len()].copy_from_slice(values);
         effect.validate()?;
         Ok(effect)
     }

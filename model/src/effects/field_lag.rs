@@ -90,17 +90,40 @@ impl FieldLag {
         self.parts[0]
     }
 
+    /// dy/dt, per tick.
+    #[inline]
+    pub fn rate(&self) -> f64 {
+        (self.input - self.output) / self.ticks
+    }
+
+    #[inline]
+    pub fn output(&self) -> f64 {
+        self.output
+    }
+
+    /// τ in ticks.
+    #[inline]
+    pub fn ticks(&self) -> f64 {
+        self.ticks
+    }
+
+    /// To the end of a piece, whose mean excess is given.
+    #[inline]
+    pub fn end(&mut self, piece: Piece, mean_excess: f64) {
+        let weights = self.weights(piece.span);
+        self.output = weights.output * self.output
+            + weights.from * self.input
+            + weights.to * piece.to
+            + weights.mean_excess * mean_excess;
+        self.input = piece.to;
+    }
+
     /// One piece of the field, and the turning point within it.
     #[inline]
     pub fn follow(&mut self, piece: Piece, output: &mut IntersampleField) {
         let (input_from, output_from) = (self.input, self.output);
-        let weights = self.weights(piece.span);
         let mean_excess = piece.mean - 0.5 * (input_from + piece.to);
-        self.output = weights.output * output_from
-            + weights.from * input_from
-            + weights.to * piece.to
-            + weights.mean_excess * mean_excess;
-        self.input = piece.to;
+        self.end(piece, mean_excess);
         let mean = |span: f64, input_mean: f64, from: f64, to: f64| Piece {
             span,
             to,

@@ -15,6 +15,7 @@ pub(crate) mod field_lag;
 pub(crate) mod intersample_field;
 pub(crate) mod lag;
 pub(crate) mod limit;
+pub(crate) mod second_order;
 pub(crate) mod signal;
 pub(crate) mod warming;
 
