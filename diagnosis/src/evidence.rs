@@ -20,6 +20,9 @@ pub(crate) const LACK_OF_FIT: f64 = 3.0;
 const MISFIT: f64 = 0.5;
 /// M: independent numbers of a channel's misfit.
 const MISFIT_NUMBERS: f64 = 60.0;
+/// So much of what shows as white may be noise like 1/f, tried in so many steps.
+const MAX_LEAK: f64 = 0.2;
+const LEAKS: usize = 10;
 /// Share of a low pass' own band in which it hides no noise.
 const WELL_PASSED: f64 = 0.7;
 
@@ -130,12 +133,25 @@ impl<'a> Evidence<'a> {
     }
 }
 
-/// White part of a channel's noise, and of its part like 1/f the variance at place 1.
+/// White part of a channel's noise, and of its part like 1/f the variance at place 1: of all that the bands leave room for the pair with most
+/// energy. What shows as white has some of the other in it.
 fn noise(bench: &Bench, best: &Point, channel: &Channel) -> (f64, f64) {
-    let white = noise_variance(bench, best, channel);
-    let room = well_passed(bench, best, channel)
-        .map(|(band, level)| (at_most(band, level) - white).max(0.0) * middle(band, channel));
-    (white, room.reduce(f64::min).unwrap_or(0.0))
+    let shown = noise_variance(bench, best, channel);
+    let bands: Vec<(f64, f64, f64)> = well_passed(bench, best, channel)
+        .map(|(band, level)| (band.len() as f64, middle(band, channel), at_most(band, level)))
+        .collect();
+    let pairs = (0..=LEAKS).map(|step| {
+        let white = shown * (1.0 - MAX_LEAK * step as f64 / LEAKS as f64);
+        let room = bands.iter().map(|(_, middle, most)| (most - white).max(0.0) * middle);
+        let pink = room.reduce(f64::min).unwrap_or(0.0);
+        let energy: f64 = bands
+            .iter()
+            .map(|(count, middle, _)| count * (white + pink / middle))
+            .sum();
+        (energy, white, pink)
+    });
+    let best = pairs.reduce(|one, other| if other.0 > one.0 { other } else { one });
+    best.map_or((shown, 0.0), |(_, white, pink)| (white, pink))
 }
 
 /// Bands of a channel with their levels, as far as no low pass hides their noise.

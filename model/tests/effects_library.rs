@@ -125,7 +125,10 @@ fn a_file_keeps_every_effect() {
 fn effects_are_written_as_one_would_say_them() {
     let eddy: Effect = ron::from_str("EddyCurrent(time_constant_s: 1.8e-4)").unwrap();
     assert_eq!(eddy, Effect::new(EffectKind::EddyCurrent, &[1.8e-4]).unwrap());
-    assert_eq!(ron::to_string(&eddy).unwrap(), "EddyCurrent(time_constant_s:0.00018)");
+    assert_eq!(
+        ron::to_string(&eddy).unwrap(),
+        "EddyCurrent(time_constant_s:0.00018,diffusion:0.0)"
+    );
     // What data hardly fix may be left out.
     let creep: Effect = ron::from_str("AfterEffect(fraction: 0.03)").unwrap();
     assert_eq!(creep.values(), [0.03, 0.03, 3.0]);
@@ -228,7 +231,10 @@ fn what_does_not_go_together_is_refused() {
     let folding = Effect::new(EffectKind::Prestress, &[1e-13 * 3.0]).unwrap();
     let refusal = ActuatorModel::terfenol_d().with_effect(folding).validate();
     assert!(matches!(refusal, Err(ModelError::PrestressFolds { .. })), "{refusal:?}");
-    assert!(Effect::new(EffectKind::EddyCurrent, &[1e-4, 1.0]).is_err());
+    assert!(
+        Effect::new(EffectKind::EddyCurrent, &[1e-4, 1.0, 0.0]).is_err()
+            && Effect::new(EffectKind::EddyCurrent, &[]).is_err()
+    );
     assert!(Effect::typical(EffectKind::EddyCurrent).with("tau", 1.0).is_err());
     let model = ActuatorModel::terfenol_d();
     assert!(Actuator::new(&model, 0.0).is_err() && Actuator::new(&model, f64::INFINITY).is_err());

@@ -55,11 +55,20 @@ fn what_is_hidden_is_named_whatever_disturbs() {
     }
 }
 
-/// Guards against names for the form of a law: diffusion is one lag to a library that holds no other, not a lag, a loss and a load.
+/// Guards against names for the form of a law: diffusion is no lag, loss and load, round gaps are no friction, and what the library says otherwise
+/// (a loss that grows like the logarithm, a mode that is damped against the rod) is no second effect.
 #[test]
 fn another_law_of_a_kind_is_one_name() {
-    let run = run(Nuisance::OtherLaw, Some(Effect::EddyCurrent), Drive::Broadband, 0);
-    assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
+    for effect in [
+        Effect::EddyCurrent,
+        Effect::AmplifierBandwidth,
+        Effect::Backlash,
+        Effect::ExcessLoss,
+        Effect::SecondMode,
+    ] {
+        let run = run(Nuisance::OtherLaw, Some(effect), Drive::Broadband, 0);
+        assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
+    }
 }
 
 /// Guards against false alarms: a nuisance alone is no effect, even where noise moves the constants so that more is left than with those given,

@@ -23,7 +23,7 @@ pub(super) const DESCRIPTION: Description = Description {
     confused_with: &["amplifier_bandwidth", "loop_delay", "sensor_delay", "excess_loss"],
     parameters: &[
         ParameterSpec::size("time_constant_s", "s", [0.0, 0.02], 1e-6).by_ratio(),
-        ParameterSpec::fixed("diffusion", "", [0.0, 1.0], 0.0).believed(0.5),
+        ParameterSpec::fixed("diffusion", "", [0.0, 1.0], 0.0),
     ],
     ..Description::USUAL
 };
