@@ -38,16 +38,16 @@ const SQUARES: [f64; 4] = [
 /// Secants in which a turning point is sought.
 const SECANTS: usize = 2;
 
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) enum EddyCurrent {
     Lag(FieldLag),
-    Diffusion(Diffusion),
+    Diffusion(Box<Diffusion>),
 }
 
 impl FieldEffect for EddyCurrent {
     fn new(values: &[f64], tick_s: f64) -> Result<Self, ModelError> {
         Ok(if values[1] > 0.0 {
-            EddyCurrent::Diffusion(Diffusion::new(values[0], values[1], tick_s))
+            EddyCurrent::Diffusion(Box::new(Diffusion::new(values[0], values[1], tick_s)))
         } else {
             EddyCurrent::Lag(FieldLag::new(values[0], tick_s))
         })
