@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 /// the whole range of the amplifier.
 const MAX_LEAD: f64 = 0.25;
 
-/// Compensation of a first-order lag.
+/// Compensation of lags.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Lead {
     /// Sum of the lags, and what counts of d²H/dt²: their product, and more where an effect says so.

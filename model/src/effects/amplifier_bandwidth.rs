@@ -35,11 +35,8 @@ pub(crate) enum AmplifierBandwidth {
 
 impl FieldEffect for AmplifierBandwidth {
     fn new(values: &[f64], tick_s: f64) -> Result<Self, ModelError> {
-        Ok(if values[0] * values[1] > 0.0 {
-            AmplifierBandwidth::Second(SecondOrderLag::new(values[0], values[1], tick_s))
-        } else {
-            AmplifierBandwidth::First(FieldLag::new(values[0], tick_s))
-        })
+        let second = SecondOrderLag::new(values[0], values[1], tick_s).map(AmplifierBandwidth::Second);
+        Ok(second.unwrap_or_else(|| AmplifierBandwidth::First(FieldLag::new(values[0], tick_s))))
     }
 
     fn steady_state(&mut self, input: f64) -> f64 {

@@ -11,6 +11,9 @@ use super::intersample_field::{IntersampleField, Piece};
 /// Halvings of the time in which a turning point is sought.
 const HALVINGS: usize = 30;
 
+/// With less inertia, in squares of ticks, it is a lag of first order to more digits than there are.
+const LEAST_INERTIA: f64 = 1e-15;
+
 /// What is left of a state after a time: y + σ y' of it by `cosine`, the rest by `sine`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Left {
@@ -45,19 +48,23 @@ fn at([value, slope, curve]: [f64; 3], time: f64) -> f64 {
 }
 
 impl SecondOrderLag {
-    /// `share` is q, above 0.
-    pub fn new(time_constant_s: f64, share: f64, tick_s: f64) -> Self {
+    /// `share` is q; none where the lag is of first order.
+    pub fn new(time_constant_s: f64, share: f64, tick_s: f64) -> Option<Self> {
         let lag = time_constant_s / tick_s;
+        let inertia = share * lag * lag;
+        if inertia < LEAST_INERTIA {
+            return None;
+        }
         let mut own = SecondOrderLag {
             lag,
-            inertia: share * lag * lag,
+            inertia,
             whole: Left::default(),
             input: 0.0,
             output: 0.0,
             rate: 0.0,
         };
         own.whole = own.left(1.0);
-        own
+        Some(own)
     }
 
     pub fn steady_state(&mut self, input: f64) -> f64 {
@@ -161,12 +168,12 @@ mod tests {
     use super::*;
     use crate::effects::field_lag::FieldLag;
 
-    /// Guards the law against steps a thousand times finer, aperiodic, at the limit and swinging, with its turning points and means; a tick in
+    /// Guards the law against steps twenty thousand times finer, aperiodic, at the limit and swinging, with its turning points and means; a tick in
     /// two pieces ends where the whole does.
     #[test]
     fn it_agrees_with_fine_steps() {
         for share in [0.1, 0.25, 0.51, 1.0] {
-            let mut lag = SecondOrderLag::new(1.5e-4, share, 1e-4);
+            let mut lag = SecondOrderLag::new(1.5e-4, share, 1e-4).unwrap();
             let (tau, fine) = (1.5, 20_000);
             let (mut y, mut v, mut from) = (0.0, 0.0, 0.0);
             let mut turns = 0;
@@ -212,7 +219,10 @@ mod tests {
     /// Guards the edge to the lag of first order.
     #[test]
     fn with_little_inertia_it_is_a_lag() {
-        let (mut second, mut first) = (SecondOrderLag::new(2e-4, 1e-7, 1e-4), FieldLag::new(2e-4, 1e-4));
+        let (mut second, mut first) = (
+            SecondOrderLag::new(2e-4, 1e-7, 1e-4).unwrap(),
+            FieldLag::new(2e-4, 1e-4),
+        );
         let mut from = 0.0;
         for k in 1..40 {
             let to = libm::sin(0.3 * f64::from(k));
@@ -221,6 +231,9 @@ mod tests {
             first.follow(Piece::straight(1.0, from, to), &mut other);
             assert!((one.end() - other.end()).abs() < 1e-6, "tick {k}");
             from = to;
+        }
+        for (lag_s, share) in [(1e-200, 0.5), (1e-4, 1e-200), (1e-4, 0.0)] {
+            assert!(SecondOrderLag::new(lag_s, share, 1e-4).is_none());
         }
     }
 }
