@@ -14,7 +14,7 @@ use super::{Ending, json, save, share_bar};
 use crate::arguments::{JsonArgument, OutArgument, ScenarioArguments, ThreadsArgument};
 use crate::fitness::{SMALL, Step, TRACKS, amplifier, response, rest};
 use anhyst_controller::{LearningSettings, MeasuredResponse, TrajectorySettings};
-use anhyst_diagnosis::{DiagnoseOptions, Verdict, amended_text, diagnose};
+use anhyst_diagnosis::{DiagnoseOptions, Verdict, amended_text, diagnose, page as diagnosis_page};
 use anhyst_guard::{CoilWatching, Event};
 use anhyst_ipc::{Demand, Estimate, Measurement, NodeId, SafeField};
 use anhyst_launch::embedded::as_saved;
@@ -484,6 +484,10 @@ impl Work<'_> {
             }
         };
         self.find(&format!("diagnosis: {}", found.diagnosis.sentence));
+        save(cut, "diagnosis.json", &format!("{}\n", json(&found.diagnosis)?))?;
+        let (own, out) = (quoted(&self.arguments.scenario.scenario), quoted(self.out));
+        let command = format!("anhyst commission {own} --out {out}");
+        save(cut, "diagnosis.html", &diagnosis_page(&found, &command).html())?;
         if found.diagnosis.verdict == Verdict::Columns || found.amended == model {
             return Ok(None);
         }
