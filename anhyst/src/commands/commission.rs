@@ -133,13 +133,18 @@ fn goes_on(out: &Path, alone: &AloneArguments) -> miette::Result<bool> {
     let note = out.join(PROGRAMS);
     let same = std::fs::read_to_string(&note).is_ok_and(|before| before == programs);
     let goes_on = same && !out.join("commission.json").exists();
-    // What an earlier call found would be taken for this one's.
-    let stale = ["commission.json", "commission.html", "commissioned.ron"].map(|file| out.join(file));
-    for path in stale.into_iter().filter(|path| path.exists()) {
-        std::fs::remove_file(&path).map_err(|cause| RunError::Write { path, cause })?;
-    }
+    remove(out, &["commission.json", "commission.html", "commissioned.ron"])?;
     save(out, PROGRAMS, &programs)?;
     Ok(goes_on)
+}
+
+/// What an earlier call found would be taken for this one's.
+fn remove(out: &Path, stale: &[&str]) -> Result<(), RunError> {
+    let stale = stale.iter().map(|file| out.join(file));
+    for path in stale.filter(|path| path.exists()) {
+        std::fs::remove_file(&path).map_err(|cause| RunError::Write { path, cause })?;
+    }
+    Ok(())
 }
 
 /// The best cut so far.
@@ -448,6 +453,7 @@ impl Work<'_> {
             return Ok((summary, path));
         }
         scenario.validate().map_err(told)?;
+        remove(&path, &["diagnosis.json", "diagnosis.html", "amended.ron"])?;
         let (folder, outcome) = perform(scenario, &self.arguments.alone, Some(&path))?;
         let reports = outcome.inspect_err(|_| self.failed = true)?;
         Ok((Summary::written(scenario, &reports, &folder)?, path))
