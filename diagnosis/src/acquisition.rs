@@ -2,13 +2,14 @@
 //!
 //! Butterworth of order n at f_c: F = 1/Π_k (j x − e^{jπ(2k + n + 1)/2n}), |F|² = 1/(1 + x^{2n}), of circuits x = f/f_c, of the recorder's
 //! program (bilinear, prewarped) x = tan(πfT)/tan(πf_cT); applied to the whole run's spectrum, so exact for both: of what is smooth by F, of
-//! straight lines with their images. Noise that passes it has its
+//! the coil's field with the images of the command's straight lines. Noise that passes it has its
 //! shape above the actuator's band: there S(f) = A|F|²(1 + r/fT) + q²/12 (r share like 1/f,
 //! q resolution; a circuit's folded at half the sampling rate) is held against A f^−p + B by the likelihood of Whittle.
 //! A filter that no noise passes is not seen here; it acts as a delay.
 
 use std::f64::consts::PI;
 
+use anhyst_model::{ActuatorModel, EffectKind};
 use realfft::num_complex::Complex;
 
 use crate::spectrum::Spectrum;
@@ -35,8 +36,9 @@ const MIN_CORNER: f64 = 0.03;
 const MAX_CORNER: f64 = 0.46;
 /// Shares of noise like 1/f: as much as white noise over a run, and what is beside it.
 const PINK: [f64; 4] = [0.0, 0.015, 0.05, 0.15];
-/// Images of a line on each side of it.
+/// Images of a line on each side of it that a filter passes, and that a drive has.
 const IMAGES: i32 = 3;
+const TAIL: i32 = 24;
 pub(crate) const ORDERS: [u32; 7] = [2, 3, 4, 5, 6, 7, 8];
 
 /// A Butterworth low pass.
@@ -129,39 +131,53 @@ impl LowPass {
         (1..=rows / 2).map(|line| response(line as f64 / rows as f64)).collect()
     }
 
-    /// The same of a series that is a straight line between its rows, in whose samples the images about multiples of the sampling rate fold back: for a
-    /// circuit Σ_m sinc²(s + m) F(s + m), s share of the sampling rate.
-    pub fn responses_to_lines(&self, tick_s: f64, rows: usize) -> Vec<Complex<f64>> {
+    /// What folds back from above half the sampling rate of a field whose drive is a straight line between its rows, of each line of the drive:
+    /// for a circuit Σ_m≠0 sinc²(s + m) H(s + m) (F(s + m) − F(s)), s share of the sampling rate, H what is before the filter.
+    pub fn images(&self, before: &Before, tick_s: f64, rows: usize) -> Vec<Complex<f64>> {
         if !self.is_circuit {
-            return self.responses(tick_s, rows);
+            return Vec::new();
         }
         let response = self.response(tick_s);
+        let turned = |share: f64| Complex::from_polar(1.0, -2.0 * PI * share * before.delay_s / tick_s);
+        let turns: Vec<Complex<f64>> = (-TAIL..=TAIL).map(|m| turned(f64::from(m))).collect();
         let folded = |share: f64| {
-            let image = |m: i32| {
+            let own = response(share);
+            let power = ((PI * share).sin() / PI).powi(2);
+            let image = |(m, turn): (i32, &Complex<f64>)| {
                 let place = share + f64::from(m);
-                let sinc = (PI * share).sin() / (PI * place);
-                response(place) * (sinc * sinc)
+                // So far above the corner nothing passes.
+                let passed = if m.abs() <= IMAGES {
+                    response(place)
+                } else {
+                    Complex::default()
+                };
+                (passed - own) * before.lagged(place / tick_s) * turn * (power / (place * place))
             };
-            (-IMAGES..=IMAGES).map(image).sum()
+            let images = (-TAIL..=TAIL).zip(&turns).filter(|(m, _)| *m != 0);
+            turned(share) * images.map(image).sum::<Complex<f64>>()
         };
         (1..=rows / 2).map(|line| folded(line as f64 / rows as f64)).collect()
     }
 
-    /// What it makes of a series, but for the time that it remembers at its begin, by its [`LowPass::responses`].
-    pub fn apply(&self, series: &mut [f64], tick_s: f64, spectrum: &Spectrum, responses: &[Complex<f64>]) {
-        let rows = series.len() as f64;
-        let (first, last) = (series[0], series[series.len() - 1]);
-        // The spectrum goes round: without the line from end to end, which is only delayed, nothing jumps there.
-        let line = |row: f64| first + (last - first) * row / (rows - 1.0);
-        let round = series.iter().enumerate().map(|(row, own)| own - line(row as f64));
-        let mut packed = spectrum.of(&round.collect::<Vec<f64>>());
-        for (own, response) in packed[1..].chunks_mut(2).zip(responses) {
+    /// What it makes of a series, but for the time that it remembers at its begin, by its [`LowPass::responses`] and what else is in the spectrum.
+    pub fn apply(
+        &self,
+        series: &mut [f64],
+        tick_s: f64,
+        spectrum: &Spectrum,
+        responses: &[Complex<f64>],
+        added: &[Complex<f64>],
+    ) {
+        let line = end_to_end(series);
+        let mut packed = round(series, spectrum);
+        for (line, (own, response)) in packed[1..].chunks_mut(2).zip(responses).enumerate() {
+            let added = added.get(line).copied().unwrap_or_default();
             match own {
                 [re, im] => {
-                    let passed = Complex::new(*re, *im) * response;
+                    let passed = Complex::new(*re, *im) * response + added;
                     (*re, *im) = (passed.re, passed.im);
                 }
-                own => own[0] *= response.re,
+                own => own[0] = own[0] * response.re + added.re,
             }
         }
         let delay = self.delay_s(tick_s) / tick_s;
@@ -271,6 +287,48 @@ impl LowPass {
     }
 }
 
+/// The straight line from the first sample to the last, by row.
+fn end_to_end(series: &[f64]) -> impl Fn(f64) -> f64 + use<> {
+    let (first, last, rows) = (series[0], series[series.len() - 1], series.len() as f64);
+    move |row| first + (last - first) * row / (rows - 1.0)
+}
+
+/// Spectrum, which goes round: without the line from end to end, which is only delayed, nothing jumps there.
+pub(crate) fn round(series: &[f64], spectrum: &Spectrum) -> Vec<f64> {
+    let line = end_to_end(series);
+    let round = series.iter().enumerate().map(|(row, own)| own - line(row as f64));
+    spectrum.of(&round.collect::<Vec<f64>>())
+}
+
+/// What a drive passes before the recorder's filter: H = e^(−sd)/((1 + sτ₀)(1 + sτ + q s²τ²)), the amplifier's delay and lags.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Before {
+    delay_s: f64,
+    nominal_lag_s: f64,
+    lag_s: f64,
+    second_order: f64,
+}
+
+impl Before {
+    pub fn of(model: &ActuatorModel) -> Self {
+        let value = |kind: EffectKind, place: usize| model.effect(kind).map_or(0.0, |effect| effect.values()[place]);
+        Before {
+            delay_s: value(EffectKind::LoopDelay, 0),
+            nominal_lag_s: model.amplifier.lag_s(),
+            lag_s: value(EffectKind::AmplifierBandwidth, 0),
+            second_order: value(EffectKind::AmplifierBandwidth, 1),
+        }
+    }
+
+    /// Without the delay.
+    fn lagged(&self, hz: f64) -> Complex<f64> {
+        let angle = 2.0 * PI * hz;
+        let lag = angle * self.lag_s;
+        let nominal = Complex::new(1.0, angle * self.nominal_lag_s);
+        (nominal * Complex::new(1.0 - self.second_order * lag * lag, lag)).inv()
+    }
+}
+
 /// 2π f_c times the delay of slow motion behind a circuit.
 fn delay_angle(order: u32) -> f64 {
     let poles = (0..order).map(|pole| (PI * f64::from(2 * pole + 1) / f64::from(2 * order)).sin());
@@ -337,7 +395,7 @@ mod tests {
                 own.iter_mut().for_each(|own| *own *= (1.0_f64 + pink / share).sqrt());
             }
             let mut filtered = spectrum.back(&packed);
-            truth.apply(&mut filtered, tick_s, &spectrum, &truth.responses(tick_s, 40_000));
+            truth.apply(&mut filtered, tick_s, &spectrum, &truth.responses(tick_s, 40_000), &[]);
             let (_, found) = LowPass::seen(&filtered, tick_s, 0.0, FROM[0])[0];
             assert!(
                 found.order.abs_diff(order) <= 1 && (found.corner_hz / corner_hz).ln().abs() < off,
@@ -346,7 +404,7 @@ mod tests {
         }
     }
 
-    /// Guards the images: a filter of first order of straight lines has a closed form.
+    /// Guards the images: a filter of first order of straight lines, behind a lag or a delay, has a closed form.
     #[test]
     fn straight_lines_pass_as_they_are_solved() {
         let (tick_s, rows, corner_hz) = (1e-4, 2000, 1500.0);
@@ -356,19 +414,50 @@ mod tests {
             is_circuit: true,
             is_supposed: false,
         };
-        // y' = (u − y)/τ, u from u_k to u_{k + 1}.
         let ticks = 1.0 / (2.0 * PI * corner_hz * tick_s);
-        let decay = (-1.0 / ticks).exp();
-        let mean = (1.0 - decay) * ticks;
-        let both = own
-            .responses_to_lines(tick_s, rows)
-            .into_iter()
-            .zip(own.responses(tick_s, rows));
-        for (line, (found, plain)) in both.enumerate().skip(100).take(500) {
-            let back = Complex::from_polar(1.0, -2.0 * PI * (line + 1) as f64 / rows as f64);
-            let solved = (back * (mean - decay) + (1.0 - mean)) / (-back * decay + 1.0);
-            let (error, without) = ((found - solved).norm(), (plain - solved).norm());
-            assert!(error < 2e-3 && error < 0.1 * without, "{line}: {error} {without}");
+        // y' = (u − y)/τ a share of a tick after u_k, over u_k + 1; u goes from u_k to u_{k + 1}, τ in ticks, `back` one tick back.
+        let after = |share: f64, ticks: f64, back: Complex<f64>| {
+            let at = |share: f64| {
+                let decay = (-share / ticks).exp();
+                (decay, share - (1.0 - decay) * ticks)
+            };
+            let (decay, rise) = at(1.0);
+            let whole = (back * (1.0 - decay - rise) + rise) / (-back * decay + 1.0);
+            let (decay, rise) = at(share);
+            back * whole * decay + back * (1.0 - decay - rise) + rise
+        };
+        let behind = |lag: f64, delay: f64, back: Complex<f64>| {
+            let field = if lag > 0.0 {
+                after(1.0, lag, back)
+            } else {
+                back * delay + (1.0 - delay)
+            };
+            // 1/((1 + sτ)(1 + sl)) by its parts.
+            let filtered = after(1.0 - delay, ticks, back) * ticks;
+            let lagged = if lag > 0.0 {
+                after(1.0, lag, back) * lag
+            } else {
+                Complex::default()
+            };
+            (field, (filtered - lagged) / (ticks - lag))
+        };
+        for (lag, delay) in [(0.0, 0.0), (0.3, 0.0), (0.0, 0.5), (0.0, 0.8)] {
+            let before = Before {
+                lag_s: lag * tick_s,
+                delay_s: delay * tick_s,
+                ..Before::default()
+            };
+            let images = own.images(&before, tick_s, rows);
+            let plain = own.responses(tick_s, rows);
+            for (line, (image, plain)) in images.into_iter().zip(plain).enumerate().skip(20).take(180) {
+                let back = Complex::from_polar(1.0, -2.0 * PI * (line + 1) as f64 / rows as f64);
+                let (field, solved) = behind(lag, delay, back);
+                let (error, without) = ((plain * field + image - solved).norm(), (plain * field - solved).norm());
+                assert!(
+                    error < 2e-3 && error < 0.1 * without,
+                    "{lag}, {delay}, {line}: {error} {without}"
+                );
+            }
         }
     }
 
@@ -390,7 +479,7 @@ mod tests {
                     (0..rows).map(move |row| at(row).sin())
                 };
                 let mut passed: Vec<f64> = sine(0.0).collect();
-                own.apply(&mut passed, tick_s, &spectrum, &own.responses(tick_s, rows));
+                own.apply(&mut passed, tick_s, &spectrum, &own.responses(tick_s, rows), &[]);
                 let power = 2.0 * passed[10_000..].iter().map(|y| y * y).sum::<f64>() / 10_000.0;
                 let expected = own.response(tick_s)(frequency * tick_s).norm_sqr();
                 assert!((power / expected - 1.0).abs() < 1e-3, "{frequency}: {power}");
@@ -403,7 +492,7 @@ mod tests {
                 }
             }
             let mut line: Vec<f64> = (0..rows).map(|row| 2.5 + row as f64).collect();
-            own.apply(&mut line, tick_s, &spectrum, &own.responses(tick_s, rows));
+            own.apply(&mut line, tick_s, &spectrum, &own.responses(tick_s, rows), &[]);
             let delayed = |row: usize| 2.5 + row as f64 - own.delay_s(tick_s) / tick_s;
             assert!((0..rows).all(|row| (line[row] - delayed(row)).abs() < 1e-6));
         }

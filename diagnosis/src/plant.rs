@@ -10,7 +10,7 @@ use anhyst_model::{ActuatorModel, ActuatorOutputs, MagneticHalf, MagneticStart};
 
 use realfft::num_complex::Complex;
 
-use crate::acquisition::{Likely, LowPass};
+use crate::acquisition::{Before, Likely, LowPass, round};
 use crate::channel::{Channel, ChannelKind};
 use crate::composition::{Composition, drive_zero_a_per_m};
 use crate::memory::{Recent, Tally};
@@ -50,12 +50,14 @@ pub(crate) struct Plant {
 
 /// What a magnetic half is of: run, its start, zero of the drive, how far `a` is above its value at the first sample and at the last (A/m), what the model has of it.
 type Half = (usize, Option<MagneticStart>, f64, [f64; 2], ActuatorModel);
+/// A run, the low pass of its recorder, and what is before that.
+type Filtering = (usize, LowPass, Option<Before>);
 
 /// What of a plant's simulations serves again.
 pub(crate) struct Memory {
     halves: Recent<Half, MagneticHalf>,
     shapes: Recent<(Range<usize>, usize, Shape), Vec<f64>>,
-    responses: Recent<(usize, ChannelKind, LowPass), Vec<Complex<f64>>>,
+    responses: Recent<Filtering, [Vec<Complex<f64>>; 2]>,
     /// Of a field, which most of what is fitted leaves alone.
     fields: Recent<Vec<f64>, Vec<f64>>,
     /// What the noise of a channel's residual shows of a low pass, from a share of the sampling rate on.
@@ -85,6 +87,7 @@ impl Plant {
         let model = composition.model(&self.model).ok()?;
         let of = |kind: ChannelKind| composition.fitted_low_pass(kind);
         let low_passes = [of(ChannelKind::Field), of(ChannelKind::Output)];
+        let before = [Some(Before::of(&model)), None];
         let zero = composition.drive_zero_a_per_m().unwrap_or(0.0);
         let simulated = self.runs.iter().enumerate().map(|(index, run)| {
             let first = run.drive_a_per_m.first().map_or(0.0, |drive| drive + zero);
@@ -111,13 +114,10 @@ impl Plant {
             } else {
                 &mut outputs.displacement_m
             };
-            let parts = [
-                (ChannelKind::Field, &mut outputs.field_a_per_m),
-                (ChannelKind::Output, output),
-            ];
-            for ((kind, series), low_pass) in parts.into_iter().zip(low_passes) {
+            let parts = [&mut outputs.field_a_per_m, output];
+            for ((series, low_pass), before) in parts.into_iter().zip(low_passes).zip(before) {
                 if let Some(low_pass) = low_pass {
-                    self.filter(series, index, kind, low_pass);
+                    self.filter(series, index, low_pass, before);
                 }
             }
             Some(outputs)
@@ -149,19 +149,23 @@ impl Plant {
         doubts.filter(|_| !self.fitted).filter_map(|own| answer(&own)).collect()
     }
 
-    /// A series of all rows of a run after a low pass of its recorder. The coil's field is a straight line within a tick; what moves is smooth.
-    pub fn filter(&self, series: &mut [f64], run: usize, kind: ChannelKind, low_pass: LowPass) {
+    /// A series of all rows of a run after a low pass of its recorder: the coil's field with what is before it, or what moves, which is smooth.
+    pub fn filter(&self, series: &mut [f64], run: usize, low_pass: LowPass, before: Option<Before>) {
         let Some(tick_s) = self.runs[run].tick_s else { return };
-        let asked = (run, kind, low_pass);
+        let asked = (run, low_pass, before);
+        let spectrum = &self.whole[run];
         let answer = || {
-            Some(if kind == ChannelKind::Field {
-                low_pass.responses_to_lines(tick_s, series.len())
-            } else {
-                low_pass.responses(tick_s, series.len())
-            })
+            let images = before.map(|before| low_pass.images(&before, tick_s, series.len()));
+            let drive = round(&self.runs[run].drive_a_per_m, spectrum);
+            let folded = images.unwrap_or_default().into_iter().zip(drive[1..].chunks(2));
+            let folded = folded.map(|(image, own)| image * Complex::new(own[0], own.get(1).copied().unwrap_or(0.0)));
+            Some([low_pass.responses(tick_s, series.len()), folded.collect()])
         };
         let responses = self.memory.responses.get(|own| *own == asked, || asked, answer);
-        low_pass.apply(series, tick_s, &self.whole[run], &responses.unwrap_or_default());
+        if let Some(known) = responses {
+            let [responses, folded] = &*known;
+            low_pass.apply(series, tick_s, spectrum, responses, folded);
+        }
     }
 
     /// The output is the magnetization itself, or what a law gives in its place.

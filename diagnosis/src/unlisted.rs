@@ -158,7 +158,7 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, over: Over) -> Option<
                 };
                 let mut through = through;
                 if let Some(low_pass) = base.point.composition.fitted_low_pass(ChannelKind::Output) {
-                    plant.filter(&mut through, channel.run, channel.kind, low_pass);
+                    plant.filter(&mut through, channel.run, low_pass, None);
                 }
                 through
             });
