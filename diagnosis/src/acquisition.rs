@@ -50,6 +50,8 @@ pub(crate) struct LowPass {
     pub is_circuit: bool,
     /// No noise shows it; a motion that comes late does.
     pub is_supposed: bool,
+    /// It has the corner of the other channel's: one recorder has one filter.
+    pub is_shared: bool,
 }
 
 /// Low passes that are likely, with −ln L over the likeliest's, likeliest first.
@@ -61,6 +63,14 @@ impl LowPass {
         LowPass {
             is_supposed: true,
             ..self
+        }
+    }
+
+    /// The same with the corner of the other channel's.
+    pub fn shared(self) -> Self {
+        LowPass {
+            is_shared: true,
+            ..self.supposed()
         }
     }
 
@@ -256,6 +266,7 @@ impl LowPass {
                 corner_hz: 0.0,
                 is_circuit,
                 is_supposed: false,
+                is_shared: false,
             };
             let ratio = MAX_CORNER / MIN_CORNER;
             let mut coarse = (0..=32).map(|step| rate * MIN_CORNER * ratio.powf(f64::from(step) / 32.1));
@@ -388,6 +399,7 @@ mod tests {
                 corner_hz,
                 is_circuit: false,
                 is_supposed: false,
+                is_shared: false,
             };
             let mut packed = spectrum.of(&white);
             for (line, own) in packed[1..].chunks_mut(2).enumerate() {
@@ -413,6 +425,7 @@ mod tests {
             corner_hz,
             is_circuit: true,
             is_supposed: false,
+            is_shared: false,
         };
         let ticks = 1.0 / (2.0 * PI * corner_hz * tick_s);
         // y' = (u − y)/τ a share of a tick after u_k, over u_k + 1; u goes from u_k to u_{k + 1}, τ in ticks, `back` one tick back.
@@ -472,6 +485,7 @@ mod tests {
                 corner_hz: 800.0,
                 is_circuit,
                 is_supposed: false,
+                is_shared: false,
             };
             for frequency in [20.0, 200.0, 800.0, 1600.0] {
                 let sine = |delay_s: f64| {

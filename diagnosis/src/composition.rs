@@ -27,6 +27,8 @@ const TURN_DEVIATION: f64 = 0.5;
 const DRIVE_ZERO: f64 = 2.0 / 7012.0;
 /// Of the corner of a low pass, by ratio: of one that noise shows, and of one that is supposed.
 const CORNER_DEVIATION: [f64; 2] = [0.05, 0.3];
+/// A corner that is so close to an end of its range, by ratio, stands there.
+const AT_END: f64 = 1e-3;
 
 /// What a number belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -263,6 +265,10 @@ impl Composition {
     pub fn with_low_pass(mut self, kind: ChannelKind, low_pass: LowPass) -> Self {
         self.unknowns.retain(|own| own.slot != Slot::Corner(kind));
         self.low_passes.retain(|(own, _)| *own != kind);
+        self.low_passes.push((kind, low_pass));
+        if low_pass.is_shared && self.corner_of(kind).is_some() {
+            return self;
+        }
         let deviation = CORNER_DEVIATION[usize::from(low_pass.is_supposed)];
         self.unknowns.push(Unknown {
             slot: Slot::Corner(kind),
@@ -275,7 +281,6 @@ impl Composition {
                 prior: Some((low_pass.corner_hz, deviation)),
             },
         });
-        self.low_passes.push((kind, low_pass));
         self
     }
 
@@ -368,11 +373,24 @@ impl Composition {
     /// The recorder's low pass at the fitted corner.
     pub fn fitted_low_pass(&self, kind: ChannelKind) -> Option<LowPass> {
         let (_, low_pass) = *self.low_passes.iter().find(|(own, _)| *own == kind)?;
-        let corner = self.unknowns.iter().find(|own| own.slot == Slot::Corner(kind));
+        let corner = self.corner_of(kind).map(|place| self.unknowns[place].value);
         Some(LowPass {
-            corner_hz: corner.map_or(low_pass.corner_hz, |own| own.value),
+            corner_hz: corner.unwrap_or(low_pass.corner_hz),
             ..low_pass
         })
+    }
+
+    /// A corner stands at an end of its range.
+    pub fn presses_corner(&self) -> bool {
+        let corners = self.unknowns.iter().filter(|own| matches!(own.slot, Slot::Corner(_)));
+        let mut ends = corners.flat_map(|own| [own.coordinate.lower, own.coordinate.upper].map(|end| own.value / end));
+        ends.any(|ratio| ratio.ln().abs() < AT_END)
+    }
+
+    /// The unknown that is the corner of a channel's low pass, or of the one that it shares.
+    pub fn corner_of(&self, kind: ChannelKind) -> Option<usize> {
+        let place = |is: &dyn Fn(Slot) -> bool| self.unknowns.iter().position(|own| is(own.slot));
+        place(&|slot| slot == Slot::Corner(kind)).or_else(|| place(&|slot| matches!(slot, Slot::Corner(_))))
     }
 }
 

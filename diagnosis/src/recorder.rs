@@ -24,6 +24,8 @@ use crate::shares::{Gap, remainder_rms};
 
 /// Forms that are searched with beyond the likeliest.
 const MAX_FORMS: usize = 3;
+/// Forms that are looked at where the first leaves a misfit.
+const MAX_LOOKS: usize = 5;
 /// Corners of a low pass that is supposed, as shares of the sampling rate.
 const SUPPOSED: [f64; 3] = [0.1, 0.18, 0.32];
 
@@ -181,9 +183,10 @@ fn supposed(bench: &Bench, known: &[(ChannelKind, LowPass)], found: &Decompositi
         corner_hz: share / tick_s,
         is_circuit: true,
         is_supposed: true,
+        is_shared: false,
     });
     // What is before one converter is likely before all.
-    let others = known.iter().map(|(_, own)| own.supposed());
+    let others = known.iter().flat_map(|(_, own)| [own.shared(), own.supposed()]);
     let beside = |low_pass: LowPass, fit: &Fitted| {
         let composition = fit.point.composition.clone();
         bench.fit(&composition.with_low_pass(ChannelKind::Output, low_pass), Some(fit))
@@ -242,7 +245,7 @@ fn under(
         // What is found under a wrong form stands in the way of the right one: a look at each with what explains most beside it.
         search.depth = Depth::Look;
         let mut likeliest: Option<(f64, f64, Forms)> = None;
-        for (unlikely, forms) in all[1..].iter().take(MAX_FORMS) {
+        for (unlikely, forms) in all[1..].iter().take(MAX_LOOKS) {
             search.low_passes.clone_from(forms);
             let Some(look) = search.run() else { continue };
             let own = cost(&look.last) + unlikely;
@@ -280,7 +283,9 @@ fn under(
         if !watches && of_output(&beneath) {
             others.extend(alternatives(bench, &with_those_of(seen.to_vec(), beneath)));
         }
-        if !watches && is_misfit(bench, &best.found) {
+        // So may the motion where it moves the corner as far as the noise lets it.
+        let presses = best.found.last.point.composition.presses_corner();
+        if !watches && (presses || is_misfit(bench, &best.found)) {
             others.extend(other_orders(bench, &best.found));
         }
         for other in others {
@@ -288,12 +293,11 @@ fn under(
                 all.push(other);
             }
         }
-        let rival = best.rival(&mut search, &all);
-        let Some((_, unlikely, forms)) = rival.filter(|(rival, _, _)| *rival < best.cost()) else {
+        let Some(rival) = best.rival(&mut search, &all).filter(|own| own.cost < best.cost()) else {
             break;
         };
-        search.low_passes.clone_from(forms);
-        if !best.or(search.run(), unlikely) {
+        search.low_passes.clone_from(rival.forms);
+        if !best.or(search.run(), rival.unlikely) {
             break;
         }
     }
@@ -320,32 +324,52 @@ impl Best {
         true
     }
 
-    /// Of the other forms the one that explains most with the terms that were found; its cost, and how unlikely it is.
-    fn rival<'f>(&self, search: &mut Search<'_>, all: &'f [(f64, Forms)]) -> Option<(f64, f64, &'f Forms)> {
+    /// Of the other forms the one that explains most with the terms that were found, or with none: they may stand for what it does.
+    fn rival<'f>(&self, search: &mut Search<'_>, all: &'f [(f64, Forms)]) -> Option<Rival<'f>> {
         (search.progress)("other low passes of the recorder", 0.92);
         let search = &*search;
-        let last = &self.found.last;
-        let others = all.iter().filter(|(_, forms)| *forms != search.low_passes);
-        let linear = Linearised::new(search.bench, last);
-        let rough = others.filter_map(|(unlikely, forms)| {
-            let bare = last.point.composition.without_low_passes();
-            let composition = forms
-                .iter()
-                .fold(bare, |all, (kind, low_pass)| all.with_low_pass(*kind, *low_pass));
-            let change = search.bench.change(&last.point, &composition)?;
-            let gain = linear.gain_of(&change).likelihood - unlikely;
-            Some((gain, *unlikely, forms, composition))
-        });
-        let mut rough: Vec<_> = rough.collect();
-        rough.sort_by(|one, other| other.0.total_cmp(&one.0));
-        rough.truncate(REFITTED);
-        let rivals = rough.into_iter().filter_map(|(_, unlikely, forms, composition)| {
-            let fit = search.bench.fit(&composition, None)?;
-            let fit = search.without_those_that_earn_nothing(fit)?;
-            Some((cost(&fit) + unlikely, unlikely, forms))
-        });
-        rivals.min_by(|one, other| one.0.total_cmp(&other.0))
+        let (last, base) = (&self.found.last, &self.found.base);
+        let mut rivals = beside(search, last, all);
+        if !last.point.composition.terms().is_empty() {
+            rivals.extend(beside(search, base, all));
+        }
+        rivals.into_iter().min_by(|one, other| one.cost.total_cmp(&other.cost))
     }
+}
+
+/// Other forms, how unlikely they are beside the likeliest, and what they cost with that in.
+struct Rival<'f> {
+    cost: f64,
+    unlikely: f64,
+    forms: &'f Forms,
+}
+
+/// The other forms that explain most beside the terms of a fit.
+fn beside<'f>(search: &Search<'_>, fit: &Fitted, all: &'f [(f64, Forms)]) -> Vec<Rival<'f>> {
+    let others = all.iter().filter(|(_, forms)| *forms != search.low_passes);
+    let linear = Linearised::new(search.bench, fit);
+    let rough = others.filter_map(|(unlikely, forms)| {
+        let bare = fit.point.composition.without_low_passes();
+        let composition = forms
+            .iter()
+            .fold(bare, |all, (kind, low_pass)| all.with_low_pass(*kind, *low_pass));
+        let change = search.bench.change(&fit.point, &composition)?;
+        let gain = linear.gain_of(&change).likelihood - unlikely;
+        Some((gain, *unlikely, forms, composition))
+    });
+    let mut rough: Vec<_> = rough.collect();
+    rough.sort_by(|one, other| other.0.total_cmp(&one.0));
+    rough.truncate(REFITTED);
+    let rivals = rough.into_iter().filter_map(|(_, unlikely, forms, composition)| {
+        let fit = search.bench.fit(&composition, None)?;
+        let fit = search.without_those_that_earn_nothing(fit)?;
+        Some(Rival {
+            cost: cost(&fit) + unlikely,
+            unlikely,
+            forms,
+        })
+    });
+    rivals.collect()
 }
 
 /// Low passes of other orders that delay as the output's does, on the output and on both channels: where the noise beneath a gap is not seen, the motion
@@ -361,8 +385,16 @@ fn other_orders(bench: &Bench, found: &Decomposition) -> Vec<(f64, Forms)> {
     let kinds: Vec<ChannelKind> = kinds.into_iter().filter(has).collect();
     let orders = ORDERS.into_iter().map(|order| own.of_order(order).supposed());
     let forms = orders.flat_map(|low_pass| {
-        let on = |count: usize| (0.0, kinds[..count].iter().map(|kind| (*kind, low_pass)).collect());
-        (1..=kinds.len()).map(on).collect::<Vec<_>>()
+        let with = |other: Option<LowPass>| {
+            let all = kinds.iter().zip([Some(low_pass), other]);
+            (0.0, all.filter_map(|(kind, own)| Some((*kind, own?))).collect())
+        };
+        let others = [None, Some(low_pass.shared()), Some(low_pass)];
+        others
+            .into_iter()
+            .take(2 * kinds.len() - 1)
+            .map(with)
+            .collect::<Vec<_>>()
     });
     forms.collect()
 }
@@ -389,11 +421,22 @@ fn alternatives(bench: &Bench, seen: &[(ChannelKind, Likely)]) -> Vec<(f64, Form
             all.push((*unlikely, other));
         }
     }
+    if let [(one, forms), (other, others)] = seen {
+        // Alike on both channels it is one.
+        for (unlikely, own) in forms {
+            let like = |(_, like): &&(f64, LowPass)| alike(&vec![(*other, *own)], &vec![(*other, *like)]);
+            if let Some((more, _)) = others.iter().find(like) {
+                all.push((unlikely + more, vec![(*one, *own), (*other, own.shared())]));
+            }
+        }
+    }
     if let [(seen, forms)] = seen {
         let mut unseen = bench.plant.channels.iter().map(|own| own.kind);
         if let Some(kind) = unseen.find(|own| own != seen && *own != ChannelKind::Magnetization) {
-            let both = |(unlikely, own): &(f64, LowPass)| (*unlikely, vec![(*seen, *own), (kind, own.supposed())]);
-            all.extend(forms.iter().map(both));
+            let both = |(unlikely, own): &(f64, LowPass)| {
+                [own.shared(), own.supposed()].map(|other| (*unlikely, vec![(*seen, *own), (kind, other)]))
+            };
+            all.extend(forms.iter().flat_map(both));
         }
     }
     all

@@ -6,6 +6,7 @@
 
 use anhyst_model::{ActuatorModel, EffectKind, NominalParameter, ParameterSpec};
 
+use crate::acquisition::LowPass;
 use crate::channel::ChannelKind;
 use crate::composition::{Composition, Slot};
 use crate::decomposition::Decomposition;
@@ -215,17 +216,18 @@ fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
                 format!("shape_drift_{}", run + 1),
                 vec![value("drift_a_per_m", "A/m", unknown.value, deviation)],
             )),
-            Slot::Corner(kind) => {
-                let name = if kind == ChannelKind::Field {
-                    "probe_low_pass"
-                } else {
-                    "recorder_low_pass"
-                };
-                let order = composition
-                    .fitted_low_pass(kind)
-                    .map_or(0.0, |own| f64::from(own.order));
-                let corner = value("corner_hz", "Hz", unknown.value, deviation);
-                all.push(found(name.to_owned(), vec![corner, value("order", "", order, None)]));
+            Slot::Corner(_) => {
+                let is_its = |(kind, _): &&(ChannelKind, LowPass)| composition.corner_of(*kind) == Some(index);
+                for (kind, low_pass) in composition.low_passes.iter().filter(is_its) {
+                    let name = if *kind == ChannelKind::Field {
+                        "probe_low_pass"
+                    } else {
+                        "recorder_low_pass"
+                    };
+                    let corner = value("corner_hz", "Hz", unknown.value, deviation);
+                    let order = value("order", "", f64::from(low_pass.order), None);
+                    all.push(found(name.to_owned(), vec![corner, order]));
+                }
             }
             _ => {}
         }

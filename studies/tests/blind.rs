@@ -4,11 +4,11 @@ use anhyst_model::ActuatorModel;
 use anhyst_studies::blind::{Family, Outcome, Plan, StudyRun, Subject, study};
 use anhyst_witness::{Drive, Effect, Nuisance};
 
-/// A run of a second with an effect of twenty noises, or nothing; seeds of their own, of nothing the one after so many.
+/// A run of a second with an effect of twenty noises, or nothing; seeds of their own, the one after so many.
 fn run(nuisance: Nuisance, effect: Option<Effect>, drive: Drive, after: usize) -> StudyRun {
     let plan = Plan {
         none: 1 + after as u64,
-        singles: 1,
+        singles: 1 + after as u64,
         pairs: 0,
         unlisted: 1,
         limits: 0,
@@ -52,6 +52,16 @@ fn what_is_hidden_is_named_whatever_disturbs() {
         if let (Some(truth), Some(found)) = (part.share, part.share_found) {
             assert!((found - truth).abs() < 0.05, "{run:#?}");
         }
+    }
+}
+
+/// Guards the one filter before field and output: a delay or a lag of the amplifier is no difference of two filters with a delay of the sensor or eddy
+/// currents beside it.
+#[test]
+fn what_comes_late_before_one_filter_is_the_amplifiers() {
+    for (effect, after) in [(Effect::LoopDelay, 0), (Effect::AmplifierBandwidth, 1)] {
+        let run = run(Nuisance::AntiAlias, Some(effect), Drive::Broadband, after);
+        assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
     }
 }
 
