@@ -6,7 +6,7 @@
 
 use crate::channel::ChannelKind;
 use crate::composition::Composition;
-use crate::plant::Plant;
+use crate::plant::{Plant, Steps};
 
 /// A number of a spectrum in which a fitted model's answer is this many noises shows that model's error.
 const STANDS_OUT: f64 = 3.0;
@@ -19,7 +19,9 @@ const MIN_LEVEL: usize = 60;
 /// are: the last.
 pub(crate) fn bands(plant: &Plant) -> (Vec<Vec<usize>>, usize) {
     let bands: Vec<Vec<usize>> = plant.bands().into_iter().map(Iterator::collect).collect();
-    let nominal = plant.fitted.then(|| plant.simulate(&Composition::default()));
+    let nominal = plant
+        .fitted
+        .then(|| plant.simulate(&Composition::default(), Steps::Made));
     let Some(answer) = nominal.flatten().and_then(|runs| plant.spectra(&runs)) else {
         return (bands, 0);
     };

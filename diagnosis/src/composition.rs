@@ -284,6 +284,12 @@ impl Composition {
         self
     }
 
+    /// The same with the recorder's low passes, of each channel one.
+    pub fn with_low_passes(self, forms: &[(ChannelKind, LowPass)]) -> Self {
+        let with = |own: Self, (kind, low_pass): &(ChannelKind, LowPass)| own.with_low_pass(*kind, *low_pass);
+        forms.iter().fold(self, with)
+    }
+
     /// The same without the recorder's low passes.
     pub fn without_low_passes(&self) -> Self {
         let mut own = self.clone();
@@ -378,6 +384,12 @@ impl Composition {
             corner_hz: corner.unwrap_or(low_pass.corner_hz),
             ..low_pass
         })
+    }
+
+    /// All of them.
+    pub fn fitted_low_passes(&self) -> Vec<(ChannelKind, LowPass)> {
+        let of = |(kind, _): &(ChannelKind, LowPass)| Some((*kind, self.fitted_low_pass(*kind)?));
+        self.low_passes.iter().filter_map(of).collect()
     }
 
     /// A corner stands at an end of its range.

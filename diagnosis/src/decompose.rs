@@ -228,12 +228,10 @@ impl Search<'_> {
             .map(|(index, _)| index)
             .collect();
         let plant = &bench.plant;
-        let mut composition = Composition::nominal(self.model, &starts, plant.fitted, plant.shape_drift_a_per_m);
-        for (kind, low_pass) in &self.low_passes {
-            composition = composition.with_low_pass(*kind, *low_pass);
-        }
+        let composition = Composition::nominal(self.model, &starts, plant.fitted, plant.shape_drift_a_per_m);
+        let composition = composition.with_low_passes(&self.low_passes);
         (self.progress)("where the material was at the first row", 0.03);
-        composition = self.started(composition, &starts)?;
+        let composition = self.started(composition, &starts)?;
         (self.progress)("calibrating the constants", 0.06);
         let mut base = bench.fit(&composition, None)?;
         let off_mains = self.lines(&mut base)?;

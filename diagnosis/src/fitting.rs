@@ -3,6 +3,7 @@
 //! J (`likelihood.rs`) is minimised by Gauss-Newton steps with Marquardt's damping: H = AᵀS⁻¹A + 1/σ², S the band's level, reweighted
 //! within each step; a step counts only if J itself falls. A is a forward difference of free simulations, carried on by Broyden's rule (1965).
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use anhyst_identify::parallel;
@@ -13,6 +14,7 @@ use crate::composition::{Composition, Slot, Unknown};
 use crate::evidence::Evidence;
 use crate::likelihood::{Bench, Point};
 use crate::normal::Normal;
+use crate::plant::Steps;
 use crate::products::Products;
 
 /// Dampings that are tried for one step.
@@ -98,6 +100,11 @@ impl Bench {
     pub fn columns(&self, here: &Point, known: Option<&Fitted>) -> Option<Vec<Arc<Vec<f64>>>> {
         let unknowns = &here.composition.unknowns;
         let indices: Vec<usize> = (0..unknowns.len()).collect();
+        let smooth = if self.plant.has_steps(&here.composition) {
+            Cow::Owned(self.simulate(&here.composition, Steps::LeftOut)?.1)
+        } else {
+            Cow::Borrowed(&here.simulated)
+        };
         let columns = parallel::map(self.threads, &indices, |&index| {
             let unknown = &unknowns[index];
             let own = known.and_then(|fit| {
@@ -110,12 +117,12 @@ impl Bench {
                 let same = fit.point.composition.unknowns[of].coordinate.scale == unknown.coordinate.scale;
                 same.then(|| fit.columns[of].clone())
             });
-            own.or_else(|| self.column(here, index).map(Arc::new))
+            own.or_else(|| self.column(here, &smooth, index).map(Arc::new))
         });
         columns.into_iter().collect()
     }
 
-    fn column(&self, here: &Point, index: usize) -> Option<Vec<f64>> {
+    fn column(&self, here: &Point, smooth: &[f64], index: usize) -> Option<Vec<f64>> {
         let Unknown {
             value,
             coordinate,
@@ -129,7 +136,7 @@ impl Bench {
             let mut moved = here.composition.clone();
             moved.unknowns[index].value = coordinate.value(free + step);
             let inverse = 1.0 / (coordinate.free(moved.unknowns[index].value) - free);
-            let mut column = self.change(here, &moved)?;
+            let mut column = self.change_from(smooth, &moved, Steps::LeftOut)?;
             column.iter_mut().for_each(|own| *own *= inverse);
             inverse.is_finite().then_some(column)
         };
@@ -168,6 +175,8 @@ impl Bench {
         // Gained since the derivatives were taken; none where they are of here.
         let mut carried: Option<f64> = None;
         let (from, evidence) = (here.cost, Evidence::new(self, &here));
+        // What a step shows of the derivatives is the converter's.
+        let has_steps = self.plant.has_steps(composition);
         let steps = if known.is_some() { ROUGH_STEPS } else { MAX_STEPS };
         for _ in 0..steps {
             let products = Products::of(&self.bands, &here.with(&columns));
@@ -195,7 +204,7 @@ impl Bench {
                 break;
             }
             let is_stuck = before.is_none();
-            match before.filter(|_| known.is_none() && gained > SETTLED) {
+            match before.filter(|_| known.is_none() && gained > SETTLED && !has_steps) {
                 Some(before) => {
                     carry(
                         &mut columns,

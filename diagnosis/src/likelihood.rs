@@ -13,7 +13,7 @@ use crate::bands::{ERRORS, bands};
 use crate::channel::Channel;
 use crate::composition::Composition;
 use crate::nuisance::{Nuisance, linear};
-use crate::plant::Plant;
+use crate::plant::{Plant, Steps};
 use crate::products::Products;
 
 /// Rounds in which levels and linear nuisance settle on each other.
@@ -77,16 +77,21 @@ impl Bench {
     }
 
     /// Spectra of a composition and the runs behind them.
-    pub fn simulate(&self, composition: &Composition) -> Option<(Vec<ActuatorOutputs>, Vec<f64>)> {
-        let runs = self.plant.simulate(composition)?;
+    pub fn simulate(&self, composition: &Composition, steps: Steps) -> Option<(Vec<ActuatorOutputs>, Vec<f64>)> {
+        let runs = self.plant.simulate(composition, steps)?;
         let spectra = self.plant.spectra(&runs)?;
         Some((runs, spectra))
     }
 
     /// What changes in the spectra where a composition takes the place of a point's; means are the zero's.
     pub fn change(&self, here: &Point, moved: &Composition) -> Option<Vec<f64>> {
-        let (_, mut change) = self.simulate(moved)?;
-        for (own, base) in change.iter_mut().zip(&here.simulated) {
+        self.change_from(&here.simulated, moved, Steps::Made)
+    }
+
+    /// The same from the spectra of any.
+    pub fn change_from(&self, spectra: &[f64], moved: &Composition, steps: Steps) -> Option<Vec<f64>> {
+        let (_, mut change) = self.simulate(moved, steps)?;
+        for (own, base) in change.iter_mut().zip(spectra) {
             *own -= base;
         }
         for channel in &self.plant.channels {
@@ -97,7 +102,7 @@ impl Bench {
 
     /// A composition held against the measurement.
     pub fn point(&self, composition: &Composition) -> Option<Point> {
-        let (runs, simulated) = self.simulate(composition)?;
+        let (runs, simulated) = self.simulate(composition, Steps::Made)?;
         let raw: Vec<f64> = self.measured.iter().zip(&simulated).map(|(y, m)| y - m).collect();
         let (kinds, columns) = linear(&self.plant, composition, &simulated);
         let (residual, levels, coefficients) = self.profiled(raw, &columns);

@@ -1,12 +1,13 @@
 //! The actuator chain as a diagnosis sees it: runs in, the spectra of all channels out.
 
 use std::borrow::Cow;
+use std::f64::consts::{FRAC_2_PI, SQRT_2};
 use std::ops::Range;
 use std::sync::Arc;
 
 use anhyst_identify::prepared::PreparedRun;
 use anhyst_measured::Quantity;
-use anhyst_model::{ActuatorModel, ActuatorOutputs, MagneticHalf, MagneticStart};
+use anhyst_model::{ActuatorModel, ActuatorOutputs, EffectKind, MagneticHalf, MagneticStart};
 
 use realfft::num_complex::Complex;
 
@@ -16,6 +17,7 @@ use crate::composition::{Composition, drive_zero_a_per_m};
 use crate::memory::{Recent, Tally};
 use crate::shape::Shape;
 use crate::spectrum::Spectrum;
+use crate::term::Term;
 
 /// Magnetic halves that are kept, of each run: those of what is being fitted, and what it is held against.
 const HALVES: usize = 32;
@@ -26,8 +28,18 @@ const FIELDS: usize = 6;
 /// Residuals in which a low pass was looked for, that are kept.
 const SEEN: usize = 8;
 
+/// E round(u + e), e normal of standard deviation σ, at most [`MAX_SPREAD`].
+fn stepped(value: f64, deviation: f64) -> f64 {
+    let whole = value.floor();
+    let risen = |at: f64| 0.5 * libm::erfc((at - (value - whole)) / (deviation * SQRT_2));
+    whole - 1.0 + [-0.5, 0.5, 1.5].into_iter().map(risen).sum::<f64>()
+}
+
 /// Standard deviation of the drive's gain.
 const DRIVE_GAIN: f64 = 2e-3;
+
+/// Of the noise beneath a converter's steps, by the step: wider, nothing is left of them.
+const MAX_SPREAD: f64 = 0.3;
 
 /// A nominal model and the runs that it has to explain.
 #[derive(Clone)]
@@ -46,6 +58,13 @@ pub(crate) struct Plant {
     /// `a` drifts while a run is made: standard deviation of by how much, A/m.
     pub shape_drift_a_per_m: Option<f64>,
     pub memory: Arc<Memory>,
+}
+
+/// What becomes of a converter's steps: they jump, so derivatives are of what is between them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Steps {
+    Made,
+    LeftOut,
 }
 
 /// What a magnetic half is of: run, its start, zero of the drive, how far `a` is above its value at the first sample and at the last (A/m), what the model has of it.
@@ -82,11 +101,14 @@ impl Memory {
 }
 
 impl Plant {
-    /// All runs under a composition; None where the model refuses its values.
-    pub fn simulate(&self, composition: &Composition) -> Option<Vec<ActuatorOutputs>> {
-        let model = composition.model(&self.model).ok()?;
+    /// All runs under a composition, its steps made or left out; None where the model refuses its values.
+    pub fn simulate(&self, composition: &Composition, steps: Steps) -> Option<Vec<ActuatorOutputs>> {
+        let mut model = composition.model(&self.model).ok()?;
         let of = |kind: ChannelKind| composition.fitted_low_pass(kind);
         let low_passes = [of(ChannelKind::Field), of(ChannelKind::Output)];
+        // The converter is last.
+        let step_m = model.effect(EffectKind::Quantisation).map(|own| own.values()[0]);
+        model.effects.retain(|own| own.kind() != EffectKind::Quantisation);
         let before = [Some(Before::of(&model)), None];
         let zero = composition.drive_zero_a_per_m().unwrap_or(0.0);
         let simulated = self.runs.iter().enumerate().map(|(index, run)| {
@@ -120,9 +142,44 @@ impl Plant {
                     self.filter(series, index, low_pass, before);
                 }
             }
+            if let Some(step_m) = step_m.filter(|_| steps == Steps::Made) {
+                self.step(index, &mut outputs.displacement_m, step_m);
+            }
             Some(outputs)
         });
         simulated.collect()
+    }
+
+    /// The displacement is rounded to a converter's steps under a composition.
+    pub fn has_steps(&self, composition: &Composition) -> bool {
+        let known = self.model.effect(EffectKind::Quantisation).is_some();
+        known || composition.terms().into_iter().any(Term::is_lattice)
+    }
+
+    /// What a converter's steps make of a run's displacement, where its zero and slow drift have it: E round((y + e)/q) q, e normal. Noise and misfit
+    /// move a row to another step than its own with probability √(2/π) σ/q, which gives σ.
+    fn step(&self, run: usize, displacement_m: &mut [f64], step_m: f64) {
+        let mut outputs = self.outputs().filter(|(_, own)| own.run == run);
+        let Some((index, channel)) = outputs.next() else { return };
+        let measured = &self.measured[index];
+        let rows = measured.len() as f64;
+        let off = measured.iter().zip(&displacement_m[channel.rows.clone()]);
+        let off: Vec<f64> = off.map(|(measured, own)| measured - own).collect();
+        let middle = 0.5 * (rows - 1.0);
+        let mean = off.iter().sum::<f64>() / rows;
+        let turned = off.iter().enumerate().map(|(row, off)| (row as f64 - middle) * off);
+        let slope = turned.sum::<f64>() * 12.0 / rows.powi(3);
+        let line = |row: f64| mean + slope * (row - middle);
+        let is_other = |(row, (measured, off)): (usize, (&f64, &f64))| {
+            let own = (measured - off + line(row as f64)) / step_m;
+            (measured / step_m - own.round()).abs() > 0.5
+        };
+        let others = measured.iter().zip(&off).enumerate().filter(|own| is_other(*own));
+        let spread = (others.count() as f64 / rows / FRAC_2_PI.sqrt()).clamp(1e-6, MAX_SPREAD);
+        for (row, own) in displacement_m.iter_mut().enumerate() {
+            let off = line(row as f64 - channel.rows.start as f64);
+            *own = step_m * stepped((*own + off) / step_m, spread) - off;
+        }
     }
 
     /// Changes of the spectra by what is not known of the drive, each by its standard deviation: gain and zero of the record of
@@ -135,7 +192,7 @@ impl Plant {
             for drive in moved.runs.iter_mut().flat_map(|run| &mut run.drive_a_per_m) {
                 *drive += gain * *drive + zero;
             }
-            let mut spectra = moved.spectra(&moved.simulate(composition)?)?;
+            let mut spectra = moved.spectra(&moved.simulate(composition, Steps::Made)?)?;
             for (own, without) in spectra.iter_mut().zip(simulated) {
                 *own -= without;
             }
@@ -276,5 +333,28 @@ impl Plant {
             channel.rows = rows;
         }
         part
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guards the steps under noise: the mean of many rounded draws, and rounding itself where there is none.
+    #[test]
+    fn steps_are_as_noise_makes_them() {
+        for value in [-2.7, -0.5, 0.1, 0.45, 1.62] {
+            assert!((stepped(value, 1e-6) - f64::round(value)).abs() < 1e-9 || (value + 0.5) % 1.0 == 0.0);
+            for deviation in [0.05, 0.15, MAX_SPREAD] {
+                // Quantiles of the normal distribution by the sum of its density.
+                let grid = (-6000..=6000).map(|step| f64::from(step) * 1e-3);
+                let mean = grid.map(|e| 1e-3 * (-0.5 * e * e).exp() * (value + deviation * e + 1e-9).round());
+                let expected = mean.sum::<f64>() / (2.0 * std::f64::consts::PI).sqrt();
+                assert!(
+                    (stepped(value, deviation) - expected).abs() < 2e-3,
+                    "{value} {deviation}"
+                );
+            }
+        }
     }
 }

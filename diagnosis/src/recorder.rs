@@ -50,13 +50,16 @@ pub(crate) fn decomposed(
     if watches {
         // A large gap hides what noise there is: it is seen once the gap is explained, or some of it.
         let mut again = seen_beneath(bench, &found);
+        // A coarse lattice hides it for good, and what is named beside that may be what comes late by it.
+        let hides = lattice.is_some() && terms(&found) > 1;
         if !of_output(&again)
-            && is_misfit(bench, &found)
-            && let Some((aside, other)) = with_supposed(bench, &seen, &found, lattice, progress)
+            && (hides || is_misfit(bench, &found))
+            && let Some((aside, other)) = with_supposed(bench, &seen, &found, hides, lattice, progress)
         {
             // And some of it may be the low pass itself.
             again = seen_beneath(&aside, &other);
-            if !of_output(&again) && gain(&found, &aside, &other) > JOINS {
+            let needed = if terms(&other) < terms(&found) { 0.0 } else { JOINS };
+            if !of_output(&again) && gain(&found, &aside, &other) > needed {
                 (*bench, found) = (aside, other);
             }
         }
@@ -92,8 +95,11 @@ fn with_those_of(mut before: Seen, seen: Seen) -> Seen {
 fn gain(found: &Decomposition, bench: &Bench, other: &Decomposition) -> f64 {
     let point = bench.point(&found.last.point.composition);
     let own = point.map_or(f64::NEG_INFINITY, |point| point.cost);
-    let more = other.last.point.composition.terms().len() as f64 - found.last.point.composition.terms().len() as f64;
-    own - other.last.point.cost - JOINS * more
+    own - other.last.point.cost - JOINS * (terms(other) as f64 - terms(found) as f64)
+}
+
+fn terms(found: &Decomposition) -> usize {
+    found.last.point.composition.terms().len()
 }
 
 fn is_misfit(bench: &Bench, found: &Decomposition) -> bool {
@@ -160,22 +166,21 @@ fn with_supposed(
     bench: &Bench,
     seen: &[(ChannelKind, Likely)],
     found: &Decomposition,
+    always: bool,
     lattice: Option<f64>,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Option<(Bench, Decomposition)> {
     let mut aside = Bench::new(bench.plant.clone(), bench.threads);
-    let known = likeliest(seen);
     progress("a low pass that no noise shows", 0.9);
-    let low_pass = supposed(bench, &known, found)?;
-    let mut likely: Seen = known.into_iter().map(|(kind, own)| (kind, vec![(0.0, own)])).collect();
-    likely.push((ChannelKind::Output, vec![(0.0, low_pass)]));
+    let forms = supposed(bench, &likeliest(seen), found, always)?;
+    let likely: Seen = forms.into_iter().map(|(kind, own)| (kind, vec![(0.0, own)])).collect();
     let found = under(&mut aside, &likely, lattice, false, progress)?;
     Some((aside, found))
 }
 
-/// A low pass of the output that no noise shows because the gap hides it: that with which the constants explain most, beside those that are `known`;
-/// none where it makes no difference to what was `found`.
-fn supposed(bench: &Bench, known: &[(ChannelKind, LowPass)], found: &Decomposition) -> Option<LowPass> {
+/// A low pass of the output, or of both channels, that no noise shows because the gap or a lattice hides it: that with which the constants explain most,
+/// beside those that are `known`; none where it makes no difference to what was `found`, unless it is `always` to be had.
+fn supposed(bench: &Bench, known: &Forms, found: &Decomposition, always: bool) -> Option<Forms> {
     let (_, channel) = bench.plant.outputs().next()?;
     let tick_s = bench.plant.runs[channel.run].tick_s?;
     let ladder = SUPPOSED.map(|share| LowPass {
@@ -185,22 +190,24 @@ fn supposed(bench: &Bench, known: &[(ChannelKind, LowPass)], found: &Decompositi
         is_supposed: true,
         is_shared: false,
     });
+    let of = |low_pass: LowPass| (ChannelKind::Output, low_pass);
     // What is before one converter is likely before all.
     let others = known.iter().flat_map(|(_, own)| [own.shared(), own.supposed()]);
-    let beside = |low_pass: LowPass, fit: &Fitted| {
-        let composition = fit.point.composition.clone();
-        bench.fit(&composition.with_low_pass(ChannelKind::Output, low_pass), Some(fit))
-    };
-    let ladder: Vec<LowPass> = ladder.into_iter().chain(others).collect();
+    let mut all: Vec<Forms> = ladder.into_iter().chain(others).map(|own| vec![of(own)]).collect();
+    let mut kinds = bench.plant.channels.iter().map(|own| own.kind);
+    if known.is_empty() && kinds.any(|kind| kind == ChannelKind::Field) {
+        all.extend(ladder.map(|own| vec![of(own), (ChannelKind::Field, own.shared())]));
+    }
     let (base, linear) = (&found.base.point, Linearised::new(bench, &found.base));
-    let tried = parallel::map(bench.threads, &ladder, |low_pass| {
-        let with = base.composition.clone().with_low_pass(ChannelKind::Output, *low_pass);
+    let tried = parallel::map(bench.threads, &all, |forms| {
+        let with = base.composition.clone().with_low_passes(forms);
         Some((linear.gain_of(&bench.change(base, &with)?).likelihood, with))
     });
     let gained = tried.into_iter().flatten();
     let (_, best) = gained.max_by(|(one, _), (other, _)| one.total_cmp(other))?;
     let best = bench.fit(&best, None)?;
-    let low_pass = best.point.composition.fitted_low_pass(ChannelKind::Output)?;
+    let fitted = best.point.composition.fitted_low_passes();
+    let beside = |fit: &Fitted| bench.fit(&fit.point.composition.clone().with_low_passes(&fitted), Some(fit));
     let differs = |with: &Point, without: &Point| {
         let evidence = Evidence::new(bench, with);
         evidence.cost(without) - evidence.cost(with) > JOINS
@@ -208,9 +215,10 @@ fn supposed(bench: &Bench, known: &[(ChannelKind, LowPass)], found: &Decompositi
     let last = &found.last;
     // What explains nearly all would not explain it without a low pass that matters.
     let lacks = remainder_rms(bench, &last.point) > LACK_OF_FIT * noise_rms(bench, &last.point);
-    let matters = lacks && differs(&best.point, &found.base.point)
-        || beside(low_pass, last).is_some_and(|own| differs(&own.point, &last.point));
-    matters.then_some(low_pass)
+    let matters = always
+        || lacks && differs(&best.point, &found.base.point)
+        || beside(last).is_some_and(|own| differs(&own.point, &last.point));
+    matters.then_some(fitted)
 }
 
 /// The best decomposition under low passes that are likely.
@@ -283,9 +291,11 @@ fn under(
         if !watches && of_output(&beneath) {
             others.extend(alternatives(bench, &with_those_of(seen.to_vec(), beneath)));
         }
-        // So may the motion where it moves the corner as far as the noise lets it.
-        let presses = best.found.last.point.composition.presses_corner();
-        if !watches && (presses || is_misfit(bench, &best.found)) {
+        // So may the motion where it moves the corner as far as the noise lets it, or no noise shows any.
+        let composition = &best.found.last.point.composition;
+        let own = composition.fitted_low_pass(ChannelKind::Output);
+        let is_open = own.is_some_and(|own| own.is_supposed) || composition.presses_corner();
+        if !watches && (is_open || is_misfit(bench, &best.found)) {
             others.extend(other_orders(bench, &best.found));
         }
         for other in others {
@@ -349,10 +359,7 @@ fn beside<'f>(search: &Search<'_>, fit: &Fitted, all: &'f [(f64, Forms)]) -> Vec
     let others = all.iter().filter(|(_, forms)| *forms != search.low_passes);
     let linear = Linearised::new(search.bench, fit);
     let rough = others.filter_map(|(unlikely, forms)| {
-        let bare = fit.point.composition.without_low_passes();
-        let composition = forms
-            .iter()
-            .fold(bare, |all, (kind, low_pass)| all.with_low_pass(*kind, *low_pass));
+        let composition = fit.point.composition.without_low_passes().with_low_passes(forms);
         let change = search.bench.change(&fit.point, &composition)?;
         let gain = linear.gain_of(&change).likelihood - unlikely;
         Some((gain, *unlikely, forms, composition))

@@ -12,6 +12,7 @@ use crate::composition::{Composition, Slot};
 use crate::fitting::Fitted;
 use crate::likelihood::{Bench, Point};
 use crate::nuisance::NuisanceKind;
+use crate::plant::Steps;
 use crate::statistics::rms;
 use crate::term::Term;
 
@@ -43,7 +44,7 @@ pub(crate) struct Gap {
 impl Gap {
     pub fn of(bench: &Bench) -> Self {
         let plant = &bench.plant;
-        let runs = plant.simulate(&Composition::default()).unwrap_or_default();
+        let runs = plant.simulate(&Composition::default(), Steps::Made).unwrap_or_default();
         let series = plant.outputs().map(|(index, channel)| {
             let model = runs
                 .get(channel.run)
@@ -94,7 +95,7 @@ pub(crate) fn remainder_rms(bench: &Bench, point: &Point) -> f64 {
 
 /// What the outputs lose without something, means taken off.
 pub(crate) fn without(bench: &Bench, point: &Point, composition: &Composition) -> Option<Vec<Vec<f64>>> {
-    let runs = bench.plant.simulate(composition)?;
+    let runs = bench.plant.simulate(composition, Steps::Made)?;
     let plant = &bench.plant;
     let series = plant.outputs().map(|(_, channel)| {
         let with = &plant.series(channel, &point.runs[channel.run])[channel.rows.clone()];

@@ -65,6 +65,15 @@ fn what_comes_late_before_one_filter_is_the_amplifiers() {
     }
 }
 
+/// Guards the order of filter and converter, and what a coarse lattice hides of the former: it is no lag or delay beside the latter.
+#[test]
+fn what_a_filter_does_beneath_coarse_steps_is_no_effect() {
+    for after in [1, 2] {
+        let run = run(Nuisance::AntiAlias, Some(Effect::Quantisation), Drive::Broadband, after);
+        assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
+    }
+}
+
 /// Guards against names for the form of a law: diffusion is no lag, loss and load, round gaps are no friction, and what the library says otherwise
 /// (a loss that grows like the logarithm, a mode that is damped against the rod) is no second effect.
 #[test]
