@@ -179,7 +179,7 @@ impl LowPass {
         added: &[Complex<f64>],
     ) {
         let line = end_to_end(series);
-        let mut packed = round(series, spectrum);
+        let mut packed = periodic(series, spectrum);
         for (line, (own, response)) in packed[1..].chunks_mut(2).zip(responses).enumerate() {
             let added = added.get(line).copied().unwrap_or_default();
             match own {
@@ -304,8 +304,8 @@ fn end_to_end(series: &[f64]) -> impl Fn(f64) -> f64 + use<> {
     move |row| first + (last - first) * row / (rows - 1.0)
 }
 
-/// Spectrum, which goes round: without the line from end to end, which is only delayed, nothing jumps there.
-pub(crate) fn round(series: &[f64], spectrum: &Spectrum) -> Vec<f64> {
+/// Spectrum without the line from end to end, which a filter only delays: what is left goes round without a jump.
+pub(crate) fn periodic(series: &[f64], spectrum: &Spectrum) -> Vec<f64> {
     let line = end_to_end(series);
     let round = series.iter().enumerate().map(|(row, own)| own - line(row as f64));
     spectrum.of(&round.collect::<Vec<f64>>())

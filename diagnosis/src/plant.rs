@@ -11,7 +11,7 @@ use anhyst_model::{ActuatorModel, ActuatorOutputs, EffectKind, MagneticHalf, Mag
 
 use realfft::num_complex::Complex;
 
-use crate::acquisition::{Before, Likely, LowPass, round};
+use crate::acquisition::{Before, Likely, LowPass, periodic};
 use crate::channel::{Channel, ChannelKind};
 use crate::composition::{Composition, drive_zero_a_per_m};
 use crate::memory::{Recent, Tally};
@@ -27,13 +27,6 @@ const SHAPES: usize = 12;
 const FIELDS: usize = 6;
 /// Residuals in which a low pass was looked for, that are kept.
 const SEEN: usize = 8;
-
-/// E round(u + e), e normal of standard deviation σ, at most [`MAX_SPREAD`].
-fn stepped(value: f64, deviation: f64) -> f64 {
-    let whole = value.floor();
-    let risen = |at: f64| 0.5 * libm::erfc((at - (value - whole)) / (deviation * SQRT_2));
-    whole - 1.0 + [-0.5, 0.5, 1.5].into_iter().map(risen).sum::<f64>()
-}
 
 /// Standard deviation of the drive's gain.
 const DRIVE_GAIN: f64 = 2e-3;
@@ -71,6 +64,13 @@ pub(crate) enum Steps {
 type Half = (usize, Option<MagneticStart>, f64, [f64; 2], ActuatorModel);
 /// A run, the low pass of its recorder, and what is before that.
 type Filtering = (usize, LowPass, Option<Before>);
+
+/// E round(u + e), e normal of standard deviation σ, at most [`MAX_SPREAD`].
+fn stepped(value: f64, deviation: f64) -> f64 {
+    let whole = value.floor();
+    let risen = |at: f64| 0.5 * libm::erfc((at - (value - whole)) / (deviation * SQRT_2));
+    whole - 1.0 + [-0.5, 0.5, 1.5].into_iter().map(risen).sum::<f64>()
+}
 
 /// What of a plant's simulations serves again.
 pub(crate) struct Memory {
@@ -142,7 +142,7 @@ impl Plant {
                     self.filter(series, index, low_pass, before);
                 }
             }
-            if let Some(step_m) = step_m.filter(|_| steps == Steps::Made) {
+            if let Some(step_m) = step_m.filter(|_| steps == Steps::Made && !self.magnetic()) {
                 self.step(index, &mut outputs.displacement_m, step_m);
             }
             Some(outputs)
@@ -213,7 +213,7 @@ impl Plant {
         let spectrum = &self.whole[run];
         let answer = || {
             let images = before.map(|before| low_pass.images(&before, tick_s, series.len()));
-            let drive = round(&self.runs[run].drive_a_per_m, spectrum);
+            let drive = periodic(&self.runs[run].drive_a_per_m, spectrum);
             let folded = images.unwrap_or_default().into_iter().zip(drive[1..].chunks(2));
             let folded = folded.map(|(image, own)| image * Complex::new(own[0], own.get(1).copied().unwrap_or(0.0)));
             Some([low_pass.responses(tick_s, series.len()), folded.collect()])

@@ -1,7 +1,8 @@
 //! The search under the recorder's low passes, which show in the noise or, where a gap hides that, in the motion that passes them.
 //!
 //! 1. A low pass shows in the noise of what the model as given leaves, or beneath what was found.
-//! 2. Where it does not, one is supposed, as long as it makes a difference to what was found.
+//! 2. Where it does not, one is supposed, as long as it makes a difference to what was found, and beneath a coarse lattice, which hides it, as long as it
+//!    explains as much with fewer terms.
 //! 3. The noise tells its form roughly, the motion better: a misfit is searched again under each likely form, first with what explains most
 //!    alone, then with what was found.
 //! 4. So is what was found at all: under a wrong form a term may stand for what the right one does, and what is taken for the noise of a gap
