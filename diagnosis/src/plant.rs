@@ -65,6 +65,9 @@ type Half = (usize, Option<MagneticStart>, f64, [f64; 2], ActuatorModel);
 /// A run, the low pass of its recorder, and what is before that.
 type Filtering = (usize, LowPass, Option<Before>);
 
+/// Rounds in which a line settles on where the steps are.
+const ROUNDS: usize = 5;
+
 /// E round(u + e), e normal of standard deviation σ, at most [`MAX_SPREAD`].
 fn stepped(value: f64, deviation: f64) -> f64 {
     let whole = value.floor();
@@ -161,21 +164,33 @@ impl Plant {
     fn step(&self, run: usize, displacement_m: &mut [f64], step_m: f64) {
         let mut outputs = self.outputs().filter(|(_, own)| own.run == run);
         let Some((index, channel)) = outputs.next() else { return };
-        let measured = &self.measured[index];
-        let rows = measured.len() as f64;
-        let off = measured.iter().zip(&displacement_m[channel.rows.clone()]);
-        let off: Vec<f64> = off.map(|(measured, own)| measured - own).collect();
-        let middle = 0.5 * (rows - 1.0);
-        let mean = off.iter().sum::<f64>() / rows;
-        let turned = off.iter().enumerate().map(|(row, off)| (row as f64 - middle) * off);
-        let slope = turned.sum::<f64>() * 12.0 / rows.powi(3);
-        let line = |row: f64| mean + slope * (row - middle);
-        let is_other = |(row, (measured, off)): (usize, (&f64, &f64))| {
-            let own = (measured - off + line(row as f64)) / step_m;
-            (measured / step_m - own.round()).abs() > 0.5
+        let both = || {
+            self.measured[index]
+                .iter()
+                .zip(&displacement_m[channel.rows.clone()])
+                .enumerate()
         };
-        let others = measured.iter().zip(&off).enumerate().filter(|own| is_other(*own));
-        let spread = (others.count() as f64 / rows / FRAC_2_PI.sqrt()).clamp(1e-6, MAX_SPREAD);
+        let rows = channel.rows.len() as f64;
+        let middle = 0.5 * (rows - 1.0);
+        let (mut mean, mut slope, mut others) = (0.0, 0.0, 0.0);
+        for round in 0..ROUNDS {
+            let [mut sum, mut turned] = [0.0; 2];
+            others = 0.0;
+            for (row, (measured, own)) in both() {
+                let from_middle = row as f64 - middle;
+                let there = own + mean + slope * from_middle;
+                // At first by what is between the steps, then by the rows that are on another one.
+                let on_step = (there / step_m).round() * step_m;
+                let off = measured - if round == 0 { there } else { on_step };
+                sum += off;
+                turned += off * from_middle;
+                others += f64::from(u8::from((measured - on_step).abs() > 0.5 * step_m));
+            }
+            mean += sum / rows;
+            slope += turned * 12.0 / rows.powi(3);
+        }
+        let spread = (others / rows / FRAC_2_PI.sqrt()).clamp(1e-6, MAX_SPREAD);
+        let line = |row: f64| mean + slope * (row - middle);
         for (row, own) in displacement_m.iter_mut().enumerate() {
             let off = line(row as f64 - channel.rows.start as f64);
             *own = step_m * stepped((*own + off) / step_m, spread) - off;
