@@ -74,6 +74,13 @@ fn what_a_filter_does_beneath_coarse_steps_is_no_effect() {
     }
 }
 
+/// Guards noise like 1/f beside a small effect: what shows as white has a part of it (`MAX_LEAK`), and the rest is no misfit beneath which nothing is seen.
+#[test]
+fn noise_like_1_f_hides_no_small_effect() {
+    let run = run(Nuisance::Coloured, Some(Effect::BiasShift), Drive::Broadband, 4);
+    assert!(run.outcome.is_right(), "{run:#?}");
+}
+
 /// Guards against names for the form of a law: diffusion is no lag, loss and load, round gaps are no friction, and what the library says otherwise
 /// (a loss that grows like the logarithm, a mode that is damped against the rod) is no second effect.
 #[test]
