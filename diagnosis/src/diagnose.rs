@@ -11,8 +11,9 @@ use crate::cost::Meter;
 use crate::decomposition::Decomposition;
 use crate::diagnosis::{Candidate, DataSource, Diagnosed, Diagnosis, RunSeries, Verdict};
 use crate::error::DiagnosisError;
+use crate::evidence::Evidence;
 use crate::experiment::{Comparison, Experiment, advise};
-use crate::likelihood::Bench;
+use crate::likelihood::{Bench, Point};
 use crate::locate::{channel_gaps, locate, sentences};
 use crate::nuisance::nuisance_series;
 use crate::plant::Plant;
@@ -158,6 +159,21 @@ fn rms_of_gap(bench: &Bench, found: &Decomposition) -> f64 {
     remainder_rms(bench, &found.nominal)
 }
 
+/// A fit's point with all that its names explain among what is left: the gap beside calibration and nuisance.
+fn to_name(bench: &Bench, model: &ActuatorModel, last: &Point) -> Point {
+    let terms = last.composition.terms().into_iter();
+    let bare = terms.fold(last.composition.clone(), |own, term| own.without(term, model));
+    let mut own = last.clone();
+    for (left, change) in own
+        .residual
+        .iter_mut()
+        .zip(bench.change(last, &bare).unwrap_or_default())
+    {
+        *left -= change;
+    }
+    own
+}
+
 fn diagnosis(
     bench: &Bench,
     model: &ActuatorModel,
@@ -167,10 +183,13 @@ fn diagnosis(
     unit: &str,
 ) -> Diagnosis {
     let signals = signals(&bench.plant, &found.nominal.runs);
-    let gap_over = locate(bench, &found.nominal, &signals);
-    let channels = channel_gaps(bench, &found.nominal, unit);
+    let last = &found.last.point;
+    let to_name = to_name(bench, model, last);
+    let noise_rms = Evidence::new(bench, last).noise_rms(&last.levels);
+    let channels = channel_gaps(bench, &to_name, &noise_rms, unit);
+    let gap_over = locate(bench, &to_name, &channels, &signals);
     let mut place = amplifier_sentences(&channels);
-    place.extend(sentences(&gap_over, &channels, MAX_SENTENCES));
+    place.extend(sentences(&gap_over, MAX_SENTENCES));
     let (detectable, not_excited) = sight(model, found, &signals);
     let (test_before, test_after) = tests(found);
     let candidates = candidates(bench, found);

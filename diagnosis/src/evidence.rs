@@ -102,6 +102,17 @@ impl<'a> Evidence<'a> {
         0.5 * self.bands.iter().zip(levels).map(above).sum::<f64>()
     }
 
+    /// Rms of each channel's noise; what some levels hold less is no noise's chance, but a low pass.
+    pub fn noise_rms(&self, levels: &[f64]) -> Vec<f64> {
+        let mut sums = vec![(0.0, 0.0); self.bench.plant.channels.len()];
+        for ((own, level), band) in self.bands.iter().zip(levels).zip(&self.bench.bands) {
+            sums[own.channel].0 += own.count * at_most(band, *level).min(own.variance);
+            sums[own.channel].1 += own.count;
+        }
+        let rms = |(energy, count): &(f64, f64)| (energy / count.max(1.0)).sqrt();
+        sums.iter().map(rms).collect()
+    }
+
     /// D of each channel.
     fn misfits(&self, levels: &[f64]) -> Vec<f64> {
         let mut sums = vec![(0.0, 0.0); self.bench.plant.channels.len()];

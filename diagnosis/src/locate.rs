@@ -1,11 +1,11 @@
-//! Where the gap is: its energy over time, frequency, size of the field, rate, direction, temperature, cycle and kind of loop.
+//! Where the gap is that names are sought for, calibration and nuisance taken off: its energy over time, frequency, size of the field, rate, direction, temperature, cycle and kind of loop.
 //!
 //! Energy of a cell is Σ (r² − σ²) over its rows: residual r less the noise σ that is always there. A cell that holds a
 //! larger share of the energy than of the time is where to look. The amplifier is judged apart, by command against measured field.
 
 use serde::{Deserialize, Serialize};
 
-use crate::channel::ChannelKind;
+use crate::channel::{Channel, ChannelKind};
 use crate::likelihood::{Bench, Point};
 use crate::signals::Signals;
 use crate::spectrum::Spectrum;
@@ -49,7 +49,7 @@ pub struct ChannelGap {
     pub run: usize,
     pub channel: String,
     pub unit: String,
-    /// Of measured minus nominal model, noise included.
+    /// Of what calibration and nuisance leave, names not taken off, noise included.
     pub rms: f64,
     pub noise_rms: f64,
 }
@@ -80,15 +80,20 @@ impl ChannelGap {
     }
 }
 
-/// Tables of the gap's energy, for every channel.
-pub(crate) fn locate(bench: &Bench, point: &Point, signals: &[Signals]) -> Vec<GapOver> {
-    let mut all = Vec::new();
-    for channel in &bench.plant.channels {
-        let gap = bench.left(point, channel);
+/// Tables of the gap's energy, for every channel in which there is one.
+pub(crate) fn locate(bench: &Bench, point: &Point, gaps: &[ChannelGap], signals: &[Signals]) -> Vec<GapOver> {
+    let loud = bench.plant.channels.iter().zip(gaps).filter(|(_, own)| own.is_loud());
+    let of = |(channel, own): (&Channel, &ChannelGap)| {
         let signals = &signals[channel.run].part(channel.rows.clone());
-        all.extend(tables(channel.run + 1, channel.kind, &gap, channel.noise_rms, signals));
-    }
-    all
+        tables(
+            own.run,
+            channel.kind,
+            &bench.left(point, channel),
+            own.noise_rms,
+            signals,
+        )
+    };
+    loud.flat_map(of).collect()
 }
 
 fn tables(run: usize, kind: ChannelKind, gap: &[f64], noise_rms: f64, signals: &Signals) -> Vec<GapOver> {
@@ -113,22 +118,16 @@ fn tables(run: usize, kind: ChannelKind, gap: &[f64], noise_rms: f64, signals: &
 }
 
 /// Sentences on the tables in which the energy is concentrated most.
-pub(crate) fn sentences(tables: &[GapOver], channels: &[ChannelGap], most: usize) -> Vec<String> {
+pub(crate) fn sentences(tables: &[GapOver], most: usize) -> Vec<String> {
     let mut found: Vec<(f64, String)> = Vec::new();
     for table in tables {
-        let loud = channels
-            .iter()
-            .find(|gap| gap.run == table.run && gap.channel == table.channel);
-        if loud.is_none_or(|gap| !gap.is_loud()) {
-            continue;
-        }
         let highest = table
             .cells
             .iter()
             .max_by(|one, other| one.share_of_energy.total_cmp(&other.share_of_energy));
         if let Some(cell) = highest.filter(|cell| cell.is_concentrated()) {
             let factor = cell.share_of_energy / cell.share;
-            let run = if table.run > 1 || channels.iter().any(|gap| gap.run > 1) {
+            let run = if table.run > 1 || tables.iter().any(|own| own.run > 1) {
                 format!("run {}: ", table.run)
             } else {
                 String::new()
@@ -346,10 +345,10 @@ impl std::fmt::Display for Short {
 }
 
 /// Gap of each channel against its noise.
-pub(crate) fn channel_gaps(bench: &Bench, point: &Point, output_unit: &str) -> Vec<ChannelGap> {
-    let channels = bench.plant.channels.iter();
+pub(crate) fn channel_gaps(bench: &Bench, point: &Point, noise_rms: &[f64], output_unit: &str) -> Vec<ChannelGap> {
+    let channels = bench.plant.channels.iter().zip(noise_rms);
     channels
-        .map(|channel| ChannelGap {
+        .map(|(channel, noise_rms)| ChannelGap {
             run: channel.run + 1,
             channel: kind_name(channel.kind).to_owned(),
             unit: match channel.kind {
@@ -357,7 +356,7 @@ pub(crate) fn channel_gaps(bench: &Bench, point: &Point, output_unit: &str) -> V
                 _ => "A/m".to_owned(),
             },
             rms: crate::statistics::rms(bench.left(point, channel)),
-            noise_rms: channel.noise_rms,
+            noise_rms: *noise_rms,
         })
         .collect()
 }
