@@ -228,7 +228,7 @@ impl Told {
                 let caption = "In each of at most 256 windows of the run, or of as many as hold a period: lowest and highest reference and measured output.";
                 ("Tracking", vec![self.tracking(units)], caption)
             };
-            let figure = Figure::new(title, charts).columns(1);
+            let figure = Figure::new("", charts).columns(1);
             sections.push(Section::new(title).figure(figure, caption));
         }
         sections.push(self.events_and_states(tick_s));

@@ -100,9 +100,8 @@ impl Turns {
             |own| [own.coil_field_a_per_m, own.displacement_m],
             Role::Measured,
         ));
-        let title = "The last two turns";
         let caption = "As the sensors have them, their noise within: what is wanted and what was measured, the difference, and the loop that the output goes through over the input.";
-        Section::new(title).figure(Figure::new(title, vec![motion, error, way]).columns(1), caption)
+        Section::new("The last two turns").figure(Figure::new("", vec![motion, error, way]).columns(1), caption)
     }
 }
 

@@ -146,7 +146,7 @@ fn spectrum(verdict: &crate::verdict::Verdict) -> Option<Section> {
         Axis::new("amplitude density", &format!("{output}/√Hz")).logarithmic(),
     )
     .curve(curve(|own| own.sensor_m_per_sqrt_hz, Role::Limit).named("sensor's noise"))
-    .curve(curve(|own| own.error_m_per_sqrt_hz, Role::Measured).named("error"));
+    .curve(curve(|own| own.error_m_per_sqrt_hz, Role::Remainder).named("error"));
     let mut lines = Table::new(["line", "amplitude", "of the reference"])
         .caption("The strongest lines of the error, ten times and more above what is around them.");
     for line in &verdict.error_lines {
@@ -159,7 +159,7 @@ fn spectrum(verdict: &crate::verdict::Verdict) -> Option<Section> {
     }
     let caption = "Reference minus true displacement, and what the sensor adds to the true displacement: the largest in each of at most 400 \
                    bands, Welch's method, the window of Blackman and Harris.";
-    let section = Section::new("Spectrum").figure(Figure::new("Spectrum", vec![chart]).columns(1), caption);
+    let section = Section::new("Spectrum").figure(Figure::new("", vec![chart]).columns(1), caption);
     Some(match verdict.error_lines.as_slice() {
         [] => section.paragraph("No line of the error stands ten times above what is around it."),
         _ => section.table(lines),

@@ -18,7 +18,7 @@ const PREFIXES: [(i32, &str); 9] = [
 const PREFIXED: [&str; 11] = ["m", "s", "Hz", "A", "V", "N", "T", "W", "J", "Pa", "K"];
 
 /// A value with a prefix before its unit, four significant digits: `Si(3.11e-6, "m")` is "3.110 µm". Strain (`m/m`) comes
-/// in parts per million; a unit that takes no prefix (`%`, `dB`) stays.
+/// in parts per million; a unit that takes no prefix (`%`, `dB`) stays. `{:#}` as in [`Digits`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Si<'a>(pub f64, pub &'a str);
 
@@ -37,7 +37,11 @@ impl Display for Si<'_> {
             true => prefixed(unit, value.abs()),
             false => (0, unit.to_owned()),
         };
-        let text = format!("{} {unit}", Digits(value * 10_f64.powi(-exponent), 4));
+        let digits = Digits(value * 10_f64.powi(-exponent), 4);
+        let text = match formatter.alternate() {
+            true => format!("{digits:#} {unit}"),
+            false => format!("{digits} {unit}"),
+        };
         formatter.write_str(text.trim_end())
     }
 }
@@ -105,6 +109,7 @@ mod tests {
         ] {
             assert_eq!(Si(value, unit).to_string(), text);
         }
+        assert_eq!(format!("{:#}", Si(8e3, "Hz")), "8 kHz");
     }
 
     #[test]

@@ -122,17 +122,17 @@ impl Cell {
     }
 }
 
-/// Text that begins with a number is a number, its unit may follow: "20.1 nm", "≤ 0.5", "−3".
+/// Text that begins with a number is a number, its unit may follow, and others: "20.1 nm", "≤ 0.5", "−3", "7.2, 7.3 A/m".
 impl From<&str> for Cell {
     fn from(text: &str) -> Self {
         let begins = text
-            .trim_start_matches(['<', '>', '=', '≤', '≥', '≈', '±', '~', ' '])
+            .trim_start_matches(['<', '>', '=', '≤', '≥', '≈', '±', '×', '~', ' '])
             .replace('−', "-");
         let word = begins
             .split_whitespace()
             .next()
             .unwrap_or_default()
-            .trim_end_matches('%');
+            .trim_end_matches(['%', '°', ',']);
         if word.parse::<f64>().is_ok() {
             Cell::Number(text.to_owned())
         } else {
@@ -195,6 +195,8 @@ mod tests {
         for (text, number) in [
             ("20.1 nm", true),
             ("≤ 0.5 %", true),
+            ("× 2.57", true),
+            ("7200.0, 7200.1 A/m", true),
             ("<= 3", true),
             ("−3", true),
             ("case01", false),

@@ -74,8 +74,13 @@ pub(super) fn page(result: &Commission) -> Page {
         .section(Section::new("Findings").block(findings));
     let steps = result.steps.iter().enumerate().map(|(place, step)| {
         let mut section = step.section.clone();
-        // The response is measured again with another model.
         section.id = format!("step-{place}-{}", section.id);
+        // What is measured again is so with what the next cut believes.
+        let same = |own: &&Step| own.name == step.name;
+        if result.steps.iter().filter(same).count() > 1 {
+            let cut = result.steps[..=place].iter().filter(same).count();
+            section.heading = format!("{}, cut {cut}", section.heading);
+        }
         section
     });
     steps.fold(page, Page::section)

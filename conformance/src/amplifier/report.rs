@@ -125,18 +125,18 @@ impl Report {
 
 /// Checks with value and limit.
 pub fn checks_table(checks: &[Check]) -> Table {
-    let mut table = Table::new(["check", "", "value", "limit", "unit"]);
+    let mut table = Table::new(["check", "", "value", "limit"]);
     for check in checks {
         let sign = match check.bound {
             Bound::AtMost => "≤",
             Bound::AtLeast => "≥",
         };
+        let unit = if check.unit == "1" { "" } else { check.unit };
         table.push([
             Cell::Words(check.name.into()),
             Cell::Badge(Badge::of(check.passed, if check.passed { "pass" } else { "FAIL" })),
-            Cell::Number(format!("{:#}", Digits(check.value, 5))),
-            Cell::Number(format!("{sign} {:#}", Digits(check.limit, 5))),
-            Cell::Words(check.unit.into()),
+            Cell::Number(format!("{:#}", Si(check.value, unit))),
+            Cell::Number(format!("{sign} {:#}", Si(check.limit, unit))),
         ]);
     }
     table
