@@ -10,7 +10,7 @@ use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
 use anhyst_launch::summary::Summary;
 use anhyst_report::chart::{Axis, Chart, Curve, Figure, Role, TIME};
-use anhyst_report::number::Si;
+use anhyst_report::number::{Digits, Si};
 use anhyst_report::page::{Page, Section};
 use anhyst_report::table::Table;
 use anhyst_scenario::{Placement, Scenario, load_changed};
@@ -100,7 +100,7 @@ fn table(summaries: &[Summary]) -> Table {
             summary.scenario.clone(),
             Si(verdict.error_rms_m, &units.output).to_string(),
             Si(verdict.error_max_m, &units.output).to_string(),
-            format!("{:.1}", verdict.error_rms_m / reference),
+            Digits(verdict.error_rms_m / reference, 3).to_string(),
         ];
         let held = match (summary.held, summary.tolerance_m) {
             (true, _) => "yes",

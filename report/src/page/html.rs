@@ -169,7 +169,10 @@ fn table(table: &Table) -> String {
         Cell::Number(text) => format!("<td{}>{}</td>", class(true), Plain(text)),
         Cell::Badge(of) => format!("<td>{}</td>", badge(of)),
     };
-    let row = |row: &Vec<Cell>| format!("<tr>{}</tr>\n", row.iter().map(cell).collect::<String>());
+    let row = |row: &Vec<Cell>| {
+        let missing = "<td></td>".repeat(table.header.len().saturating_sub(row.len()));
+        format!("<tr>{}{missing}</tr>\n", row.iter().map(cell).collect::<String>())
+    };
     let rows: String = table.rows.iter().map(row).collect();
     let caption = match table.caption.as_str() {
         "" => String::new(),
