@@ -32,9 +32,11 @@ fn run(nuisance: Nuisance, effect: Option<Effect>, drive: Drive, after: usize) -
     run
 }
 
-/// Guards what a diagnosis is for: whatever disturbs, what is hidden is named, and how much of the gap it makes.
+/// Guards what a diagnosis is for: whatever disturbs, what is hidden is named, how much of the gap it makes, and where: of some eighty
+/// places two may be told wrongly, two missed.
 #[test]
 fn what_is_hidden_is_named_whatever_disturbs() {
+    let (mut claimed, mut there, mut right) = (0, 0, 0);
     for (nuisance, effect) in [
         (Nuisance::Clean, Effect::Friction),
         (Nuisance::Coloured, Effect::EddyCurrent),
@@ -52,7 +54,12 @@ fn what_is_hidden_is_named_whatever_disturbs() {
         if let (Some(truth), Some(found)) = (part.share, part.share_found) {
             assert!((found - truth).abs() < 0.05, "{run:#?}");
         }
+        for own in &run.said.as_ref().unwrap().places {
+            (claimed, there, right) = (claimed + own.claimed, there + own.there, right + own.right);
+        }
     }
+    println!("places: {claimed} told, {there} there, {right} both");
+    assert!(claimed <= right + 2 && there <= right + 2);
 }
 
 /// Guards the one filter before field and output: a delay or a lag of the amplifier is no difference of two filters with a delay of the sensor or eddy
