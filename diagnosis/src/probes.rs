@@ -22,7 +22,7 @@ pub(crate) struct ProbeGroup {
 
 /// Shares of the time for which a limit would bite.
 const BITING: [f64; 8] = [0.0003, 0.002, 0.01, 0.04, 0.12, 0.3, 0.5, 0.7];
-const MODE_FREQUENCIES: usize = 18;
+const MODE_FREQUENCIES: usize = 55;
 
 /// What is known when probes are chosen.
 pub(crate) struct Surroundings<'a> {
