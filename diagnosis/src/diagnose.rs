@@ -189,7 +189,7 @@ fn diagnosis(
     let channels = channel_gaps(bench, &to_name, &noise_rms, unit);
     let gap_over = locate(bench, &to_name, &channels, &signals);
     let mut place = amplifier_sentences(&channels);
-    place.extend(sentences(&gap_over, MAX_SENTENCES));
+    place.extend(sentences(&gap_over, &channels, MAX_SENTENCES));
     let (detectable, not_excited) = sight(model, found, &signals);
     let (test_before, test_after) = tests(found);
     let candidates = candidates(bench, found);

@@ -1,4 +1,5 @@
-//! Where the gap is that names are sought for, calibration and nuisance taken off: its energy over time, frequency, size of the field, rate, direction, temperature, cycle and kind of loop.
+//! Where the gap is that names are sought for, calibration and nuisance taken off: its energy over time, frequency, size of
+//! the field, rate, direction, temperature, cycle and kind of loop.
 //!
 //! Energy of a cell is Σ (r² − σ²) over its rows: residual r less the noise σ that is always there. A cell that holds a
 //! larger share of the energy than of the time is where to look. The amplifier is judged apart, by command against measured field.
@@ -118,7 +119,7 @@ fn tables(run: usize, kind: ChannelKind, gap: &[f64], noise_rms: f64, signals: &
 }
 
 /// Sentences on the tables in which the energy is concentrated most.
-pub(crate) fn sentences(tables: &[GapOver], most: usize) -> Vec<String> {
+pub(crate) fn sentences(tables: &[GapOver], channels: &[ChannelGap], most: usize) -> Vec<String> {
     let mut found: Vec<(f64, String)> = Vec::new();
     for table in tables {
         let highest = table
@@ -127,7 +128,7 @@ pub(crate) fn sentences(tables: &[GapOver], most: usize) -> Vec<String> {
             .max_by(|one, other| one.share_of_energy.total_cmp(&other.share_of_energy));
         if let Some(cell) = highest.filter(|cell| cell.is_concentrated()) {
             let factor = cell.share_of_energy / cell.share;
-            let run = if table.run > 1 || tables.iter().any(|own| own.run > 1) {
+            let run = if table.run > 1 || channels.iter().any(|gap| gap.run > 1) {
                 format!("run {}: ", table.run)
             } else {
                 String::new()

@@ -212,9 +212,11 @@ fn place(own: &Diagnosis) -> Section {
             ]);
         }
     }
-    Section::new("Where the gap is")
-        .block(Block::List(own.place.clone()))
-        .table(table)
+    let section = Section::new("Where the gap is").block(Block::List(own.place.clone()));
+    if table.rows.is_empty() {
+        return section.paragraph("What calibration and nuisance leave of the output does not stand above its noise.");
+    }
+    section.table(table)
 }
 
 fn unknown(own: &Diagnosis) -> Section {
