@@ -71,8 +71,6 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
     let coordinates: Vec<Coordinate> = specs.iter().map(Coordinate::of).collect();
     let difference = |values: &[f64]| {
         let tried = base.point.composition.with(term, surroundings.model, values)?;
-        // An edge answers to what is just beside it only.
-        let tried = if term.is_limit() { tried.inside(term) } else { tried };
         bench.change(&base.point, &tried)
     };
     let trial = |values: &[f64]| {

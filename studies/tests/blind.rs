@@ -81,6 +81,15 @@ fn what_a_filter_does_beneath_coarse_steps_is_no_effect() {
     }
 }
 
+/// Guards the trials of limits: they are as sharp as the library's, and a filter behind them is what rounds them.
+#[test]
+fn a_limit_is_found_behind_a_filter() {
+    for after in [1, 2, 4, 5] {
+        let run = run(Nuisance::AntiAlias, Some(Effect::AmplifierSaturation), Drive::Sweep, after);
+        assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
+    }
+}
+
 /// Guards noise like 1/f beside a small effect: what shows as white has a part of it (`MAX_LEAK`), and the rest is no misfit beneath which nothing is seen.
 #[test]
 fn noise_like_1_f_hides_no_small_effect() {
