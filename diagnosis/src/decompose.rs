@@ -7,7 +7,8 @@
 //! 3. Those that only make up for others are taken out (`leaving.rs`), and then the one that is missed least, as long as the evidence
 //!    (`evidence.rs`) falls by less than `JOINS`.
 //! 4. A free curve that gained far more than all that joined after it has no name, and they go. One that leaves no misfit ends the search at once.
-//! 5. Terms that were tried take the place of one that joined, where that explains more: what joins first may be what several others imitate.
+//! 5. Terms that were tried take the place of one that joined, or that one another place, where that explains more: what joins first may be
+//!    what several others imitate.
 //! 6. What another law of the same kind as the rest explains leaves (`forms.rs`).
 //! 7. What leaves more than the model as given is no answer (`recorder.rs`).
 

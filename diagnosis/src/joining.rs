@@ -57,16 +57,9 @@ impl Search<'_> {
                 }
             }
         }
-        let surroundings = Surroundings {
-            model: self.model,
-            signals,
-            lines_hz,
-            lattice: self.lattice,
-            trials: &self.trials,
-        };
         let (parameters, effects): (Vec<Term>, Vec<Term>) =
             terms.into_iter().partition(|term| matches!(term, Term::Parameter(_)));
-        let mut screened = screen(self.bench, base, &surroundings, &effects);
+        let mut screened = screen(self.bench, base, &self.surroundings(signals, lines_hz), &effects);
         // A constant is in the fit already: it is let out of its box and fitted, if that promises most.
         let linear = Linearised::new(self.bench, base);
         let promised = parameters.into_iter().filter_map(|term| {
@@ -86,6 +79,34 @@ impl Search<'_> {
         promised.truncate(CONSTANTS);
         screened.splice(0..0, promised);
         screened
+    }
+
+    fn surroundings<'s>(&'s self, signals: &'s [Signals], lines_hz: &'s [f64]) -> Surroundings<'s> {
+        Surroundings {
+            model: self.model,
+            signals,
+            lines_hz,
+            lattice: self.lattice,
+            trials: &self.trials,
+        }
+    }
+
+    /// A fit's composition with each of its terms that is looked for in several places where it promises most beside the others: what joined
+    /// before they had may have come for what is theirs.
+    pub fn sought_anew(&self, last: &Fitted) -> Vec<Composition> {
+        let (bench, model) = (self.bench, self.model);
+        let signals = signals(&bench.plant, &last.point.runs);
+        let surroundings = self.surroundings(&signals, &[]);
+        let composition = &last.point.composition;
+        let mut terms = composition.terms();
+        terms.retain(|term| surroundings.probes(*term).len() > 1);
+        let moved = parallel::map(bench.threads, &terms, |term| {
+            let without = bench.fit(&composition.without(*term, model), Some(last))?;
+            let screened = screen(bench, &without, &surroundings, &[*term]).pop()?;
+            let is_seen = screened.gain > PROMISES;
+            is_seen.then(|| without.point.composition.with(*term, model, &screened.values))?
+        });
+        moved.into_iter().flatten().collect()
     }
 
     /// The most promising terms fitted beside a fit, lowest J first.

@@ -82,8 +82,8 @@ impl Search<'_> {
         least.filter(|(share, _)| *share < AGAINST).map(|(_, term)| term)
     }
 
-    /// Where a misfit is left, the best fit with a term that was tried in the place of one that joined: what came first may have come
-    /// for what others explain better together.
+    /// Where a misfit is left, the best fit with a term that was tried in the place of one that joined, or with one elsewhere: what came
+    /// first may have come for what others explain better together.
     pub fn exchanged(&mut self, last: &Fitted, tried: &[Fitted]) -> Option<Fitted> {
         let (bench, model) = (self.bench, self.model);
         let composition = &last.point.composition;
@@ -119,7 +119,8 @@ impl Search<'_> {
             };
             !tried.iter().any(same)
         };
-        let swapped: Vec<Composition> = swapped.filter(is_new).collect();
+        let mut swapped: Vec<Composition> = swapped.filter(is_new).collect();
+        swapped.extend(self.sought_anew(last));
         let fits = parallel::map(bench.threads, &swapped, |swapped| bench.fit(swapped, Some(last)));
         let best = fits
             .into_iter()

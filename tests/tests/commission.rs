@@ -107,26 +107,30 @@ fn a_rough_rig_comes_into_the_loop_by_itself() {
     assert_eq!(std::fs::metadata(&cut).unwrap().modified().unwrap(), made);
 }
 
-/// A bracket's mode of 673 Hz, small beside eddy currents and friction: the diagnosis of the first cut finds its frequency, and the second knows it.
+/// A bracket's mode of 645 or 673 Hz, small beside eddy currents and friction: the diagnosis of the first cut finds its frequency, on the first rig
+/// only once what else is missing has joined, and the second cut knows it.
 #[test]
 fn a_small_mode_is_named_after_the_first_cut() {
-    let root = tempfile::tempdir().unwrap();
-    let out = root.path().join("rig").display().to_string();
-    let arguments = [
-        "commission",
-        "scenarios/rough/12.ron",
-        "--embedded",
-        "--json",
-        "--cuts",
-        "2",
-        "--out",
-        &out,
-    ];
-    let told: Value = serde_json::from_str(&Finished::run(&arguments, LIMIT).expect(0).out).unwrap();
-    let cut = &told["cuts"][1];
-    assert!(cut["believes"].as_str().unwrap().contains("second_mode"), "{told}");
-    // At most 1.5 times what is reached; without the mode it is 65 nm.
-    assert!(cut["error_max_m"].as_f64().unwrap() < 56e-9, "{told}");
+    // At most 1.5 times what is reached; without the mode it is 55 and 65 nm.
+    for (rig, max_m) in [("11", 53e-9), ("12", 56e-9)] {
+        let root = tempfile::tempdir().unwrap();
+        let out = root.path().join("rig").display().to_string();
+        let scenario = format!("scenarios/rough/{rig}.ron");
+        let arguments = [
+            "commission",
+            &scenario,
+            "--embedded",
+            "--json",
+            "--cuts",
+            "2",
+            "--out",
+            &out,
+        ];
+        let told: Value = serde_json::from_str(&Finished::run(&arguments, LIMIT).expect(0).out).unwrap();
+        let cut = &told["cuts"][1];
+        assert!(cut["believes"].as_str().unwrap().contains("second_mode"), "{told}");
+        assert!(cut["error_max_m"].as_f64().unwrap() < max_m, "{told}");
+    }
 }
 
 /// A rough rig in a process of somebody else's, which shares no code with the model: the best cut is as good as the same sensor allows.
