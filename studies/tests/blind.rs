@@ -85,7 +85,12 @@ fn what_a_filter_does_beneath_coarse_steps_is_no_effect() {
 #[test]
 fn a_limit_is_found_behind_a_filter() {
     for after in [1, 2, 4, 5] {
-        let run = run(Nuisance::AntiAlias, Some(Effect::AmplifierSaturation), Drive::Sweep, after);
+        let run = run(
+            Nuisance::AntiAlias,
+            Some(Effect::AmplifierSaturation),
+            Drive::Sweep,
+            after,
+        );
         assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
     }
 }
