@@ -69,23 +69,34 @@ pub(crate) fn screen(bench: &Bench, base: &Fitted, surroundings: &Surroundings, 
 fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroundings, term: Term) -> Option<Screened> {
     let specs = term.specs(surroundings.model)?;
     let coordinates: Vec<Coordinate> = specs.iter().map(Coordinate::of).collect();
-    let difference = |values: &[f64]| {
+    let answer = |values: &[f64], is_round: bool| {
         let tried = base.point.composition.with(term, surroundings.model, values)?;
+        let tried = if is_round { tried.inside(term) } else { tried };
         bench.change(&base.point, &tried)
     };
-    let trial = |values: &[f64]| {
+    let kept = |values: &[f64], is_round: bool| {
         // Rounding answers to the last digit of what is rounded.
         if term.is_lattice() {
-            return difference(values).map(Arc::new);
+            return answer(values, is_round).map(Arc::new);
         }
-        let is_asked = |own: &(Term, Vec<f64>)| own.0 == term && own.1 == values;
-        surroundings
-            .trials
-            .get(is_asked, || (term, values.to_vec()), || difference(values))
+        let asked = (term, is_round, values);
+        let is_asked = |own: &(Term, bool, Vec<f64>)| (own.0, own.1, &own.2[..]) == asked;
+        let question = || (term, is_round, values.to_vec());
+        surroundings.trials.get(is_asked, question, || answer(values, is_round))
     };
     if term.is_limit() || term.is_lattice() {
-        return limit(term, linear, surroundings, trial, difference);
+        // A sharp edge and a round one hardly answer to each other.
+        let forms = [false, true]
+            .into_iter()
+            .filter(|is_round| !is_round || term.is_limit());
+        let searched = forms.filter_map(|is_round| {
+            let trial = |values: &[f64]| kept(values, is_round);
+            limit(term, linear, surroundings, trial, |values| answer(values, is_round))
+        });
+        return searched.max_by(|one, other| one.gain.total_cmp(&other.gain));
     }
+    let difference = |values: &[f64]| answer(values, false);
+    let trial = |values: &[f64]| kept(values, false);
     let mut seen: Option<Seen> = None;
     let mut starts: Vec<(f64, ProbeGroup, Vec<f64>)> = Vec::new();
     for group in surroundings.probes(term) {

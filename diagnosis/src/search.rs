@@ -30,8 +30,8 @@ pub(crate) enum Depth {
     UntilMisfit,
 }
 
-/// Changes of the spectra by trials of terms.
-pub(crate) type Trials = Recent<(Term, Vec<f64>), Vec<f64>>;
+/// Changes of the spectra by trials of terms, as sharp as they can be or round.
+pub(crate) type Trials = Recent<(Term, bool, Vec<f64>), Vec<f64>>;
 
 /// What the search is told.
 pub(crate) struct Search<'a> {
