@@ -81,7 +81,7 @@ fn what_a_filter_does_beneath_coarse_steps_is_no_effect() {
     }
 }
 
-/// Guards the trials of limits: they are as sharp as the library's, and a filter behind them is what rounds them.
+/// Guards the sharp trials of limits: a round one at any level is no edge that a filter behind it rounds.
 #[test]
 fn a_limit_is_found_behind_a_filter() {
     for after in [1, 2, 4, 5] {

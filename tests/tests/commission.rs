@@ -111,7 +111,7 @@ fn a_rough_rig_comes_into_the_loop_by_itself() {
 /// only once what else is missing has joined, and the second cut knows it.
 #[test]
 fn a_small_mode_is_named_after_the_first_cut() {
-    // At most 1.5 times what is reached; without the mode it is 55 and 65 nm.
+    // At most 1.5 times what is reached; without the mode it is 54 and 65 nm.
     for (rig, max_m) in [("11", 53e-9), ("12", 56e-9)] {
         let root = tempfile::tempdir().unwrap();
         let out = root.path().join("rig").display().to_string();
