@@ -35,8 +35,10 @@ fn reach(material: &Hysteresis, parameter: HysteresisParameter) -> f64 {
     }
 }
 
-/// Central differences of magnetization over all fields, extrapolated from two reaches: error of the order of reach⁴.
-fn differences(material: &Hysteresis, fields: &[f64], parameter: HysteresisParameter) -> Vec<f64> {
+/// Central differences of magnetization over all fields, extrapolated from two reaches: error of the order of reach⁴. With
+/// each, what the two reaches differ by: where δ̂ switches within the reach, the slope has a kink there, and the error is of
+/// that size.
+fn differences(material: &Hysteresis, fields: &[f64], parameter: HysteresisParameter) -> Vec<(f64, f64)> {
     let run = |part: f64| {
         let moved = parameter.with(*material, parameter.of(material) + part * reach(material, parameter));
         let mut state = MagneticState::default();
@@ -51,9 +53,9 @@ fn differences(material: &Hysteresis, fields: &[f64], parameter: HysteresisParam
     let [wide_up, wide_down, up, down] = [2.0, -2.0, 1.0, -1.0].map(run);
     (0..fields.len())
         .map(|step| {
-            let wide = (wide_up[step] - wide_down[step]) / 4.0;
-            let narrow = (up[step] - down[step]) / 2.0;
-            (narrow + (narrow - wide) / 3.0) / reach(material, parameter)
+            let wide = (wide_up[step] - wide_down[step]) / 4.0 / reach(material, parameter);
+            let narrow = (up[step] - down[step]) / 2.0 / reach(material, parameter);
+            (narrow + (narrow - wide) / 3.0, (narrow - wide).abs())
         })
         .collect()
 }
@@ -88,10 +90,10 @@ proptest! {
             .collect();
         for parameter in HysteresisParameter::ALL {
             let expected = differences(&material, &fields, parameter);
-            let largest = expected.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+            let largest = expected.iter().fold(0.0_f64, |most, (value, _)| most.max(value.abs()));
             let mut worst = 0.0_f64;
-            for (state, expected) in exact.iter().zip(expected) {
-                worst = worst.max((state.derivatives[parameter.index()] - expected).abs());
+            for (state, (expected, doubt)) in exact.iter().zip(expected) {
+                worst = worst.max((state.derivatives[parameter.index()] - expected).abs() - doubt);
             }
             prop_assert!(worst <= 2e-5 * largest, "{:?}: {} of {}", parameter, worst, largest);
         }
