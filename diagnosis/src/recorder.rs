@@ -22,6 +22,7 @@ use crate::likelihood::{Bench, Point};
 use crate::linearised::Linearised;
 use crate::search::{Depth, JOINS, Search};
 use crate::shares::{Gap, remainder_rms};
+use crate::term::Term;
 
 /// Forms that are searched with beyond the likeliest.
 const MAX_FORMS: usize = 3;
@@ -154,8 +155,14 @@ pub(crate) fn shows_in_output(bench: &Bench, point: &Point, from: f64) -> bool {
 
 /// Low passes that the noise shows once something is explained.
 fn seen_beneath(bench: &Bench, found: &Decomposition) -> Seen {
-    let points = [&found.last.point, &found.base.point];
-    let looks = points.into_iter().flat_map(|point| FROM.map(|from| (point, from)));
+    let last = &found.last.point;
+    // The error of coarse steps is no noise.
+    let is_coarse = last.composition.terms().into_iter().any(Term::is_lattice);
+    let points = [Some(last), (!is_coarse).then_some(&found.base.point)];
+    let looks = points
+        .into_iter()
+        .flatten()
+        .flat_map(|point| FROM.map(|from| (point, from)));
     let mut shown = looks.filter(|(point, from)| shows_in_output(bench, point, *from));
     shown
         .next()
