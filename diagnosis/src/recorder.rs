@@ -61,7 +61,7 @@ pub(crate) fn decomposed(
             // And some of it may be the low pass itself.
             again = seen_beneath(&aside, &other);
             let needed = if terms(&other) < terms(&found) { 0.0 } else { JOINS };
-            if !of_output(&again) && gain(&found, &aside, &other) > needed {
+            if !of_output(&again) && gain(&found, &aside, &other, lattice) > needed {
                 (*bench, found) = (aside, other);
             }
         }
@@ -93,11 +93,14 @@ fn with_those_of(mut before: Seen, seen: Seen) -> Seen {
     before
 }
 
-/// By how much the other decomposition explains more, on its own bench.
-fn gain(found: &Decomposition, bench: &Bench, other: &Decomposition) -> f64 {
+/// By how much the other decomposition explains more, on its own bench. Coarse steps leave a few rows that are on another step than their own: so many
+/// numbers are independent, not all.
+fn gain(found: &Decomposition, bench: &Bench, other: &Decomposition, lattice: Option<f64>) -> f64 {
     let point = bench.point(&found.last.point.composition);
     let own = point.map_or(f64::NEG_INFINITY, |point| point.cost);
-    own - other.last.point.cost - JOINS * (terms(other) as f64 - terms(found) as f64)
+    let left = remainder_rms(bench, &other.last.point);
+    let independent = lattice.map_or(1.0, |step| (left / step).powi(2).min(1.0));
+    independent * (own - other.last.point.cost) - JOINS * (terms(other) as f64 - terms(found) as f64)
 }
 
 fn terms(found: &Decomposition) -> usize {

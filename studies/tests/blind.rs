@@ -95,6 +95,16 @@ fn a_limit_is_found_behind_a_filter() {
     }
 }
 
+/// Guards against a second name for coarse steps behind a recorder's filter, whose lag a delay imitates: the few rows that either leaves on another step
+/// are the only numbers that tell the two apart.
+#[test]
+fn coarse_steps_behind_a_filter_are_one_effect() {
+    for after in 0..4 {
+        let run = run(Nuisance::AntiAlias, Some(Effect::Quantisation), Drive::Broadband, after);
+        assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
+    }
+}
+
 /// Guards noise like 1/f beside a small effect: what shows as white has a part of it (`MAX_LEAK`), and the rest is no misfit beneath which nothing is seen.
 #[test]
 fn noise_like_1_f_hides_no_small_effect() {
