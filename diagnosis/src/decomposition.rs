@@ -20,7 +20,7 @@ pub(crate) struct Decomposition {
     pub tried: Vec<Fitted>,
     /// What the free curves gain beside the last fit.
     pub unlisted: Vec<Unlisted>,
-    /// A free curve ended the search.
+    /// A free curve ended the search, or nothing that was tried is an answer.
     pub nameless: bool,
     /// The first screening.
     pub screened: Vec<Screened>,

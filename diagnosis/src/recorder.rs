@@ -23,6 +23,7 @@ use crate::linearised::Linearised;
 use crate::search::{Depth, JOINS, Search};
 use crate::shares::{Gap, remainder_rms};
 use crate::term::Term;
+use crate::verdict::believed;
 
 /// Forms that are searched with beyond the likeliest.
 const MAX_FORMS: usize = 3;
@@ -31,6 +32,8 @@ const MAX_LOOKS: usize = 5;
 /// Corners of a low pass that is supposed, as shares of the sampling rate.
 const SUPPOSED: [f64; 3] = [0.1, 0.18, 0.32];
 
+/// An answer that is believed less, beside all that was tried, is none.
+const MIN_BELIEVED: f64 = 0.05;
 /// Corners within this share are the same: a fit from one comes to the other.
 const SAME_CORNER: f64 = 0.03;
 
@@ -75,12 +78,17 @@ pub(crate) fn decomposed(
     Some(explaining(bench, found))
 }
 
-/// Names with which more is left than the model as given leaves explain nothing.
+/// Names with which more is left than the model as given leaves explain nothing, and what is believed less than something else that was
+/// tried is no answer.
 fn explaining(bench: &Bench, mut found: Decomposition) -> Decomposition {
-    let named = !found.last.point.composition.terms().is_empty();
-    if named && Gap::of(bench).explained(bench, &found.last.point) <= 0.0 {
+    let last = &found.last.point;
+    let explains = terms(&found) == 0 || Gap::of(bench).explained(bench, last) > 0.0;
+    let is_outdone = || believed(&found, &Evidence::new(bench, last)) < MIN_BELIEVED;
+    if !explains || !found.nameless && is_outdone() {
         found.last = found.base.clone();
         found.ties.clear();
+        // Nor did a curve end the search.
+        found.unlisted.clear();
         found.nameless = true;
     }
     found

@@ -15,7 +15,7 @@ use crate::term::Term;
 pub(crate) const JOINS: f64 = 30.0;
 /// Answers to trials are not kept where the spectra are longer: a hundred of this length are 160 MB.
 const MAX_KEPT: usize = 200_000;
-/// A term must move the residual of some band by this share of what is left of it.
+/// Beside others a term must move the residual of some band by this share of what is left of it: no law is so exact.
 const MOVES: f64 = 0.4;
 
 /// How far a search goes.
@@ -66,13 +66,15 @@ impl<'a> Search<'a> {
         self.trials = Recent::new(if kept { usize::MAX } else { 0 });
     }
 
-    /// A term moves the residual of some band by more than a share of what is left of it.
+    /// A term is the only one, or moves the residual of some band by more than a share of what is left of it.
     pub fn moves(&self, before: &Fitted, after: &Fitted) -> bool {
-        self.bench.bands.iter().any(|band| {
-            let (old, new) = (&before.point.residual, &after.point.residual);
-            let moved = rms(band.iter().map(|place| old[*place] - new[*place]));
-            moved > MOVES * rms(band.iter().map(|place| new[*place]))
-        })
+        let is_only = before.point.composition.terms().is_empty();
+        is_only
+            || self.bench.bands.iter().any(|band| {
+                let (old, new) = (&before.point.residual, &after.point.residual);
+                let moved = rms(band.iter().map(|place| old[*place] - new[*place]));
+                moved > MOVES * rms(band.iter().map(|place| new[*place]))
+            })
     }
 }
 

@@ -106,7 +106,7 @@ pub(crate) fn tell(bench: &Bench, model: &ActuatorModel, found: &Decomposition) 
     let explained = gap.explained(bench, &last.point);
     let verdict = verdict(bench, found, &effects, remainder_rms, noise_rms);
     Some(Told {
-        confidence: confidence(found, &evidence, &effects, verdict, remainder_rms, noise_rms, gap.rms()),
+        confidence: confidence(found, &evidence, verdict, remainder_rms, noise_rms, gap.rms()),
         verdict,
         effects,
         nuisance,
@@ -305,9 +305,10 @@ fn verdict(bench: &Bench, found: &Decomposition, effects: &[FoundEffect], left: 
         rms(centred(own.to_vec())) > OUT_OF_NOISE * channel.noise_rms
     });
     let all = |of: fn(&str) -> bool| !effects.is_empty() && effects.iter().all(|effect| of(&effect.name));
+    let is_outdone = found.nameless && (left > noise || found.unlisted.is_empty());
     if effects.is_empty() && !moves {
         Verdict::NotExcited
-    } else if effects.is_empty() && (found.nameless && left > noise || left > LACK_OF_FIT * noise) {
+    } else if effects.is_empty() && (is_outdone || left > LACK_OF_FIT * noise) {
         Verdict::Unknown
     } else if effects.is_empty() {
         Verdict::None
@@ -332,16 +333,8 @@ fn shared_by_ties(found: &Decomposition) -> bool {
     ties.next().is_some()
 }
 
-fn confidence(
-    found: &Decomposition,
-    by: &Evidence,
-    effects: &[FoundEffect],
-    verdict: Verdict,
-    left: f64,
-    noise: f64,
-    gap: f64,
-) -> f64 {
-    let unexplained = (left * left - noise * noise).max(0.0).sqrt() / gap.max(f64::MIN_POSITIVE);
+/// e^{−E}/Σ e^{−E'} over all that was fitted, for the answer.
+pub(crate) fn believed(found: &Decomposition, by: &Evidence) -> f64 {
     let own = &found.last.point;
     let terms = own.composition.terms();
     // A rival has other terms, not more; each term more than the answer's would have to earn its place.
@@ -349,23 +342,24 @@ fn confidence(
         let other = fit.point.composition.terms();
         let more = other.len() as f64 - terms.len() as f64;
         let has_all = terms.iter().all(|term| other.contains(term));
-        (effects.is_empty() || !has_all).then_some(by.cost(&fit.point) - by.cost(own) + JOINS * more)
+        (terms.is_empty() || !has_all).then_some(by.cost(&fit.point) - by.cost(own) + JOINS * more)
     });
-    let evidence = 1.0 / (1.0 + rivals.map(|rise| (-rise).min(300.0).exp()).sum::<f64>());
+    1.0 / (1.0 + rivals.map(|rise| (-rise).min(300.0).exp()).sum::<f64>())
+}
+
+fn confidence(found: &Decomposition, by: &Evidence, verdict: Verdict, left: f64, noise: f64, gap: f64) -> f64 {
+    let unexplained = (left * left - noise * noise).max(0.0).sqrt() / gap.max(f64::MIN_POSITIVE);
     match verdict {
         // A free curve beats the library by so much.
         Verdict::Unknown if found.nameless => {
-            let best = found
-                .tried
-                .iter()
-                .map(|fit| own.cost - fit.point.cost)
-                .fold(0.0, f64::max);
+            let gains = found.tried.iter().map(|fit| found.last.point.cost - fit.point.cost);
+            let best = gains.fold(0.0, f64::max);
             let free = found.unlisted.first().map_or(0.0, |free| free.gain);
-            1.0 / (1.0 + (best - free).exp())
+            (1.0 / (1.0 + (best - free).exp())).max(0.5)
         }
         Verdict::Unknown => 0.5,
-        Verdict::None | Verdict::NotExcited => evidence,
-        _ => evidence * (1.0 - unexplained.min(1.0)),
+        Verdict::None | Verdict::NotExcited => believed(found, by),
+        _ => believed(found, by) * (1.0 - unexplained.min(1.0)),
     }
 }
 

@@ -6,6 +6,10 @@ use anhyst_witness::{Drive, Effect, Nuisance};
 
 /// A run of a second with an effect of twenty noises, or nothing; seeds of their own, the one after so many.
 fn run(nuisance: Nuisance, effect: Option<Effect>, drive: Drive, after: usize) -> StudyRun {
+    run_of(nuisance, effect, drive, after, 20.0)
+}
+
+fn run_of(nuisance: Nuisance, effect: Option<Effect>, drive: Drive, after: usize, gap_over_noise: f64) -> StudyRun {
     let plan = Plan {
         none: 1 + after as u64,
         singles: 1 + after as u64,
@@ -25,7 +29,7 @@ fn run(nuisance: Nuisance, effect: Option<Effect>, drive: Drive, after: usize) -
     cases.retain(|case| case.family == family && case.nuisance == nuisance);
     let mut case = cases.swap_remove(after);
     case.wanted.effects = effect.into_iter().collect();
-    case.wanted.gap_over_noise = effect.map(|_| 20.0);
+    case.wanted.gap_over_noise = effect.map(|_| gap_over_noise);
     case.wanted.drive = Some(drive);
     let run = study(&case, &subject);
     println!("{} under {}: {}", run.truth(), run.nuisance, run.answer());
@@ -105,6 +109,19 @@ fn coarse_steps_behind_a_filter_are_one_effect() {
     }
 }
 
+/// Guards that what is sure is told where nothing else is, however little of the noise it moves: an amplifier's lag behind a filter.
+#[test]
+fn what_is_sure_is_told_however_small() {
+    let run = run_of(
+        Nuisance::AntiAlias,
+        Some(Effect::AmplifierBandwidth),
+        Drive::Multisine,
+        0,
+        5.0,
+    );
+    assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
+}
+
 /// Guards noise like 1/f beside a small effect: what shows as white has a part of it (`MAX_LEAK`), and the rest is no misfit beneath which nothing is seen.
 #[test]
 fn noise_like_1_f_hides_no_small_effect() {
@@ -151,8 +168,15 @@ fn nothing_is_named_where_nothing_is_hidden() {
 /// Guards trust in a name: what the library does not hold is given none of its names, nor two whose parts cancel.
 #[test]
 fn what_nobody_listed_is_unknown() {
-    for effect in [Effect::XRipple, Effect::XAsymmetry] {
-        let run = run(Nuisance::Clean, Some(effect), Drive::Broadband, 0);
+    for (nuisance, effect, drive, gap_over_noise) in [
+        (Nuisance::Clean, Effect::XRipple, Drive::Broadband, 20.0),
+        (Nuisance::Clean, Effect::XAsymmetry, Drive::Broadband, 20.0),
+        // What was tried is believed more than what would be named, or than nothing.
+        (Nuisance::Clean, Effect::XAsymmetry, Drive::Broadband, 6.0),
+        (Nuisance::Line, Effect::XAsymmetry, Drive::Sweep, 6.0),
+        (Nuisance::Line, Effect::XDrag, Drive::Sweep, 6.0),
+    ] {
+        let run = run_of(nuisance, Some(effect), drive, 0, gap_over_noise);
         assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
     }
 }

@@ -22,7 +22,8 @@ const CLOSE_TO_TOLD: f64 = 1.03;
 /// Of the largest gap, from one draw to the next.
 const SHRINKING: f64 = 0.9;
 const MAX_STEPS: usize = 12;
-const MAX_ATTEMPTS: u64 = 40;
+/// After 30 the largest gap is the smallest.
+const MAX_ATTEMPTS: u64 = 80;
 const SUBSTEPS: usize = 8;
 /// Streams of a seed; an effect's own come behind its attempt's.
 const ATTEMPT_STREAM: u64 = 1000;
@@ -134,7 +135,7 @@ impl Rig {
     /// Draws a run of this rig, which is the nominal one.
     ///
     /// # Errors
-    /// None of 40 drives can make what is wanted.
+    /// None of 80 drives can make what is wanted.
     pub fn draw(&self, seed: u64, wanted: &Wanted) -> Result<Made, NotMade> {
         (0..MAX_ATTEMPTS)
             .find_map(|attempt| attempted(self, seed, wanted, attempt))
