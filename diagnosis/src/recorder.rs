@@ -82,13 +82,15 @@ pub(crate) fn decomposed(
 /// tried is no answer.
 fn explaining(bench: &Bench, mut found: Decomposition) -> Decomposition {
     let last = &found.last.point;
-    let explains = terms(&found) == 0 || Gap::of(bench).explained(bench, last) > 0.0;
+    let (is_named, has_curve) = (terms(&found) > 0, found.nameless);
+    let explains = !is_named || Gap::of(bench).explained(bench, last) > 0.0;
     let is_outdone = || believed(&found, &Evidence::new(bench, last)) < MIN_BELIEVED;
-    if !explains || !found.nameless && is_outdone() {
+    if !explains || (is_named || !has_curve) && is_outdone() {
         found.last = found.base.clone();
         found.ties.clear();
-        // Nor did a curve end the search.
-        found.unlisted.clear();
+        if !has_curve {
+            found.unlisted.clear();
+        }
         found.nameless = true;
     }
     found
