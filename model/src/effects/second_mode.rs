@@ -2,7 +2,8 @@
 //!
 //! u tip, x end of the resonance (m), ω = 2πf (1/s), ζ damping ratio against the surroundings, 3 % unless told, G its share in
 //! what the sensor sees (no unit). At rest x = u, so the static gain is the nominal one; below the resonance the gap grows
-//! with f². Propagated exactly for u straight within a tick. Assumption: the resonance does not act back on the rod.
+//! with f². Propagated exactly for u straight within a tick T; by the straight lines u loses sinc²(ωT/2) of what it has at the resonance, 2 % at a
+//! twelfth of the sampling rate, which G makes up for. Assumption: the resonance does not act back on the rod.
 //! Source: mode of a sensor bracket or of the rod above its first.
 
 use core::f64::consts::PI;
@@ -33,6 +34,7 @@ pub(super) const DESCRIPTION: Description = Description {
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SecondMode {
+    /// By which the gap of straight lines is multiplied.
     gain: f64,
     stiffness_per_s2: f64,
     propagator: TwoPolePropagator,
@@ -43,6 +45,9 @@ impl Signal for SecondMode {
     fn new(values: &[f64], tick_s: f64) -> Result<Self, ModelError> {
         let (gain, frequency_hz, damping_ratio) = (values[0], values[1], values[2]);
         let angular = 2.0 * PI * frequency_hz;
+        // Beyond half the sampling rate nothing is seen of it.
+        let half_turn = (0.5 * angular * tick_s).min(0.5 * PI);
+        let passed = libm::sin(half_turn) / half_turn;
         let resonance = TwoPole {
             gain: 1.0,
             damping_per_s: 2.0 * damping_ratio * angular,
@@ -50,7 +55,7 @@ impl Signal for SecondMode {
             force_gain_per_kg: 0.0,
         };
         Ok(SecondMode {
-            gain,
+            gain: gain / (passed * passed),
             stiffness_per_s2: resonance.stiffness_per_s2,
             propagator: TwoPolePropagator::new(resonance, tick_s)?,
             motion: RodMotion::default(),
@@ -101,5 +106,23 @@ mod tests {
             let expected = 1.0 + gain * ratio / (1.0 - ratio);
             assert!((product / square - expected).abs() < 2e-5 * gain, "{frequency_hz} Hz");
         }
+    }
+
+    /// Guards the gap at the resonance against the tick: it is as large at a twelfth of the sampling rate as at a thousandth.
+    #[test]
+    fn the_gap_at_the_resonance_does_not_depend_on_the_tick() {
+        let power_of_gap = |tick_s: f64| {
+            let mut mode = SecondMode::new(&[0.03, 800.0, 0.03], tick_s).unwrap();
+            mode.steady_state(0.0);
+            let rows = (0.05 / tick_s) as usize;
+            let gaps = (1..=rows).map(|k| {
+                let input = libm::sin(2.0 * PI * 800.0 * tick_s * k as f64);
+                let gap = mode.step(input) - input;
+                if k > rows / 2 { gap * gap } else { 0.0 }
+            });
+            gaps.sum::<f64>() / rows as f64
+        };
+        let ratio = power_of_gap(1e-4) / power_of_gap(1e-6);
+        assert!((ratio - 1.0).abs() < 1e-3, "{ratio}");
     }
 }
