@@ -78,13 +78,14 @@ pub(crate) fn decomposed(
     Some(explaining(bench, found))
 }
 
-/// Names with which more is left than the model as given leaves explain nothing, and what is believed less than something else that was
-/// tried is no answer.
+/// Names with which more is left than the model as given leaves explain nothing, and what is believed less than something that has none of
+/// its names is no answer.
 fn explaining(bench: &Bench, mut found: Decomposition) -> Decomposition {
     let last = &found.last.point;
     let (is_named, has_curve) = (terms(&found) > 0, found.nameless);
     let explains = !is_named || Gap::of(bench).explained(bench, last) > 0.0;
-    let is_outdone = || believed(&found, &Evidence::new(bench, last)) < MIN_BELIEVED;
+    let has_none = |own: &[Term], other: &[Term]| !own.iter().any(|term| other.contains(term));
+    let is_outdone = || believed(&found, &Evidence::new(bench, last), has_none) < MIN_BELIEVED;
     if !explains || (is_named || !has_curve) && is_outdone() {
         found.last = found.base.clone();
         found.ties.clear();
