@@ -32,7 +32,7 @@ const MAX_LOOKS: usize = 5;
 /// Corners of a low pass that is supposed, as shares of the sampling rate.
 const SUPPOSED: [f64; 3] = [0.1, 0.18, 0.32];
 
-/// An answer that is believed less, beside all that was tried, is none.
+/// That nothing is missing must be believed as much, beside all that was tried.
 const MIN_BELIEVED: f64 = 0.05;
 /// Corners within this share are the same: a fit from one comes to the other.
 const SAME_CORNER: f64 = 0.03;
@@ -78,20 +78,21 @@ pub(crate) fn decomposed(
     Some(explaining(bench, found))
 }
 
-/// Names with which more is left than the model as given leaves explain nothing, and what is believed less than something that has none of
-/// its names is no answer.
+/// Names with which more is left than the model as given leaves explain nothing, and without any name nothing is missing only where that
+/// is believed.
 fn explaining(bench: &Bench, mut found: Decomposition) -> Decomposition {
     let last = &found.last.point;
-    let (is_named, has_curve) = (terms(&found) > 0, found.nameless);
-    let explains = !is_named || Gap::of(bench).explained(bench, last) > 0.0;
-    let has_none = |own: &[Term], other: &[Term]| !own.iter().any(|term| other.contains(term));
-    let is_outdone = || believed(&found, &Evidence::new(bench, last), has_none) < MIN_BELIEVED;
-    if !explains || (is_named || !has_curve) && is_outdone() {
-        found.last = found.base.clone();
-        found.ties.clear();
-        if !has_curve {
+    let explains = if terms(&found) == 0 {
+        found.nameless || believed(&found, &Evidence::new(bench, last)) >= MIN_BELIEVED
+    } else {
+        Gap::of(bench).explained(bench, last) > 0.0
+    };
+    if !explains {
+        if !found.nameless {
             found.unlisted.clear();
         }
+        found.last = found.base.clone();
+        found.ties.clear();
         found.nameless = true;
     }
     found

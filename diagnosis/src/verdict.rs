@@ -333,22 +333,18 @@ fn shared_by_ties(found: &Decomposition) -> bool {
     ties.next().is_some()
 }
 
-/// e^{−E}/Σ e^{−E'} for the answer, over all that was fitted and is its rival, by the terms of both.
-pub(crate) fn believed(found: &Decomposition, by: &Evidence, is_rival: impl Fn(&[Term], &[Term]) -> bool) -> f64 {
+/// e^{−E}/Σ e^{−E'} over all that was fitted, for the answer.
+pub(crate) fn believed(found: &Decomposition, by: &Evidence) -> f64 {
     let own = &found.last.point;
     let terms = own.composition.terms();
-    // Each term more than the answer's would have to earn its place.
+    // A rival has other terms, not more; each term more than the answer's would have to earn its place.
     let rivals = found.tried.iter().chain(&found.ties).filter_map(|fit| {
         let other = fit.point.composition.terms();
         let more = other.len() as f64 - terms.len() as f64;
-        is_rival(&terms, &other).then_some(by.cost(&fit.point) - by.cost(own) + JOINS * more)
+        let has_all = terms.iter().all(|term| other.contains(term));
+        (terms.is_empty() || !has_all).then_some(by.cost(&fit.point) - by.cost(own) + JOINS * more)
     });
     1.0 / (1.0 + rivals.map(|rise| (-rise).min(300.0).exp()).sum::<f64>())
-}
-
-/// Other terms, not more.
-fn has_others(own: &[Term], other: &[Term]) -> bool {
-    own.is_empty() || !own.iter().all(|term| other.contains(term))
 }
 
 fn confidence(found: &Decomposition, by: &Evidence, verdict: Verdict, left: f64, noise: f64, gap: f64) -> f64 {
@@ -362,8 +358,8 @@ fn confidence(found: &Decomposition, by: &Evidence, verdict: Verdict, left: f64,
             (1.0 / (1.0 + (best - free).exp())).max(0.5)
         }
         Verdict::Unknown => 0.5,
-        Verdict::None | Verdict::NotExcited => believed(found, by, has_others),
-        _ => believed(found, by, has_others) * (1.0 - unexplained.min(1.0)),
+        Verdict::None | Verdict::NotExcited => believed(found, by),
+        _ => believed(found, by) * (1.0 - unexplained.min(1.0)),
     }
 }
 
