@@ -9,6 +9,7 @@ fn run(nuisance: Nuisance, effect: Option<Effect>, drive: Drive, after: usize) -
     run_of(nuisance, effect, drive, after, 20.0)
 }
 
+/// The same with an effect of so many noises.
 fn run_of(nuisance: Nuisance, effect: Option<Effect>, drive: Drive, after: usize, gap_over_noise: f64) -> StudyRun {
     let plan = Plan {
         none: 1 + after as u64,
