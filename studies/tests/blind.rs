@@ -123,6 +123,21 @@ fn what_is_sure_is_told_however_small() {
     assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
 }
 
+/// Guards a mode's gain against the tick, on rigs that go through it in eight steps: straight lines from tick to tick lose up to 2 % of it.
+#[test]
+fn a_modes_gain_is_that_of_the_rig() {
+    for after in 0..4 {
+        let run = run(Nuisance::Clean, Some(Effect::SecondMode), Drive::Broadband, after);
+        let intervals = &run.said.as_ref().unwrap().intervals;
+        let gain = intervals.iter().find(|own| own.name == "gain").unwrap();
+        println!("{intervals:?}");
+        assert!(
+            (gain.value - gain.truth).abs() < 3.0 * gain.standard_deviation,
+            "{gain:?}"
+        );
+    }
+}
+
 /// Guards noise like 1/f beside a small effect: what shows as white has a part of it (`MAX_LEAK`), and the rest is no misfit beneath which nothing is seen.
 #[test]
 fn noise_like_1_f_hides_no_small_effect() {
