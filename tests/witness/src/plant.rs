@@ -20,7 +20,9 @@ use crate::operator::{Law, Memory};
 
 /// Steps of integration a tick.
 const SUBSTEPS: usize = 16;
-/// A lag of less than this part of a step is none.
+/// Steps of integration within a lag, at least.
+const STEPS_A_LAG: f64 = 2.0;
+/// Beside it a lag of less than this part of a step is none.
 const LEAST_LAG: f64 = 0.4;
 /// T₀, K.
 const AMBIENT_K: f64 = 293.0;
@@ -169,15 +171,21 @@ impl Plant {
         }
     }
 
-    /// With at least so many steps of integration a tick; more where friction needs them.
+    /// With at least so many steps of integration a tick; more where friction or a short lag needs them.
     pub fn with_substeps(self, substeps: usize) -> Self {
         let hidden = &self.hidden;
         let speed = hidden.constants.friction_speed_m_per_s;
-        let fastest_per_s = match (hidden.friction_m > 0.0, hidden.laws) {
+        let lags = [hidden.eddy_current_s, hidden.amplifier_lag_s];
+        let lag_per_s = lags
+            .into_iter()
+            .filter(|lag_s| *lag_s > 0.0)
+            .map(|lag_s| STEPS_A_LAG / lag_s);
+        let friction_per_s = match (hidden.friction_m > 0.0, hidden.laws) {
             (false, _) => 0.0,
             (true, Laws::Usual) => self.rod.stiffness_per_s2 * hidden.friction_m / speed,
             (true, Laws::Other) => FASTEST / (speed * DAHL_S),
         };
+        let fastest_per_s = lag_per_s.fold(friction_per_s, f64::max);
         Plant {
             substeps: substeps.max((self.tick_s * fastest_per_s).ceil() as usize),
             ..self
