@@ -6,7 +6,8 @@
 //!    by more than `JOINS` and the residual moves by more than a share of what is left. Until nothing joins.
 //! 3. Those that only make up for others are taken out (`leaving.rs`), and then the one that is missed least, as long as the evidence
 //!    (`evidence.rs`) falls by less than `JOINS`.
-//! 4. A free curve that gained far more than all that joined after it has no name, and they go. One that leaves no misfit ends the search at once.
+//! 4. A free curve that gained far more than all that joined after it, or leaves no misfit and gained more, has no name, and they go. What is no
+//!    larger than the record of the drive may be off by does not join.
 //! 5. Terms that were tried take the place of one that joined, or that one another place, where that explains more: what joins first may be
 //!    what several others imitate.
 //! 6. What another law of the same kind as the rest explains leaves (`forms.rs`).
@@ -20,7 +21,7 @@ use crate::composition::{Composition, Slot, Unknown};
 use crate::decomposition::{Decomposition, cost};
 use crate::evidence::{Evidence, noise_rms};
 use crate::fitting::Fitted;
-use crate::joining::{at_a_bound, sort, unbent};
+use crate::joining::{at_a_bound, is_doubtful, sort, unbent};
 use crate::leaving::TIES;
 use crate::likelihood::Point;
 use crate::lines::lines;
@@ -112,8 +113,8 @@ impl Search<'_> {
     fn joined(&mut self, mut base: Fitted, mut off_mains: Vec<f64>, gathered: &mut Gathered) -> Option<Fitted> {
         let bench = self.bench;
         let mut course: Vec<Point> = Vec::new();
-        // Where a free curve beat what could join, and what it gained.
-        let mut nameless: Option<(Fitted, f64)> = None;
+        // Where a free curve beat what could join, what it gained, and whether that is all.
+        let mut nameless: Option<(Fitted, f64, bool)> = None;
         for stage in base.point.composition.terms().len()..=MAX_TERMS {
             if stage == 1 && self.depth == Depth::Look {
                 return Some(base);
@@ -122,10 +123,7 @@ impl Search<'_> {
             let screened = self.screen(&base, &off_mains);
             let mut fits = self.fit_best(&base, &screened, stage);
             gathered.screened.get_or_insert(screened);
-            let at_noise = fits
-                .first()
-                .is_some_and(|(_, fit)| !Evidence::new(bench, &fit.point).is_misfit);
-            let is_open = stage == 0 && !at_noise && self.depth != Depth::Look;
+            let is_open = stage == 0 && self.depth != Depth::Look;
             let other = is_open.then(|| unbent(bench, &base.point.composition)).flatten();
             // Once the constants move with it, the best may set them right.
             let best = other.as_ref().and(fits.first());
@@ -168,12 +166,8 @@ impl Search<'_> {
                 .first()
                 .filter(|own| !bench.plant.fitted && beats(own.gain, gain));
             if let Some(free) = free {
-                // Where it does not explain all, several terms together may explain more.
-                let is_all = !free.is_misfit;
-                nameless.get_or_insert((base.clone(), free.gain));
-                if is_all {
-                    break;
-                }
+                // Several terms together may explain more, and must where it explains all.
+                nameless.get_or_insert((base.clone(), free.gain, !free.is_misfit));
             }
             let Some((term, best)) = fits.first().filter(|_| !is_last) else {
                 break;
@@ -192,6 +186,12 @@ impl Search<'_> {
             let Some(polished) = polished.filter(|own| !at_a_bound(&own.point.composition, *term)) else {
                 break;
             };
+            if is_doubtful(bench, &polished, *term) {
+                gathered
+                    .tried
+                    .retain(|fit| !fit.point.composition.terms().contains(term));
+                break;
+            }
             course.push(std::mem::replace(&mut base, polished).point);
             off_mains = self.lines(&mut base)?;
             let is_enough = match self.depth {
@@ -212,9 +212,12 @@ impl Search<'_> {
         }
         (self.progress)("taking each out again", 0.85);
         let last = self.without_those_that_earn_nothing(base)?;
-        let beaten = nameless.filter(|(from, free)| beats(*free, cost(from) - cost(&last)));
+        let beaten = nameless.filter(|(from, free, is_all)| {
+            let gain = cost(from) - cost(&last);
+            beats(*free, gain) || *is_all && *free > gain + NAMELESS.0
+        });
         gathered.nameless = beaten.is_some();
-        beaten.map_or(Some(last), |(from, _)| self.without_those_that_earn_nothing(from))
+        beaten.map_or(Some(last), |(from, _, _)| self.without_those_that_earn_nothing(from))
     }
 
     /// Constants, starts, the recorder's low pass and lines.

@@ -15,7 +15,7 @@ use crate::evidence::Evidence;
 use crate::fitting::Fitted;
 use crate::likelihood::{Bench, Point};
 use crate::linearised::{Held, Linearised};
-use crate::search::{JOINS, Search};
+use crate::search::Search;
 use crate::term::Term;
 
 /// What a constant is multiplied by.
@@ -69,7 +69,8 @@ impl Search<'_> {
             let explained = (cost(&[]) - cost(&forms(bench, &fit))).max(0.0);
             Some((whole(&fit.point) - explained - own, fit))
         });
-        let mut fits: Vec<(f64, Fitted)> = fits.into_iter().flatten().filter(|(rise, _)| *rise < JOINS).collect();
+        let leaves = |(rise, fit): &(f64, Fitted)| *rise < self.spared(last, fit);
+        let mut fits: Vec<(f64, Fitted)> = fits.into_iter().flatten().filter(leaves).collect();
         fits.sort_by(|(one, _), (other, _)| one.total_cmp(other));
         fits.into_iter().map(|(_, fit)| fit).collect()
     }

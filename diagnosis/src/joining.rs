@@ -24,7 +24,9 @@ const ATTEMPTS: usize = 3;
 /// What promises a smaller part of what another has gained is not fitted: no fit was seen to find so many times what screening promised.
 const OUTDONE: f64 = 0.1;
 /// A constant this many deviations from what is believed of it is bent.
-const BENT: f64 = 2.0;
+const BENT: f64 = 1.0;
+/// So many deviations by the record of the drive an effect must have.
+const DOUBTED: f64 = 2.0;
 /// Share of its box beyond which a constant may be set free.
 const AT_THE_BOX: f64 = 0.6;
 
@@ -155,8 +157,7 @@ impl Search<'_> {
     }
 }
 
-/// The same with all constants as given, where what is missing has bent one of them towards the end of its box: there an
-/// effect finds the room that they have taken.
+/// The same with all constants as given, where what is missing has bent one of them: there an effect finds the room that they have taken.
 pub(crate) fn unbent(bench: &Bench, composition: &Composition) -> Option<Composition> {
     let mut composition = composition.clone();
     let is_bent = |own: &Unknown| own.surprise().abs() > BENT;
@@ -188,6 +189,23 @@ pub(crate) fn at_a_bound(composition: &Composition, term: Term) -> bool {
         matches!(own.slot, Slot::Effect(of, place) if of == kind && is_size(place) && coordinate.lower < coordinate.upper
             && spec(place).identity().is_some_and(|zero| far(coordinate.lower, zero) || far(coordinate.upper, zero)))
     })
+}
+
+/// An effect's sizes are no larger than by what the record of the drive may be off.
+pub(crate) fn is_doubtful(bench: &Bench, fit: &Fitted, term: Term) -> bool {
+    let Term::Effect(kind) = term else { return false };
+    let doubts = bench.doubt(fit);
+    let unknowns = fit.point.composition.unknowns.iter().zip(doubts);
+    let sizes: Vec<bool> = unknowns
+        .filter_map(|(own, doubt)| match own.slot {
+            Slot::Effect(of, place) if of == kind && !kind.parameters()[place].is_limit() => {
+                let size = own.value - kind.parameters()[place].identity()?;
+                Some(size.abs() < DOUBTED * doubt * own.coordinate.slope(own.value).abs())
+            }
+            _ => None,
+        })
+        .collect();
+    !sizes.is_empty() && !sizes.contains(&false)
 }
 
 /// What an effect needs and neither model nor data have, in a sentence.

@@ -10,6 +10,7 @@ use crate::likelihood::Point;
 use crate::search::{JOINS, Search, values_of};
 use crate::shares::{Gap, remainder_rms, without};
 use crate::term::Term;
+use crate::verdict::drifts;
 
 /// A rough fit tells of so many times that fall that it is there.
 const SURELY: f64 = 10.0;
@@ -62,13 +63,21 @@ impl Search<'_> {
             let falls = fits.into_iter().flatten().map(|fit| (evidence.cost(&fit.point), fit));
             match falls.min_by(|one, other| one.0.total_cmp(&other.0)) {
                 Some((cost, fit))
-                    if cost - own < JOINS || !self.moves(&fit, &last) || evidence.is_misfit && grows(&fit.point) =>
+                    if cost - own < self.spared(&last, &fit)
+                        || !self.moves(&fit, &last)
+                        || evidence.is_misfit && grows(&fit.point) =>
                 {
                     last = fit;
                 }
                 _ => return Some(last),
             }
         }
+    }
+
+    /// By how much the evidence may fall where a term leaves: what a drift takes over, as large as an effect, only gets another name.
+    pub fn spared(&self, last: &Fitted, without: &Fitted) -> f64 {
+        let renamed = drifts(self.bench, without) && !drifts(self.bench, last);
+        if renamed { 0.0 } else { JOINS }
     }
 
     /// The term that works most against the gap, by half of it and more: it makes up for what others explain too much.

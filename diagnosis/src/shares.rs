@@ -162,7 +162,7 @@ fn reset(composition: &mut Composition, slot: Slot) {
 }
 
 /// Of what enters linearly into the outputs; what belongs together is one.
-fn linear_contributions(bench: &Bench, last: &Fitted) -> Vec<Contribution> {
+pub(crate) fn linear_contributions(bench: &Bench, last: &Fitted) -> Vec<Contribution> {
     let nuisance = &last.point.nuisance;
     let mut all: Vec<Contribution> = Vec::new();
     for ((kind, column), coefficient) in nuisance.kinds.iter().zip(&nuisance.columns).zip(&nuisance.coefficients) {

@@ -17,7 +17,8 @@ use crate::likelihood::Bench;
 use crate::nuisance::NuisanceKind;
 use crate::search::{JOINS, values_of};
 use crate::shares::{
-    Contribution, ContributionKind, DRIFT, Gap, centred, contributions, line_name, remainder_rms, without,
+    Contribution, ContributionKind, DRIFT, Gap, centred, contributions, line_name, linear_contributions, remainder_rms,
+    without,
 };
 use crate::statistics::{chi_square_tail, rms};
 use crate::term::Term;
@@ -87,9 +88,7 @@ pub(crate) fn tell(bench: &Bench, model: &ActuatorModel, found: &Decomposition) 
     let noise_rms = noise_rms(bench, &last.point);
     let mut nuisance = nuisance(bench, &known);
     let parameters = parameters(model, &known);
-    let drifts =
-        |own: &Contribution| own.name == DRIFT && rms(own.series.iter().flatten().copied()) > DRIFTS * remainder_rms;
-    if contributions.iter().any(drifts) && drift_is_sure(bench, &evidence, last) {
+    if drifts(bench, last) && drift_is_sure(bench, &evidence, last) {
         let (drift, rest): (Vec<FoundEffect>, Vec<FoundEffect>) =
             nuisance.into_iter().partition(|own| own.name == DRIFT);
         nuisance = rest;
@@ -133,6 +132,13 @@ impl Known<'_> {
         let part = self.contributions.iter().find(|own| own.name == name)?;
         Some(self.gap.share(&part.series))
     }
+}
+
+/// The zero drifts by so much that it has a name.
+pub(crate) fn drifts(bench: &Bench, fit: &Fitted) -> bool {
+    let left = remainder_rms(bench, &fit.point);
+    let mut all = linear_contributions(bench, fit).into_iter();
+    all.any(|own| own.name == DRIFT && rms(own.series.iter().flatten().copied()) > DRIFTS * left)
 }
 
 /// Without a drift of the zero the evidence falls by what lets an effect join.
