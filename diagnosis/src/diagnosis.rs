@@ -29,7 +29,7 @@ pub enum Verdict {
     None,
     /// The data could not have shown anything.
     NotExcited,
-    /// Something is missing and nothing in the library explains it.
+    /// Something is missing that nothing in the library is believed to explain.
     #[default]
     Unknown,
 }

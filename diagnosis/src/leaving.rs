@@ -18,7 +18,7 @@ const SURELY: f64 = 10.0;
 pub(crate) const REFITTED: usize = 2;
 /// Terms that are tried in the place of each that joined.
 const EXCHANGED: usize = 5;
-/// Share of the gap below which an effect only makes up for others.
+/// Share of the gap below which an effect, or all of them, only make up for others.
 const AGAINST: f64 = -0.5;
 /// Fits whose evidence lies within this explain equally well.
 pub(crate) const TIES: f64 = 12.0;
@@ -80,15 +80,20 @@ impl Search<'_> {
         if renamed { 0.0 } else { JOINS }
     }
 
-    /// The term that works most against the gap, by half of it and more: it makes up for what others explain too much.
+    /// The term that works most against the gap, by half of it and more, or where all together do: it makes up for what others or the constants explain
+    /// too much.
     fn compensating(&self, last: &Fitted, gap: &Gap) -> Option<Term> {
         let bench = self.bench;
         let shares = last.point.composition.terms().into_iter().filter_map(|term| {
             let part = without(bench, &last.point, &last.point.composition.without(term, self.model))?;
             Some((gap.share(&part), term))
         });
-        let least = shares.min_by(|(one, _), (other, _)| one.total_cmp(other));
-        least.filter(|(share, _)| *share < AGAINST).map(|(_, term)| term)
+        let shares: Vec<(f64, Term)> = shares.collect();
+        let sum: f64 = shares.iter().map(|(share, _)| share).sum();
+        let least = shares.into_iter().min_by(|(one, _), (other, _)| one.total_cmp(other));
+        least
+            .filter(|(share, _)| share.min(sum) < AGAINST)
+            .map(|(_, term)| term)
     }
 
     /// Where a misfit is left, the best fit with a term that was tried in the place of one that joined, or with one elsewhere: what came

@@ -23,7 +23,7 @@ use crate::linearised::Linearised;
 use crate::search::{Depth, JOINS, Search};
 use crate::shares::{Gap, remainder_rms};
 use crate::term::Term;
-use crate::verdict::believed;
+use crate::verdict::{MIN_BELIEVED, believed};
 
 /// Forms that are searched with beyond the likeliest.
 const MAX_FORMS: usize = 3;
@@ -32,8 +32,6 @@ const MAX_LOOKS: usize = 5;
 /// Corners of a low pass that is supposed, as shares of the sampling rate.
 const SUPPOSED: [f64; 3] = [0.1, 0.18, 0.32];
 
-/// That nothing is missing must be believed as much, beside all that was tried.
-const MIN_BELIEVED: f64 = 0.05;
 /// Corners within this share are the same: a fit from one comes to the other.
 const SAME_CORNER: f64 = 0.03;
 

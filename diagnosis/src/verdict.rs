@@ -30,6 +30,9 @@ const OUT_OF_NOISE: f64 = 1.0;
 /// A constant counts as moved beyond this many standard deviations of its fit and half a one of its prior.
 const MOVED: f64 = 4.0;
 
+/// An answer must be believed as much, beside all that was tried.
+pub(crate) const MIN_BELIEVED: f64 = 0.05;
+
 /// Everything that is told of a decomposition but where the gap is.
 pub(crate) struct Told {
     pub verdict: Verdict,
@@ -103,7 +106,7 @@ pub(crate) fn tell(bench: &Bench, model: &ActuatorModel, found: &Decomposition) 
     }
     effects.sort_by(|one, other| other.share.total_cmp(&one.share));
     let explained = gap.explained(bench, &last.point);
-    let verdict = verdict(bench, found, &effects, remainder_rms, noise_rms);
+    let verdict = verdict(bench, found, &evidence, &effects, remainder_rms, noise_rms);
     Some(Told {
         confidence: confidence(found, &evidence, verdict, remainder_rms, noise_rms, gap.rms()),
         verdict,
@@ -304,7 +307,14 @@ pub(crate) fn moved(parameters: &[FoundEffect]) -> Vec<FoundEffect> {
     own.cloned().collect()
 }
 
-fn verdict(bench: &Bench, found: &Decomposition, effects: &[FoundEffect], left: f64, noise: f64) -> Verdict {
+fn verdict(
+    bench: &Bench,
+    found: &Decomposition,
+    by: &Evidence,
+    effects: &[FoundEffect],
+    left: f64,
+    noise: f64,
+) -> Verdict {
     let plant = &bench.plant;
     let moves = plant.outputs().any(|(_, channel)| {
         let own = &plant.series(channel, &found.base.point.runs[channel.run])[channel.rows.clone()];
@@ -318,6 +328,8 @@ fn verdict(bench: &Bench, found: &Decomposition, effects: &[FoundEffect], left: 
         Verdict::Unknown
     } else if effects.is_empty() {
         Verdict::None
+    } else if believed(found, by) < MIN_BELIEVED {
+        Verdict::Unknown
     } else if !found.ties.is_empty() && !shared_by_ties(found) {
         Verdict::Ambiguous
     } else if all(|name| name.starts_with("parameter_")) {

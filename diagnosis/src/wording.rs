@@ -53,6 +53,11 @@ pub(crate) fn sentence(own: &Diagnosis) -> String {
         Verdict::Columns | Verdict::NotExcited => {
             "The output hardly moves out of its noise, so these data could not have shown any effect.".to_owned()
         }
+        Verdict::Unknown if !own.effects.is_empty() => {
+            format!(
+                "Something is missing that the library does not hold: with {names}, {left}, and what was tried in their place is believed more."
+            )
+        }
         Verdict::Unknown => {
             let nearest = own.candidates.iter().find(|own| own.terms > 0);
             let nearest = nearest.map_or(String::new(), |own| {

@@ -119,7 +119,9 @@ impl Told {
         let mut truth: Vec<&str> = case.wanted.effects.iter().map(|effect| effect.name()).collect();
         truth.sort_unstable();
         let may_stand = |name: &str| is_of(case.nuisance, name) && !truth.contains(&name);
-        let (beside, named): (Vec<String>, Vec<String>) = names.into_iter().partition(|name| may_stand(name));
+        // What shrinks the gap and is not believed names nothing.
+        let names = names.into_iter().filter(|_| verdict != Verdict::Unknown);
+        let (beside, named): (Vec<String>, Vec<String>) = names.partition(|name| may_stand(name));
         let is_truth = |names: &mut dyn Iterator<Item = &str>| {
             let mut names: Vec<&str> = names.filter(|name| !may_stand(name)).collect();
             names.sort_unstable();
