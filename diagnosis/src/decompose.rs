@@ -123,7 +123,10 @@ impl Search<'_> {
             let screened = self.screen(&base, &off_mains);
             let mut fits = self.fit_best(&base, &screened, stage);
             gathered.screened.get_or_insert(screened);
-            let is_open = stage == 0 && self.depth != Depth::Look;
+            let at_noise = fits
+                .first()
+                .is_some_and(|(_, fit)| !Evidence::new(bench, &fit.point).is_misfit);
+            let is_open = stage == 0 && !at_noise && self.depth != Depth::Look;
             let other = is_open.then(|| unbent(bench, &base.point.composition)).flatten();
             // Once the constants move with it, the best may set them right.
             let best = other.as_ref().and(fits.first());

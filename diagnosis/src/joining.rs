@@ -24,7 +24,7 @@ const ATTEMPTS: usize = 3;
 /// What promises a smaller part of what another has gained is not fitted: no fit was seen to find so many times what screening promised.
 const OUTDONE: f64 = 0.1;
 /// A constant this many deviations from what is believed of it is bent.
-const BENT: f64 = 1.0;
+const BENT: f64 = 2.0;
 /// So many deviations by the record of the drive an effect must have.
 const DOUBTED: f64 = 2.0;
 /// Share of its box beyond which a constant may be set free.
