@@ -123,6 +123,31 @@ fn what_is_sure_is_told_however_small() {
     assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
 }
 
+/// Guards pairs that something else could stand for: a free curve over the magnetization for both, a drift of the zero for the second.
+#[test]
+fn what_has_a_name_is_not_left_to_a_curve_or_a_drift() {
+    let plan = Plan {
+        none: 0,
+        singles: 0,
+        pairs: 6,
+        unlisted: 0,
+        limits: 0,
+        first_seed: 99_110_000,
+        rows: 40_000,
+    };
+    let subject = Subject::of(ActuatorModel::terfenol_d()).unwrap();
+    let cases = plan.cases(&subject).into_iter();
+    let pairs: Vec<_> = cases.filter(|case| case.nuisance == Nuisance::Clean).collect();
+    for (case, hidden) in [
+        (&pairs[5], [Effect::QuadraticMagnetostriction, Effect::Stiffening]),
+        (&pairs[1], [Effect::ExcessLoss, Effect::ThermalExpansion]),
+    ] {
+        assert_eq!(case.wanted.effects, hidden);
+        let run = study(case, &subject);
+        assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
+    }
+}
+
 /// Guards a mode's gain against the tick, on rigs that go through it in eight steps: straight lines from tick to tick lose up to 2 % of it.
 #[test]
 fn a_modes_gain_is_that_of_the_rig() {

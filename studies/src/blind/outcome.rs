@@ -210,6 +210,7 @@ mod tests {
         assert_eq!(one(Named, &["eddy_current", "parameter_k"], &[]), Outcome::WrongName);
         assert_eq!(one(None, &[], &[]), Outcome::NotSeen);
         assert_eq!(one(Unknown, &[], &[]), Outcome::Unknown);
+        assert_eq!(one(Unknown, &["eddy_current"], &["friction"]), Outcome::Unknown);
         let calibrated = outcome(OffNominal, &[EddyCurrent], Named, &["parameter_k", "eddy_current"], &[]);
         assert_eq!(calibrated, Outcome::Right);
         let pair = |names: &[&str]| outcome(Clean, &[EddyCurrent, Friction], Named, names, &[]);
@@ -217,6 +218,7 @@ mod tests {
         assert_eq!(pair(&["friction"]), Outcome::InPart);
         assert_eq!(pair(&["friction", "backlash"]), Outcome::WrongName);
         assert_eq!(outcome(Clean, &[XDrag], Unknown, &[], &[]), Outcome::Right);
+        assert_eq!(outcome(Clean, &[XDrag], Unknown, &["friction"], &[]), Outcome::Right);
         assert_eq!(outcome(Clean, &[XDrag], Named, &["friction"], &[]), Outcome::WrongName);
         assert_eq!(outcome(Clean, &[], None, &[], &[]), Outcome::Right);
         assert_eq!(outcome(Clean, &[], Unknown, &[], &[]), Outcome::Unknown);

@@ -49,7 +49,7 @@ pub struct BlindArguments {
     /// Only under these nuisances.
     #[arg(long, value_name = "NUISANCE,…", value_delimiter = ',', value_parser = PossibleValuesParser::new(Nuisance::ALL.map(Nuisance::name)))]
     pub nuisance: Vec<String>,
-    /// Of the seeds that decide everything. Nothing was tuned on the default's.
+    /// Of the seeds that decide everything.
     #[arg(long, default_value_t = 70_000_000)]
     pub first_seed: u64,
     /// Samples of a run, at 10 kHz.
