@@ -32,6 +32,8 @@ const MOVED: f64 = 4.0;
 
 /// An answer must be believed as much, beside all that was tried.
 pub(crate) const MIN_BELIEVED: f64 = 0.05;
+/// Names that explain a smaller part of the gap, rms, are no answer.
+const MIN_EXPLAINED: f64 = 0.5;
 
 /// Everything that is told of a decomposition but where the gap is.
 pub(crate) struct Told {
@@ -106,9 +108,11 @@ pub(crate) fn tell(bench: &Bench, model: &ActuatorModel, found: &Decomposition) 
     }
     effects.sort_by(|one, other| other.share.total_cmp(&one.share));
     let explained = gap.explained(bench, &last.point);
-    let verdict = verdict(bench, found, &evidence, &effects, remainder_rms, noise_rms);
+    let unexplained = (remainder_rms * remainder_rms - noise_rms * noise_rms).max(0.0).sqrt();
+    let part = 1.0 - (unexplained / gap.rms().max(f64::MIN_POSITIVE)).min(1.0);
+    let verdict = verdict(bench, found, &evidence, &effects, [remainder_rms, noise_rms, part]);
     Some(Told {
-        confidence: confidence(found, &evidence, verdict, remainder_rms, noise_rms, gap.rms()),
+        confidence: confidence(found, &evidence, verdict, part),
         verdict,
         effects,
         nuisance,
@@ -312,8 +316,7 @@ fn verdict(
     found: &Decomposition,
     by: &Evidence,
     effects: &[FoundEffect],
-    left: f64,
-    noise: f64,
+    [left, noise, part]: [f64; 3],
 ) -> Verdict {
     let plant = &bench.plant;
     let moves = plant.outputs().any(|(_, channel)| {
@@ -328,7 +331,7 @@ fn verdict(
         Verdict::Unknown
     } else if effects.is_empty() {
         Verdict::None
-    } else if believed(found, by) < MIN_BELIEVED {
+    } else if believed(found, by) < MIN_BELIEVED || part < MIN_EXPLAINED {
         Verdict::Unknown
     } else if !found.ties.is_empty() && !shared_by_ties(found) {
         Verdict::Ambiguous
@@ -365,8 +368,7 @@ pub(crate) fn believed(found: &Decomposition, by: &Evidence) -> f64 {
     1.0 / (1.0 + rivals.map(|rise| (-rise).min(300.0).exp()).sum::<f64>())
 }
 
-fn confidence(found: &Decomposition, by: &Evidence, verdict: Verdict, left: f64, noise: f64, gap: f64) -> f64 {
-    let unexplained = (left * left - noise * noise).max(0.0).sqrt() / gap.max(f64::MIN_POSITIVE);
+fn confidence(found: &Decomposition, by: &Evidence, verdict: Verdict, part: f64) -> f64 {
     match verdict {
         // A free curve beats the library by so much.
         Verdict::Unknown if found.nameless => {
@@ -377,7 +379,7 @@ fn confidence(found: &Decomposition, by: &Evidence, verdict: Verdict, left: f64,
         }
         Verdict::Unknown => 0.5,
         Verdict::None | Verdict::NotExcited => believed(found, by),
-        _ => believed(found, by) * (1.0 - unexplained.min(1.0)),
+        _ => believed(found, by) * part,
     }
 }
 

@@ -55,7 +55,7 @@ pub(crate) fn sentence(own: &Diagnosis) -> String {
         }
         Verdict::Unknown if !own.effects.is_empty() => {
             format!(
-                "Something is missing that the library does not hold: with {names}, {left}, and what was tried in their place is believed more."
+                "Something is missing that the library does not hold: with {names}, {left}, which is too much, or what was tried in their place is believed more."
             )
         }
         Verdict::Unknown => {
