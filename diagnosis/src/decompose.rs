@@ -186,7 +186,9 @@ impl Search<'_> {
                 0.27 + 0.13 * stage as f64,
             );
             let polished = polished.or_else(|| bench.fit(&best.point.composition, None));
-            let Some(polished) = polished.filter(|own| !at_a_bound(&own.point.composition, *term)) else {
+            let Some(polished) = polished.filter(|own| {
+                !at_a_bound(&own.point.composition, *term) || !Evidence::new(bench, &own.point).is_misfit
+            }) else {
                 break;
             };
             if is_doubtful(bench, &polished, *term) {
