@@ -19,6 +19,8 @@ use crate::statistics::{quantile, sorted};
 pub(crate) const FROM: [f64; 2] = [0.08, 0.02];
 /// Length of the windows in which the noise is looked at.
 const WINDOW: usize = 512;
+/// Power of what is left by that of a converter's steps from which on it is noise: of true noise it was seen above 900, of steps below 2.
+const STEPS: f64 = 30.0;
 /// Of the windows, the quiet ones: what is not understood is loud in some of them only.
 const QUIET: f64 = 0.3;
 /// Fall of −ln L that makes it sure.
@@ -97,6 +99,15 @@ impl LowPass {
         LowPass {
             order,
             corner_hz: self.corner_hz * delay_angle(order) / delay_angle(self.order),
+            ..self
+        }
+    }
+
+    /// The same at the corner where slow motion comes later by so much.
+    pub fn delayed(self, by_s: f64, tick_s: f64) -> Self {
+        let own_s = self.delay_s(tick_s);
+        LowPass {
+            corner_hz: self.corner_hz * own_s / (own_s + by_s),
             ..self
         }
     }
@@ -197,8 +208,9 @@ impl LowPass {
     }
 
     /// Low passes that the noise in what is left of an output allows, with −ln L over the best's, best first; none where it has not
-    /// passed any, from a share of the sampling rate on. `resolution` is the step of its digits.
-    pub fn seen(residual: &[f64], tick_s: f64, resolution: f64, from: f64) -> Likely {
+    /// passed any, from a share of the sampling rate on, or does not stand out of a converter's `steps`, whose own spectrum falls.
+    /// `resolution` is the step of its digits.
+    pub fn seen(residual: &[f64], tick_s: f64, resolution: f64, from: f64, steps: f64) -> Likely {
         let Some(levels) = quiet_spectrum(residual) else {
             return Vec::new();
         };
@@ -208,6 +220,9 @@ impl LowPass {
             .enumerate()
             .map(|(line, level)| ((line + 1) as f64 / WINDOW as f64, *level));
         let (shares, lines): (Vec<f64>, Vec<f64>) = lines.filter(|(share, _)| *share > from && *share < 0.49).unzip();
+        if lines.iter().sum::<f64>() < STEPS * steps * steps / 12.0 * lines.len() as f64 {
+            return Vec::new();
+        }
         let windows = (residual.len() / WINDOW) as f64;
         let floor = resolution * resolution / 12.0;
         // −ln L with the level A profiled out by rounds of A ← mean of (P/shape) weighted; floor fixed.
@@ -390,7 +405,7 @@ mod tests {
     fn a_low_pass_is_seen_in_the_noise() {
         let tick_s = 1e-4;
         let white = noise(40_000);
-        assert_eq!(LowPass::seen(&white, tick_s, 0.0, FROM[0]), []);
+        assert_eq!(LowPass::seen(&white, tick_s, 0.0, FROM[0], 0.0), []);
         let spectrum = Spectrum::new(40_000);
         // Noise like 1/f beside the white falls sooner, as if the corner were lower: out of the box of its prior, three times 5 %.
         for (order, corner_hz, pink, off) in [(4, 1800.0, 0.0, 0.06), (2, 1300.0, 0.1, 0.15)] {
@@ -408,7 +423,7 @@ mod tests {
             }
             let mut filtered = spectrum.back(&packed);
             truth.apply(&mut filtered, tick_s, &spectrum, &truth.responses(tick_s, 40_000), &[]);
-            let (_, found) = LowPass::seen(&filtered, tick_s, 0.0, FROM[0])[0];
+            let (_, found) = LowPass::seen(&filtered, tick_s, 0.0, FROM[0], 0.0)[0];
             assert!(
                 found.order.abs_diff(order) <= 1 && (found.corner_hz / corner_hz).ln().abs() < off,
                 "{found:?}"

@@ -50,8 +50,8 @@ pub fn diagnose(
     if first_things.iter().any(|own| !own.amended_columns.is_empty()) {
         return Ok(misread(model, runs, first_things));
     }
-    let setup = setup(model, runs, options)?;
-    let output = setup.plant.output;
+    let plant = setup(model, runs, options)?;
+    let output = plant.output;
     let threads = if options.threads == 0 {
         parallel::available()
     } else {
@@ -60,10 +60,10 @@ pub fn diagnose(
     let no_simulation = || DiagnosisError::NoDiagnosis {
         sentence: format!("the model \"{}\" cannot be simulated on these runs", model.name),
     };
-    let mut meter = Meter::new(setup.plant.memory.clone(), progress);
+    let mut meter = Meter::new(plant.memory.clone(), progress);
     meter.begin("the recorder", 0.0);
-    let mut bench = Bench::new(setup.plant, threads);
-    let found = recorder::decomposed(&mut bench, setup.lattice, &mut |what, done| meter.begin(what, done));
+    let mut bench = Bench::new(plant, threads);
+    let found = recorder::decomposed(&mut bench, &mut |what, done| meter.begin(what, done));
     let found = found.ok_or_else(no_simulation)?;
     let model_on_runs = bench.plant.model.clone();
     meter.begin("weighing the evidence", 0.93);

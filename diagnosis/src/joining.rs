@@ -88,7 +88,7 @@ impl Search<'_> {
             model: self.model,
             signals,
             lines_hz,
-            lattice: self.lattice,
+            lattice: self.bench.plant.lattice,
             trials: &self.trials,
         }
     }

@@ -50,6 +50,8 @@ pub(crate) struct Plant {
     pub fitted: bool,
     /// `a` drifts while a run is made: standard deviation of by how much, A/m.
     pub shape_drift_a_per_m: Option<f64>,
+    /// Step on which the output's values stand, where its rounding is the larger part of the noise.
+    pub lattice: Option<f64>,
     pub memory: Arc<Memory>,
 }
 
@@ -104,6 +106,12 @@ impl Memory {
 }
 
 impl Plant {
+    /// The converter's steps are in the model.
+    pub fn is_quantised(&self, composition: &Composition) -> bool {
+        let mut terms = composition.terms().into_iter();
+        self.model.effect(EffectKind::Quantisation).is_some() || terms.any(Term::is_lattice)
+    }
+
     /// All runs under a composition, its steps made or left out; None where the model refuses its values.
     pub fn simulate(&self, composition: &Composition, steps: Steps) -> Option<Vec<ActuatorOutputs>> {
         let mut model = composition.model(&self.model).ok()?;

@@ -5,6 +5,7 @@
 //!    explains as much with fewer terms.
 //! 3. The noise tells its form roughly, the motion better: a misfit is searched again under each likely form, first with what explains most
 //!    alone, then with what was found.
+//!    What a term of the answer comes late by may be what a higher order delays by more: each order is tried without it.
 //! 4. So is what was found at all: under a wrong form a term may stand for what the right one does, and what is taken for the noise of a gap
 //!    may show another form than the noise beneath it. A misfit is tried under every order that delays alike.
 //! 5. Under the form that explains most, what was tried may take the place of what joined (`decompose.rs`).
@@ -20,7 +21,7 @@ use crate::fitting::Fitted;
 use crate::leaving::REFITTED;
 use crate::likelihood::{Bench, Point};
 use crate::linearised::Linearised;
-use crate::search::{Depth, JOINS, Search};
+use crate::search::{Depth, JOINS, Search, values_of};
 use crate::shares::{Gap, remainder_rms};
 use crate::term::Term;
 use crate::verdict::{MIN_BELIEVED, believed};
@@ -41,36 +42,32 @@ type Seen = Vec<(ChannelKind, Likely)>;
 type Forms = Vec<(ChannelKind, LowPass)>;
 
 /// The decomposition under the low passes that explain most; `bench` is left as it was found on.
-pub(crate) fn decomposed(
-    bench: &mut Bench,
-    lattice: Option<f64>,
-    progress: &mut dyn FnMut(&str, f64),
-) -> Option<Decomposition> {
+pub(crate) fn decomposed(bench: &mut Bench, progress: &mut dyn FnMut(&str, f64)) -> Option<Decomposition> {
     let nominal = bench.point(&Composition::default())?;
     let seen = seen(bench, &nominal, FROM[0]);
     let watches = !of_output(&seen) && !bench.plant.fitted;
-    let mut found = under(bench, &seen, lattice, watches, progress)?;
+    let mut found = under(bench, &seen, watches, progress)?;
     if watches {
         // A large gap hides what noise there is: it is seen once the gap is explained, or some of it.
         let mut again = seen_beneath(bench, &found);
         // A coarse lattice hides it for good, and what is named beside that may be what comes late by it.
-        let hides = lattice.is_some() && terms(&found) > 1;
+        let hides = bench.plant.lattice.is_some() && terms(&found) > 1;
         if !of_output(&again)
             && (hides || is_misfit(bench, &found))
-            && let Some((aside, other)) = with_supposed(bench, &seen, &found, hides, lattice, progress)
+            && let Some((aside, other)) = with_supposed(bench, &seen, &found, hides, progress)
         {
             // And some of it may be the low pass itself.
             again = seen_beneath(&aside, &other);
             let needed = if terms(&other) < terms(&found) { 0.0 } else { JOINS };
-            if !of_output(&again) && gain(&found, &aside, &other, lattice) > needed {
+            if !of_output(&again) && gain(&found, &aside, &other) > needed {
                 (*bench, found) = (aside, other);
             }
         }
         if of_output(&again) {
-            found = under(bench, &with_those_of(seen, again), lattice, false, progress)?;
+            found = under(bench, &with_those_of(seen, again), false, progress)?;
         }
     }
-    let mut search = Search::new(bench, lattice, progress);
+    let mut search = Search::new(bench, progress);
     let found = search.with_exchanges(found);
     let found = search.without_those_of_form(found)?;
     Some(explaining(bench, found))
@@ -105,11 +102,11 @@ fn with_those_of(mut before: Seen, seen: Seen) -> Seen {
 
 /// By how much the other decomposition explains more, on its own bench. Coarse steps leave a few rows that are on another step than their own: so many
 /// numbers are independent, not all.
-fn gain(found: &Decomposition, bench: &Bench, other: &Decomposition, lattice: Option<f64>) -> f64 {
+fn gain(found: &Decomposition, bench: &Bench, other: &Decomposition) -> f64 {
     let point = bench.point(&found.last.point.composition);
     let own = point.map_or(f64::NEG_INFINITY, |point| point.cost);
     let left = remainder_rms(bench, &other.last.point);
-    let independent = lattice.map_or(1.0, |step| (left / step).powi(2).min(1.0));
+    let independent = bench.plant.lattice.map_or(1.0, |step| (left / step).powi(2).min(1.0));
     independent * (own - other.last.point.cost) - JOINS * (terms(other) as f64 - terms(found) as f64)
 }
 
@@ -146,11 +143,14 @@ fn seen_of(kind: ChannelKind, bench: &Bench, point: &Point, from: f64) -> Option
     let residual = &point.residual[channel.places.clone()];
     let is_asked = |(own, share): &(Vec<f64>, f64)| *share == from && own == residual;
     let answer = || {
+        let lattice = bench.plant.lattice.filter(|_| kind == ChannelKind::Output);
+        let steps = lattice.filter(|_| !bench.plant.is_quantised(&point.composition));
         Some(LowPass::seen(
             &bench.left(point, channel),
             tick_s,
             channel.resolution,
             from,
+            steps.unwrap_or(0.0),
         ))
     };
     let seen = bench
@@ -188,14 +188,13 @@ fn with_supposed(
     seen: &[(ChannelKind, Likely)],
     found: &Decomposition,
     always: bool,
-    lattice: Option<f64>,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Option<(Bench, Decomposition)> {
     let mut aside = Bench::new(bench.plant.clone(), bench.threads);
     progress("a low pass that no noise shows", 0.9);
     let forms = supposed(bench, &likeliest(seen), found, always)?;
     let likely: Seen = forms.into_iter().map(|(kind, own)| (kind, vec![(0.0, own)])).collect();
-    let found = under(&mut aside, &likely, lattice, false, progress)?;
+    let found = under(&mut aside, &likely, false, progress)?;
     Some((aside, found))
 }
 
@@ -246,7 +245,6 @@ fn supposed(bench: &Bench, known: &Forms, found: &Decomposition, always: bool) -
 fn under(
     bench: &mut Bench,
     seen: &[(ChannelKind, Likely)],
-    lattice: Option<f64>,
     watches: bool,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Option<Decomposition> {
@@ -256,7 +254,7 @@ fn under(
         *bench = Bench::new(bench.plant.skipping(memory_s), bench.threads);
     }
     let mut all = alternatives(bench, seen);
-    let mut search = Search::new(bench, lattice, progress);
+    let mut search = Search::new(bench, progress);
     search.low_passes.clone_from(&all[0].1);
     search.depth = match &all[..] {
         _ if watches => Depth::UntilSeen,
@@ -332,7 +330,65 @@ fn under(
             break;
         }
     }
+    if !watches && let Some(forms) = instead_of_lags(&search, &best.found, seen) {
+        search.low_passes = forms;
+        if let Some(found) = search.run() {
+            let fewer = terms(&best.found) as f64 - terms(&found) as f64;
+            if cost(&found.last) - best.cost() < JOINS * fewer {
+                best = Best { found, unlikely: 0.0 };
+            }
+        }
+    }
     Some(best.found)
+}
+
+/// Low passes of another order, of those that the noise allows, that explain as much without what a term comes late by: each order delays otherwise, and
+/// what it lacks another term makes up for.
+fn instead_of_lags(search: &Search<'_>, found: &Decomposition, seen: &[(ChannelKind, Likely)]) -> Option<Forms> {
+    let (bench, composition) = (search.bench, &found.last.point.composition);
+    let own = composition.fitted_low_pass(ChannelKind::Output)?;
+    let (_, channel) = bench.plant.outputs().next()?;
+    let tick_s = bench.plant.runs[channel.run].tick_s?;
+    let shown = seen.iter().find(|(kind, _)| *kind == ChannelKind::Output);
+    let is_likely = |order: &u32| {
+        shown.is_none_or(|(_, seen)| {
+            let mut seen = seen.iter();
+            seen.any(|(_, like)| like.is_supposed || like.order == *order && like.is_circuit == own.is_circuit)
+        })
+    };
+    let has_field = bench.plant.channels.iter().any(|own| own.kind == ChannelKind::Field);
+    let lags = composition.terms().into_iter().filter_map(|term| {
+        let lag_s = *values_of(composition, term).first().filter(|_| term.is_lag())?;
+        Some((term, lag_s))
+    });
+    let others = lags.flat_map(|(term, lag_s)| {
+        let orders = ORDERS.into_iter().filter(is_likely);
+        let delayed = orders.map(move |order| own.of_order(order).delayed(lag_s, tick_s).supposed());
+        delayed.flat_map(move |low_pass| {
+            let alone = vec![(ChannelKind::Output, low_pass)];
+            let both = has_field.then(|| vec![alone[0], (ChannelKind::Field, low_pass.shared())]);
+            std::iter::once(alone).chain(both).map(move |forms| (term, forms))
+        })
+    });
+    let tried: Vec<(Term, Forms)> = others.collect();
+    let points = parallel::map(bench.threads, &tried, |(term, forms)| {
+        let without = composition.without(*term, search.model).without_low_passes();
+        bench.point(&without.with_low_passes(forms))
+    });
+    let mut points: Vec<(Point, &Forms)> = points
+        .into_iter()
+        .zip(&tried)
+        .filter_map(|(point, (_, forms))| Some((point?, forms)))
+        .collect();
+    points.sort_by(|(one, _), (other, _)| one.cost.total_cmp(&other.cost));
+    points.truncate(REFITTED);
+    let fits = parallel::map(bench.threads, &points, |(point, _)| bench.fit(&point.composition, None));
+    let fits = fits
+        .into_iter()
+        .zip(&points)
+        .filter_map(|(fit, (_, forms))| Some((fit?, *forms)));
+    let (best, forms) = fits.min_by(|(one, _), (other, _)| one.point.cost.total_cmp(&other.point.cost))?;
+    (best.point.cost < found.last.point.cost + JOINS).then(|| forms.clone())
 }
 
 /// The decomposition that explains most, and how unlikely its forms are beside the likeliest.

@@ -37,7 +37,6 @@ pub(crate) type Trials = Recent<(Term, bool, Vec<f64>), Vec<f64>>;
 pub(crate) struct Search<'a> {
     pub bench: &'a Bench,
     pub model: &'a ActuatorModel,
-    pub lattice: Option<f64>,
     /// Of the recorder.
     pub low_passes: Vec<(ChannelKind, LowPass)>,
     pub depth: Depth,
@@ -48,11 +47,10 @@ pub(crate) struct Search<'a> {
 
 impl<'a> Search<'a> {
     /// Without any low pass of the recorder, and thorough.
-    pub fn new(bench: &'a Bench, lattice: Option<f64>, progress: &'a mut dyn FnMut(&str, f64)) -> Self {
+    pub fn new(bench: &'a Bench, progress: &'a mut dyn FnMut(&str, f64)) -> Self {
         Search {
             bench,
             model: &bench.plant.model,
-            lattice,
             low_passes: Vec::new(),
             depth: Depth::Whole,
             trials: Recent::new(0),

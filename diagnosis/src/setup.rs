@@ -41,18 +41,11 @@ pub struct DiagnoseOptions {
     pub shape_drift_a_per_m: Option<f64>,
 }
 
-/// A plant with what was measured on it.
-pub(crate) struct Setup {
-    pub plant: Plant,
-    /// Step on which the output's values stand, where its rounding is the larger part of the noise.
-    pub lattice: Option<f64>,
-}
-
 pub(crate) fn setup(
     model: &ActuatorModel,
     runs: &[MeasuredRun],
     options: &DiagnoseOptions,
-) -> Result<Setup, DiagnosisError> {
+) -> Result<Plant, DiagnosisError> {
     let Some(first) = runs.first() else {
         return Err(refusal("there is no run to diagnose"));
     };
@@ -138,8 +131,9 @@ pub(crate) fn setup(
         output,
         fitted: options.fitted_model || model.source.starts_with(FITTED),
         shape_drift_a_per_m: options.shape_drift_a_per_m,
+        lattice,
     };
-    Ok(Setup { plant, lattice })
+    Ok(plant)
 }
 
 fn refusal(sentence: &str) -> DiagnosisError {

@@ -55,6 +55,15 @@ impl Term {
         self.is_screened(|own| matches!(own, Screening::Levels(_)))
     }
 
+    /// Its first number is a time by which slow motion comes late.
+    pub(crate) fn is_lag(self) -> bool {
+        use EffectKind::{AmplifierBandwidth, EddyCurrent, LoopDelay, SensorDelay};
+        matches!(
+            self,
+            Term::Effect(AmplifierBandwidth | EddyCurrent | LoopDelay | SensorDelay)
+        )
+    }
+
     /// It is read off the values, not fitted.
     pub(crate) fn is_lattice(self) -> bool {
         self.is_screened(|own| own == Screening::Lattice)

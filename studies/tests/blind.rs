@@ -110,6 +110,34 @@ fn coarse_steps_behind_a_filter_are_one_effect() {
     }
 }
 
+/// Guards the order of a filter: what it delays by more than another is no effect's, in plain sight of the noise or beneath coarse steps, whose own
+/// spectrum is no filter's.
+#[test]
+fn what_a_filters_order_delays_is_no_effect() {
+    let plan = Plan {
+        none: 0,
+        singles: 20,
+        pairs: 0,
+        unlisted: 0,
+        limits: 0,
+        first_seed: 72_000_000,
+        rows: 40_000,
+    };
+    let subject = Subject::of(ActuatorModel::terfenol_d()).unwrap();
+    let cases = plan.cases(&subject);
+    for (nuisance, index, hidden) in [
+        (Nuisance::AntiAlias, 2, Effect::Backlash),
+        (Nuisance::AntiAlias, 19, Effect::Quantisation),
+        (Nuisance::All, 11, Effect::Quantisation),
+    ] {
+        let mut own = cases.iter().filter(|case| case.nuisance == nuisance);
+        let case = own.nth(index).unwrap();
+        assert_eq!(case.wanted.effects, [hidden]);
+        let run = study(case, &subject);
+        assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
+    }
+}
+
 /// Guards that what is sure is told where nothing else is, however little of the noise it moves: an amplifier's lag behind a filter.
 #[test]
 fn what_is_sure_is_told_however_small() {
