@@ -25,7 +25,7 @@ use crate::joining::{at_a_bound, is_doubtful, sort, unbent};
 use crate::leaving::TIES;
 use crate::likelihood::Point;
 use crate::lines::lines;
-use crate::recorder::shows_in_output;
+use crate::low_passes::shows_in_output;
 use crate::screening::Screened;
 use crate::search::{Depth, JOINS, Search};
 use crate::term::Term;

@@ -25,6 +25,7 @@ mod likelihood;
 mod linearised;
 mod lines;
 mod locate;
+mod low_passes;
 mod memory;
 mod normal;
 mod nuisance;
