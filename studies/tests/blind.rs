@@ -110,10 +110,8 @@ fn coarse_steps_behind_a_filter_are_one_effect() {
     }
 }
 
-/// Guards the order of a filter: what it delays by more than another is no effect's, in plain sight of the noise or beneath coarse steps, whose own
-/// spectrum is no filter's.
-#[test]
-fn what_a_filters_order_delays_is_no_effect() {
+/// A run of the study's own length, by seeds that the study has left.
+fn whole_run(nuisance: Nuisance, index: usize, hidden: Effect) -> StudyRun {
     let plan = Plan {
         none: 0,
         singles: 20,
@@ -124,18 +122,31 @@ fn what_a_filters_order_delays_is_no_effect() {
         rows: 40_000,
     };
     let subject = Subject::of(ActuatorModel::terfenol_d()).unwrap();
-    let cases = plan.cases(&subject);
+    let mut cases = plan.cases(&subject);
+    cases.retain(|case| case.nuisance == nuisance);
+    assert_eq!(cases[index].wanted.effects, [hidden]);
+    study(&cases[index], &subject)
+}
+
+/// Guards the order of a filter: what it delays by more than another is no effect's, in plain sight of the noise or beneath coarse steps, whose own
+/// spectrum is no filter's.
+#[test]
+fn what_a_filters_order_delays_is_no_effect() {
     for (nuisance, index, hidden) in [
         (Nuisance::AntiAlias, 2, Effect::Backlash),
         (Nuisance::AntiAlias, 19, Effect::Quantisation),
         (Nuisance::All, 11, Effect::Quantisation),
     ] {
-        let mut own = cases.iter().filter(|case| case.nuisance == nuisance);
-        let case = own.nth(index).unwrap();
-        assert_eq!(case.wanted.effects, [hidden]);
-        let run = study(case, &subject);
+        let run = whole_run(nuisance, index, hidden);
         assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
     }
+}
+
+/// Guards a name against the end of its range: a modulus that grows 4.87 times is fitted best by 5, with nothing left.
+#[test]
+fn a_size_may_stand_at_its_end_where_nothing_is_left() {
+    let run = whole_run(Nuisance::All, 10, Effect::DeltaE);
+    assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
 }
 
 /// Guards that what is sure is told where nothing else is, however little of the noise it moves: an amplifier's lag behind a filter.
