@@ -21,7 +21,7 @@ use crate::composition::{Composition, Slot, Unknown};
 use crate::decomposition::{Decomposition, cost};
 use crate::evidence::{Evidence, noise_rms};
 use crate::fitting::Fitted;
-use crate::joining::{at_a_bound, is_doubtful, sort, unbent};
+use crate::joining::{at_a_bound, is_doubtful, is_out_of_band, sort, unbent};
 use crate::leaving::TIES;
 use crate::likelihood::Point;
 use crate::lines::lines;
@@ -115,6 +115,8 @@ impl Search<'_> {
         let mut course: Vec<Point> = Vec::new();
         // Where a free curve beat what could join, what it gained, and whether that is all.
         let mut nameless: Option<(Fitted, f64, bool)> = None;
+        // What the constants drive out of its range.
+        let mut refused: Vec<Term> = Vec::new();
         for stage in base.point.composition.terms().len()..=MAX_TERMS {
             if stage == 1 && self.depth == Depth::Look {
                 return Some(base);
@@ -122,6 +124,7 @@ impl Search<'_> {
             (self.progress)("screening", 0.15 + 0.13 * stage as f64);
             let screened = self.screen(&base, &off_mains);
             let mut fits = self.fit_best(&base, &screened, stage);
+            fits.retain(|(term, _)| !refused.contains(term));
             gathered.screened.get_or_insert(screened);
             let at_noise = fits
                 .first()
@@ -186,11 +189,14 @@ impl Search<'_> {
                 0.27 + 0.13 * stage as f64,
             );
             let polished = polished.or_else(|| bench.fit(&best.point.composition, None));
-            let Some(polished) = polished.filter(|own| {
-                !at_a_bound(&own.point.composition, *term) || !Evidence::new(bench, &own.point).is_misfit
-            }) else {
-                break;
-            };
+            let polished = polished?;
+            let composition = &polished.point.composition;
+            let is_no_size = at_a_bound(composition, *term) && Evidence::new(bench, &polished.point).is_misfit;
+            if is_no_size || is_out_of_band(bench, composition, *term) {
+                gathered.ties.clear();
+                refused.push(*term);
+                continue;
+            }
             if is_doubtful(bench, &polished, *term) {
                 gathered
                     .tried

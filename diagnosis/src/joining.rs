@@ -1,7 +1,7 @@
 //! What may join: every term screened beside a fit, and the most promising fitted with all that is in.
 
 use anhyst_identify::parallel;
-use anhyst_model::{ActuatorModel, EffectKind, Stage};
+use anhyst_model::{ActuatorModel, EffectKind, Screening, Stage};
 
 use crate::composition::{Composition, Slot, Unknown};
 use crate::fitting::Fitted;
@@ -25,6 +25,8 @@ const ATTEMPTS: usize = 3;
 const OUTDONE: f64 = 0.1;
 /// A constant this many deviations from what is believed of it is bent.
 const BENT: f64 = 2.0;
+/// A mode is one up to this share of half the sampling rate.
+const IN_BAND: f64 = 0.9;
 /// So many deviations by the record of the drive an effect must have.
 const DOUBTED: f64 = 2.0;
 /// Share of its box beyond which a constant may be set free.
@@ -140,7 +142,9 @@ impl Search<'_> {
             });
             // A size at the end of its range is no size, and a fit that gets stuck above where it came from tells nothing.
             let counts = |(term, fit): &(Term, Fitted)| {
-                fit.point.cost < base.point.cost && !at_a_bound(&fit.point.composition, *term)
+                let composition = &fit.point.composition;
+                let is_size = !at_a_bound(composition, *term) && !is_out_of_band(self.bench, composition, *term);
+                fit.point.cost < base.point.cost && is_size
             };
             fits.extend(own.into_iter().flatten().filter(counts));
             if attempt > 0 && 2 * fits.len() >= first {
@@ -176,6 +180,16 @@ pub(crate) fn unbent(bench: &Bench, composition: &Composition) -> Option<Composi
 /// The one with the lowest J first.
 pub(crate) fn sort(fits: &mut [(Term, Fitted)]) {
     fits.sort_by(|(_, one), (_, other)| one.point.cost.total_cmp(&other.point.cost));
+}
+
+/// A mode stands where the sampling ends: only its delay is left.
+pub(crate) fn is_out_of_band(bench: &Bench, composition: &Composition, term: Term) -> bool {
+    let ticks = bench.plant.runs.iter().filter_map(|run| run.tick_s);
+    let ends_hz = ticks.map(|tick_s| 0.5 * IN_BAND / tick_s).fold(f64::INFINITY, f64::min);
+    composition.unknowns.iter().any(|own| {
+        let is_frequency = |kind: EffectKind, place: usize| kind.parameters()[place].screening == Screening::Band;
+        matches!(own.slot, Slot::Effect(kind, place) if term == Term::Effect(kind) && is_frequency(kind, place) && own.value > ends_hz)
+    })
 }
 
 /// An effect's fitted size stands at the far end of its range.

@@ -5,7 +5,7 @@ use anhyst_identify::parallel;
 use crate::composition::Composition;
 use crate::evidence::Evidence;
 use crate::fitting::Fitted;
-use crate::joining::unbent;
+use crate::joining::{is_out_of_band, unbent};
 use crate::likelihood::Point;
 use crate::search::{JOINS, Search, values_of};
 use crate::shares::{Gap, remainder_rms, without};
@@ -34,7 +34,11 @@ impl Search<'_> {
             if terms.is_empty() {
                 return Some(last);
             }
-            if let Some(term) = self.compensating(&last, &gap) {
+            let is_out = |term: &Term| is_out_of_band(bench, &last.point.composition, *term);
+            if let Some(term) = self
+                .compensating(&last, &gap)
+                .or_else(|| terms.iter().copied().find(is_out))
+            {
                 last = bench.fit(&last.point.composition.without(term, self.model), None)?;
                 continue;
             }
