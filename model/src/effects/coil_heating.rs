@@ -25,7 +25,9 @@ pub(super) const DESCRIPTION: Description = Description {
     confused_with: &["thermal_drift", "sensor_gain"],
     parameters: &[
         heating(0.3),
-        ParameterSpec::fixed("loss_time_s", "s", [0.1, 1e4], 100.0).by_ratio(),
+        ParameterSpec::fixed("loss_time_s", "s", [0.1, 1e4], 100.0)
+            .by_ratio()
+            .believed(0.7),
     ],
     ..Description::USUAL
 };

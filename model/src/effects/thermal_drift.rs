@@ -20,7 +20,9 @@ pub(super) const DESCRIPTION: Description = Description {
     confused_with: &["coil_heating", "thermal_expansion", "parameter_a"],
     parameters: &[
         heating(0.3),
-        ParameterSpec::fixed("loss_time_s", "s", [0.1, 1e4], 20.0).by_ratio(),
+        ParameterSpec::fixed("loss_time_s", "s", [0.1, 1e4], 20.0)
+            .by_ratio()
+            .believed(0.7),
         ParameterSpec::fixed("relative_slope", "", [-5.0, 5.0], 1.0),
     ],
     ..Description::USUAL

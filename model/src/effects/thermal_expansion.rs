@@ -20,6 +20,7 @@ pub(super) const DESCRIPTION: Description = Description {
     confused_with: &["sensor_drift", "after_effect", "thermal_drift"],
     parameters: &[
         heating(0.02),
+        // Free, it would be a creep.
         ParameterSpec::fixed("loss_time_s", "s", [0.1, 1e4], 20.0).by_ratio(),
         ParameterSpec::fixed("expansion_per_k", "1/K", [-1e-4, 1e-4], 12e-6),
     ],

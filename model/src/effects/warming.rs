@@ -12,7 +12,7 @@ use crate::parameter::ParameterSpec;
 
 /// r as a parameter, with the smallest value worth finding.
 pub(super) const fn heating(typical: f64) -> ParameterSpec {
-    ParameterSpec::size("heating_k_per_s", "K/s", [0.0, 200.0], typical).by_ratio()
+    ParameterSpec::size("heating_k_per_s", "K/s", [0.0, 2000.0], typical).by_ratio()
 }
 
 /// The rise of one lumped temperature.
