@@ -16,6 +16,7 @@ use crate::composition::Composition;
 use crate::decomposition::{Decomposition, cost};
 use crate::evidence::Evidence;
 use crate::fitting::Fitted;
+use crate::joining::unbent;
 use crate::leaving::REFITTED;
 use crate::likelihood::Bench;
 use crate::linearised::Linearised;
@@ -60,7 +61,12 @@ pub(crate) fn decomposed(bench: &mut Bench, progress: &mut dyn FnMut(&str, f64))
     }
     let mut search = Search::new(bench, progress);
     let found = search.with_exchanges(found);
-    let found = search.without_those_of_form(found)?;
+    let mut found = search.without_those_of_form(found)?;
+    // Constants that were bent before an effect had joined need not have come back.
+    let fit = unbent(bench, &found.last.point.composition).and_then(|unbent| bench.fit(&unbent, None));
+    if let Some(fit) = fit.filter(|fit| fit.point.cost < found.last.point.cost) {
+        found.last = fit;
+    }
     Some(explaining(bench, found))
 }
 
