@@ -189,11 +189,11 @@ impl Search<'_> {
                 0.27 + 0.13 * stage as f64,
             );
             let polished = polished.or_else(|| bench.fit(&best.point.composition, None));
-            let polished = polished?;
+            let Some(polished) = polished else { break };
             let composition = &polished.point.composition;
             let is_no_size = at_a_bound(composition, *term) && Evidence::new(bench, &polished.point).is_misfit;
             if is_no_size || is_out_of_band(bench, composition, *term) {
-                gathered.ties.clear();
+                gathered.ties.retain(|(own, _)| own != term);
                 refused.push(*term);
                 continue;
             }

@@ -156,7 +156,7 @@ fn a_delay_is_no_mode_out_of_the_band() {
     assert_eq!(run.outcome, Outcome::Right, "{run:#?}");
 }
 
-/// Guards values against constants that were bent before the effect joined: a load's mass came out by half too small, five deviations.
+/// Guards values against constants that were bent before the effect joined: a load's mass came out by half too small, three deviations.
 #[test]
 fn what_bent_without_the_effect_goes_back_beside_it() {
     let run = whole_run(73_000_000, Nuisance::Clean, 2, Effect::LoadChange);
