@@ -94,6 +94,11 @@ impl LowPass {
         }
     }
 
+    /// It passes less than all that the samples hold.
+    pub fn is_in_band(&self, tick_s: f64) -> bool {
+        self.corner_hz * tick_s < MAX_CORNER
+    }
+
     /// Of another order that delays slow motion alike.
     pub fn of_order(self, order: u32) -> Self {
         LowPass {

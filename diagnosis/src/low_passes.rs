@@ -124,6 +124,9 @@ pub(crate) fn supposed(bench: &Bench, known: &Forms, found: &Decomposition, alwa
     let (_, best) = gained.max_by(|(one, _), (other, _)| one.total_cmp(other))?;
     let best = bench.fit(&best, None)?;
     let fitted = best.point.composition.fitted_low_passes();
+    if !fitted.iter().all(|(_, own)| own.is_in_band(tick_s)) {
+        return None;
+    }
     let beside = |fit: &Fitted| bench.fit(&fit.point.composition.clone().with_low_passes(&fitted), Some(fit));
     let differs = |with: &Point, without: &Point| {
         let evidence = Evidence::new(bench, with);
@@ -202,7 +205,10 @@ pub(crate) fn other_orders(bench: &Bench, found: &Decomposition) -> Vec<(f64, Fo
     let kinds = [ChannelKind::Output, ChannelKind::Field];
     let has = |kind: &ChannelKind| channels.iter().any(|channel| channel.kind == *kind);
     let kinds: Vec<ChannelKind> = kinds.into_iter().filter(has).collect();
+    let ticks = bench.plant.outputs().next();
+    let tick_s = ticks.and_then(|(_, channel)| bench.plant.runs[channel.run].tick_s);
     let orders = ORDERS.into_iter().map(|order| own.of_order(order).supposed());
+    let orders = orders.filter(|own| tick_s.is_none_or(|tick_s| own.is_in_band(tick_s)));
     let forms = orders.flat_map(|low_pass| {
         let with = |other: Option<LowPass>| {
             let all = kinds.iter().zip([Some(low_pass), other]);

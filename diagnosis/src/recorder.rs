@@ -3,8 +3,8 @@
 //! 1. A low pass shows in the noise of what the model as given leaves, or beneath what was found.
 //! 2. Where it does not, one is supposed, as long as it makes a difference to what was found, and beneath a coarse lattice, which hides it, as long as it
 //!    explains as much with fewer terms.
-//! 3. The noise tells its form roughly, the motion better: a misfit is searched again under each likely form, first with what explains most
-//!    alone, then with what was found.
+//! 3. The noise tells its form roughly, the motion better: a misfit is searched again under each likely form and those to which they lead, first with
+//!    what explains most alone (a look), then whole, then with what was found.
 //! 4. So is what was found at all: under a wrong form a term may stand for what the right one does, and what is taken for the noise of a gap
 //!    may show another form than the noise beneath it. A misfit is tried under every order that delays alike.
 //!    What a term comes late by may be what a higher order delays by more: each order is tried without it.
@@ -17,7 +17,7 @@ use crate::decomposition::{Decomposition, cost};
 use crate::evidence::Evidence;
 use crate::fitting::Fitted;
 use crate::joining::unbent;
-use crate::leaving::REFITTED;
+use crate::leaving::{REFITTED, TIES};
 use crate::likelihood::Bench;
 use crate::linearised::Linearised;
 use crate::low_passes::{
@@ -32,6 +32,8 @@ use crate::verdict::{MIN_BELIEVED, believed};
 const MAX_FORMS: usize = 3;
 /// Forms that are looked at where the first leaves a misfit.
 const MAX_LOOKS: usize = 5;
+/// Share of what is above the noise that another form must explain: with less it is not what is missing.
+const PART: f64 = 0.02;
 
 /// The decomposition under the low passes that explain most; `bench` is left as it was found on.
 pub(crate) fn decomposed(bench: &mut Bench, progress: &mut dyn FnMut(&str, f64)) -> Option<Decomposition> {
@@ -131,93 +133,177 @@ fn under(bench: &mut Bench, seen: &Seen, watches: bool, progress: &mut dyn FnMut
         // What it was fed before the first row is not known.
         *bench = Bench::new(bench.plant.skipping(memory_s), bench.threads);
     }
-    let mut all = alternatives(bench, seen);
-    let mut search = Search::new(bench, progress);
-    search.low_passes.clone_from(&all[0].1);
-    search.depth = match &all[..] {
-        _ if watches => Depth::UntilSeen,
-        [_] => Depth::Whole,
-        _ => Depth::UntilMisfit,
+    let bench = &*bench;
+    let mut walk = Walk {
+        all: alternatives(bench, seen),
+        search: Search::new(bench, progress),
+        seen,
+        watches,
     };
-    let mut best = Best {
-        found: search.run()?,
-        unlikely: 0.0,
-    };
+    let depth = if watches { Depth::UntilSeen } else { Depth::UntilMisfit };
+    let likeliest = walk.all[0].clone();
+    let mut best = walk.searched(depth, &likeliest)?;
     if watches && shows_in_output(bench, &best.found.last.point, FROM[0]) {
         return Some(best.found);
     }
-    if is_misfit(bench, &best.found) && all.len() > 1 {
-        // What is found under a wrong form stands in the way of the right one: a look at each with what explains most beside it.
-        search.depth = Depth::Look;
-        let mut likeliest: Option<(f64, f64, Forms)> = None;
-        for (unlikely, forms) in all[1..].iter().take(MAX_LOOKS) {
-            search.low_passes.clone_from(forms);
-            let Some(look) = search.run() else { continue };
-            let own = cost(&look.last) + unlikely;
-            if likeliest.as_ref().is_none_or(|(least, _, _)| own < *least) {
-                likeliest = Some((own, *unlikely, forms.clone()));
-            }
-            if !is_misfit(bench, &look) {
-                break;
-            }
-        }
-        search.depth = Depth::Whole;
-        let likeliest = likeliest.filter(|(likeliest, _, _)| watches || *likeliest < best.cost());
-        let (unlikely, forms) = likeliest.map_or((0.0, all[0].1.clone()), |(_, unlikely, forms)| (unlikely, forms));
-        search.low_passes = forms;
-        if watches {
-            best.or(search.run(), unlikely);
+    if is_misfit(bench, &best.found) && (!watches || walk.all.len() > 1) {
+        let (whole, first) = if watches {
+            (Some(best), None)
         } else {
-            // The first was not searched to its end.
-            best = Best {
-                found: search.run()?,
-                unlikely,
-            };
-        }
-    }
-    search.depth = Depth::Whole;
-    for _ in 0..MAX_FORMS {
-        // Another form that explains better with what was found, or without some of it, is searched with from the start: under a wrong form a
-        // term may stand for what the right one does.
-        if best.found.last.point.composition.terms().is_empty() && !is_misfit(bench, &best.found) {
-            break;
-        }
-        // What is taken for the noise of a gap may show another than the noise beneath it.
-        let beneath = self::seen(bench, &best.found.last.point, FROM[0]);
-        let mut others: Vec<(f64, Forms)> = Vec::new();
-        if !watches && of_output(&beneath) {
-            others.extend(alternatives(bench, &with_those_of(seen.to_vec(), beneath)));
-        }
-        // So may the motion where it moves the corner as far as the noise lets it, or no noise shows any.
-        let composition = &best.found.last.point.composition;
-        let own = composition.fitted_low_pass(ChannelKind::Output);
-        let is_open = own.is_some_and(|own| own.is_supposed) || composition.presses_corner();
-        if !watches && (is_open || is_misfit(bench, &best.found)) {
-            others.extend(other_orders(bench, &best.found));
-        }
-        for other in others {
-            if all.iter().all(|(_, own)| !alike(own, &other.1)) {
-                all.push(other);
-            }
-        }
-        let Some(rival) = best.rival(&mut search, &all).filter(|own| own.cost < best.cost()) else {
-            break;
+            (None, Some(best))
         };
-        search.low_passes.clone_from(rival.forms);
-        if !best.or(search.run(), rival.unlikely) {
-            break;
-        }
+        let look = walk.looked(first);
+        let form = look.as_ref().map(|look| (look.unlikely, look.forms()));
+        let found = form.and_then(|form| walk.searched(Depth::Whole, &form));
+        // What was looked at was not searched to its end.
+        best = match whole {
+            Some(whole) => whole.or(found),
+            None => found.or(look)?,
+        };
     }
-    if !watches && let Some(forms) = instead_of_lags(&search, &best.found, seen) {
-        search.low_passes = forms;
-        if let Some(found) = search.run() {
-            let fewer = terms(&best.found) as f64 - terms(&found) as f64;
-            if cost(&found.last) - best.cost() < JOINS * fewer {
-                best = Best { found, unlikely: 0.0 };
-            }
+    best = walk.bettered(Depth::Whole, best);
+    if !watches && let Some(forms) = instead_of_lags(&walk.search, &best.found, seen) {
+        let other = walk.searched(Depth::Whole, &(0.0, forms));
+        let is_simpler = |other: &Best| {
+            let fewer = terms(&best.found) as f64 - terms(&other.found) as f64;
+            cost(&other.found.last) - best.cost() < JOINS * fewer
+        };
+        if let Some(other) = other.filter(is_simpler) {
+            best = other;
         }
     }
     Some(best.found)
+}
+
+/// A search under one form of the low passes after another.
+struct Walk<'a> {
+    search: Search<'a>,
+    seen: &'a Seen,
+    /// No low pass of the output is known.
+    watches: bool,
+    /// How unlikely each is beside the likeliest.
+    all: Vec<(f64, Forms)>,
+}
+
+impl Walk<'_> {
+    fn searched(&mut self, depth: Depth, (unlikely, forms): &(f64, Forms)) -> Option<Best> {
+        self.search.depth = depth;
+        self.search.low_passes.clone_from(forms);
+        Some(Best {
+            found: self.search.run()?,
+            unlikely: *unlikely,
+        })
+    }
+
+    /// What is found under a wrong form stands in the way of the right one: the best of a look at each with what explains most beside it, and at those
+    /// to which these lead.
+    fn looked(&mut self, first: Option<Best>) -> Option<Best> {
+        let mut best = first;
+        let others: Vec<(f64, Forms)> = self.all[1..].iter().take(MAX_LOOKS).cloned().collect();
+        for form in &others {
+            let Some(look) = self.searched(Depth::Look, form) else {
+                continue;
+            };
+            let is_right = !is_misfit(self.search.bench, &look.found);
+            best = Some(match best {
+                Some(best) => best.or(Some(look)),
+                None => look,
+            });
+            if is_right {
+                break;
+            }
+        }
+        best.map(|best| {
+            if self.watches {
+                best
+            } else {
+                self.bettered(Depth::Look, best)
+            }
+        })
+    }
+
+    /// Another form that explains better with what was found, or without some of it, is searched with from the start: under a wrong form a term may
+    /// stand for what the right one does.
+    fn bettered(&mut self, depth: Depth, mut best: Best) -> Best {
+        let bench = self.search.bench;
+        self.search.low_passes = best.forms();
+        for _ in 0..MAX_FORMS {
+            let last = &best.found.last.point;
+            if terms(&best.found) == 0 && !is_misfit(bench, &best.found) {
+                break;
+            }
+            if !self.watches {
+                self.widen(&best.found);
+            }
+            let least = TIES.max(PART * Evidence::new(bench, last).to_noise(&last.levels));
+            let Some(rival) = self.rival(&best.found).filter(|own| own.cost + least < best.cost()) else {
+                break;
+            };
+            let (before, other) = (best.cost(), self.searched(depth, &rival.form));
+            best = best.or(other);
+            if best.cost() == before {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Takes in what else the low passes may be by what was found.
+    fn widen(&mut self, found: &Decomposition) {
+        let (bench, last) = (self.search.bench, &found.last.point);
+        let mut others: Vec<(f64, Forms)> = Vec::new();
+        // What is taken for the noise of a gap may show another than the noise beneath it.
+        let beneath = seen(bench, last, FROM[0]);
+        if of_output(&beneath) {
+            others.extend(alternatives(bench, &with_those_of(self.seen.clone(), beneath)));
+        }
+        // So may the motion where it moves the corner as far as the noise lets it, or no noise shows any.
+        let own = last.composition.fitted_low_pass(ChannelKind::Output);
+        let is_open = own.is_some_and(|own| own.is_supposed) || last.composition.presses_corner();
+        if is_open || is_misfit(bench, found) {
+            others.extend(other_orders(bench, found));
+        }
+        for other in others {
+            if self.all.iter().all(|(_, own)| !alike(own, &other.1)) {
+                self.all.push(other);
+            }
+        }
+    }
+
+    /// Of the other forms the one that explains most with the terms that were found, or with none: they may stand for what it does.
+    fn rival(&mut self, found: &Decomposition) -> Option<Rival> {
+        (self.search.progress)("other low passes of the recorder", 0.92);
+        let mut rivals = self.beside(&found.last);
+        if terms(found) > 0 {
+            rivals.extend(self.beside(&found.base));
+        }
+        rivals.into_iter().min_by(|one, other| one.cost.total_cmp(&other.cost))
+    }
+
+    /// The other forms that explain most beside the terms of a fit.
+    fn beside(&self, fit: &Fitted) -> Vec<Rival> {
+        let search = &self.search;
+        let others = self.all.iter().filter(|(_, forms)| *forms != search.low_passes);
+        let linear = Linearised::new(search.bench, fit);
+        let rough = others.filter_map(|form| {
+            let composition = fit.point.composition.without_low_passes().with_low_passes(&form.1);
+            let change = search.bench.change(&fit.point, &composition)?;
+            let gain = linear.gain_of(&change).likelihood - form.0;
+            Some((gain, form, composition))
+        });
+        let mut rough: Vec<_> = rough.collect();
+        rough.sort_by(|one, other| other.0.total_cmp(&one.0));
+        rough.truncate(REFITTED);
+        let rivals = rough.into_iter().filter_map(|(_, form, composition)| {
+            let fit = search.bench.fit(&composition, None)?;
+            let fit = search.without_those_that_earn_nothing(fit)?;
+            Some(Rival {
+                cost: cost(&fit) + form.0,
+                form: form.clone(),
+            })
+        });
+        rivals.collect()
+    }
 }
 
 /// The decomposition that explains most, and how unlikely its forms are beside the likeliest.
@@ -231,56 +317,21 @@ impl Best {
         cost(&self.found.last) + self.unlikely
     }
 
-    /// Gives way to another that explains more.
-    fn or(&mut self, other: Option<Decomposition>, unlikely: f64) -> bool {
-        let Some(found) = other.filter(|other| cost(&other.last) + unlikely < self.cost()) else {
-            return false;
-        };
-        *self = Best { found, unlikely };
-        true
+    fn forms(&self) -> Forms {
+        self.found.last.point.composition.low_passes.clone()
     }
 
-    /// Of the other forms the one that explains most with the terms that were found, or with none: they may stand for what it does.
-    fn rival<'f>(&self, search: &mut Search<'_>, all: &'f [(f64, Forms)]) -> Option<Rival<'f>> {
-        (search.progress)("other low passes of the recorder", 0.92);
-        let search = &*search;
-        let (last, base) = (&self.found.last, &self.found.base);
-        let mut rivals = beside(search, last, all);
-        if !last.point.composition.terms().is_empty() {
-            rivals.extend(beside(search, base, all));
+    /// The other where it explains more.
+    fn or(self, other: Option<Best>) -> Best {
+        match other {
+            Some(other) if other.cost() < self.cost() => other,
+            _ => self,
         }
-        rivals.into_iter().min_by(|one, other| one.cost.total_cmp(&other.cost))
     }
 }
 
-/// Other forms, how unlikely they are beside the likeliest, and what they cost with that in.
-struct Rival<'f> {
+/// Another form with what it costs with that in.
+struct Rival {
     cost: f64,
-    unlikely: f64,
-    forms: &'f Forms,
-}
-
-/// The other forms that explain most beside the terms of a fit.
-fn beside<'f>(search: &Search<'_>, fit: &Fitted, all: &'f [(f64, Forms)]) -> Vec<Rival<'f>> {
-    let others = all.iter().filter(|(_, forms)| *forms != search.low_passes);
-    let linear = Linearised::new(search.bench, fit);
-    let rough = others.filter_map(|(unlikely, forms)| {
-        let composition = fit.point.composition.without_low_passes().with_low_passes(forms);
-        let change = search.bench.change(&fit.point, &composition)?;
-        let gain = linear.gain_of(&change).likelihood - unlikely;
-        Some((gain, *unlikely, forms, composition))
-    });
-    let mut rough: Vec<_> = rough.collect();
-    rough.sort_by(|one, other| other.0.total_cmp(&one.0));
-    rough.truncate(REFITTED);
-    let rivals = rough.into_iter().filter_map(|(_, unlikely, forms, composition)| {
-        let fit = search.bench.fit(&composition, None)?;
-        let fit = search.without_those_that_earn_nothing(fit)?;
-        Some(Rival {
-            cost: cost(&fit) + unlikely,
-            unlikely,
-            forms,
-        })
-    });
-    rivals.collect()
+    form: (f64, Forms),
 }
