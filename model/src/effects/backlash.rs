@@ -1,8 +1,8 @@
 //! y ← min(max(y, u − g/2), u + g/2): play between the rod and what the sensor looks at.
 //!
 //! u tip, y sensor's end (m), g total width of the gap (m). See [`crate::Play`]. It begins at y = u + s g/2: s is 0 in the middle of
-//! the gap, ±1 at its ends. Where the gap is taken up by and by, r of it (no unit), y is the mean of three plays, of widths g, (1 − r/2) g
-//! and (1 − r) g.
+//! the gap, ±1 at its ends. Where the gap is taken up by and by, r of it (no unit), y is the mean of three plays, of widths (1 + r/2) g, g
+//! and (1 − r/2) g: g stays what data tell best, and a small r tells of itself only by its square.
 //! Beside g = 0 the output is proportional to g while the tip moves on by more than g between reversals; where it comes
 //! to rest within the gap, y − u lies anywhere between −g/2 and g/2.
 //! Assumption: no inertia and no force in the gap. Source: the play operator (Prandtl).
@@ -31,7 +31,7 @@ pub(super) const DESCRIPTION: Description = Description {
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Backlash {
-    /// The first is all where the gap is taken up at once.
+    /// The second is all where the gap is taken up at once.
     plays: [Play; 3],
     /// s.
     start: f64,
@@ -40,9 +40,9 @@ pub(crate) struct Backlash {
 
 impl Signal for Backlash {
     fn new(values: &[f64], _tick_s: f64) -> Result<Self, ModelError> {
-        let play = |share: f64| Play::new(0.5 * values[0] * (1.0 - share * values[2]));
+        let play = |share: f64| Play::new(0.5 * values[0] * (1.0 + share * values[2]));
         Ok(Backlash {
-            plays: [play(0.0)?, play(0.5)?, play(1.0)?],
+            plays: [play(0.5)?, play(0.0)?, play(-0.5)?],
             start: values[1],
             is_round: values[2] > 0.0,
         })
@@ -62,7 +62,7 @@ impl Signal for Backlash {
             return input;
         }
         if !self.is_round {
-            return self.plays[0].follow(input);
+            return self.plays[1].follow(input);
         }
         self.plays.iter_mut().for_each(|play| _ = play.follow(input));
         self.output()
@@ -74,7 +74,7 @@ impl Backlash {
         if self.is_round {
             self.plays.iter().map(Play::output).sum::<f64>() / 3.0
         } else {
-            self.plays[0].output()
+            self.plays[1].output()
         }
     }
 }
@@ -101,9 +101,9 @@ mod tests {
         let mut backlash = Backlash::new(&[2e-6, 0.0, 0.5], 1e-4).unwrap();
         backlash.steady_state(0.0);
         let top = backlash.step(10e-6);
-        assert!((top - 9.25e-6).abs() < 1e-20);
-        assert_eq!(backlash.step(9.01e-6), top);
-        assert!((backlash.step(8.5e-6) - (top - 0.5e-6 / 3.0)).abs() < 1e-20);
-        assert!((backlash.step(5e-6) - 5.75e-6).abs() < 1e-20);
+        assert!((top - 9e-6).abs() < 1e-20);
+        assert_eq!(backlash.step(8.51e-6), top);
+        assert!((backlash.step(8e-6) - (top - 0.5e-6 / 3.0)).abs() < 1e-20);
+        assert!((backlash.step(5e-6) - 6e-6).abs() < 1e-20);
     }
 }
