@@ -192,7 +192,7 @@ impl Magnetizer {
     pub fn steady_state(&mut self, coil_field: f64, field: f64, temperature_k: Option<f64>) -> f64 {
         if let Some(drift) = &mut self.thermal_drift {
             drift.warming.steady_state(coil_field);
-            self.rise_k = temperature_k.map_or(0.0, |known| known - self.ambient_temperature_k);
+            self.rise_k = temperature_k.map_or(drift.warming.rise_k(), |known| known - self.ambient_temperature_k);
         }
         self.piece(Piece::straight(0.0, self.state.field_a_per_m, field));
         self.state.magnetization_a_per_m

@@ -188,7 +188,7 @@ impl CoilGain {
     pub fn new(effects: &[Effect], tick_s: f64) -> Option<Self> {
         let known = effects.iter().find(|effect| effect.kind() == EffectKind::CoilHeating)?;
         Some(CoilGain {
-            warming: Warming::new(known.values()[0], known.values()[1], tick_s),
+            warming: Warming::of([known.values()[0], known.values()[1], known.values()[2]], tick_s),
             begun: false,
         })
     }
@@ -198,9 +198,10 @@ impl CoilGain {
         if !self.begun {
             self.begun = true;
             self.warming.steady_state(coil_field_a_per_m);
-            return 1.0;
+        } else {
+            self.warming.step(coil_field_a_per_m);
         }
-        1.0 + COPPER_PER_K * self.warming.step(coil_field_a_per_m)
+        1.0 + COPPER_PER_K * self.warming.rise_k()
     }
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::description::{CoilNeed, Description, Stage};
 use super::intersample_field::{FieldEffect, IntersampleField, Piece};
-use super::warming::{Warming, heating};
+use super::warming::{WARMED, Warming, heating};
 use crate::ModelError;
 use crate::parameter::ParameterSpec;
 
@@ -28,6 +28,7 @@ pub(super) const DESCRIPTION: Description = Description {
         ParameterSpec::fixed("loss_time_s", "s", [0.1, 1e4], 100.0)
             .by_ratio()
             .believed(0.7),
+        WARMED,
     ],
     ..Description::USUAL
 };
@@ -44,7 +45,7 @@ pub(crate) struct CoilHeating {
 impl FieldEffect for CoilHeating {
     fn new(values: &[f64], tick_s: f64) -> Result<Self, ModelError> {
         Ok(CoilHeating {
-            warming: Warming::new(values[0], values[1], tick_s),
+            warming: Warming::of([values[0], values[1], values[2]], tick_s),
             passed: 0.0,
             factor: 1.0,
         })
@@ -52,8 +53,8 @@ impl FieldEffect for CoilHeating {
 
     fn steady_state(&mut self, input: f64) -> f64 {
         self.warming.steady_state(input);
-        (self.passed, self.factor) = (0.0, 1.0);
-        input
+        (self.passed, self.factor) = (0.0, 1.0 / (1.0 + COPPER_PER_K * self.warming.rise_k()));
+        input * self.factor
     }
 
     #[inline]
@@ -81,7 +82,7 @@ mod tests {
     #[test]
     fn the_field_settles_where_heat_and_loss_balance() {
         let (heating, loss_time_s, command) = (5.0, 3.0, 8e3);
-        let mut coil = CoilHeating::new(&[heating, loss_time_s], 1e-3).unwrap();
+        let mut coil = CoilHeating::new(&[heating, loss_time_s, 0.0], 1e-3).unwrap();
         coil.steady_state(command);
         let mut intersample = IntersampleField::empty();
         for _ in 0..60_000 {
@@ -93,5 +94,22 @@ mod tests {
         let balance = field * (1.0 + COPPER_PER_K * heating * loss_time_s * square);
         assert!((balance - command).abs() < 1e-6, "{field}");
         assert!(field < 0.97 * command);
+    }
+
+    /// Guards the first sample of a coil that has been heated at 5 K/s for 4 s: it is 20 K warm, and cools from there.
+    #[test]
+    fn a_warm_coil_begins_with_less_field() {
+        let mut coil = CoilHeating::new(&[5.0, 3.0, 4.0], 1e-3).unwrap();
+        assert_eq!(coil.steady_state(8e3), 8e3 * (1.0 / (1.0 + COPPER_PER_K * 20.0)));
+        for _ in 0..3000 {
+            coil.follow(Piece::straight(1.0, 0.0, 0.0), &mut IntersampleField::empty());
+        }
+        // The first tick comes from the field at which it stood.
+        let expected_k = 20.0 * libm::exp(-1.0);
+        assert!(
+            (coil.warming.rise_k() - expected_k).abs() < 2e-3,
+            "{}",
+            coil.warming.rise_k()
+        );
     }
 }

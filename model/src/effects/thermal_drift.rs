@@ -8,7 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::description::{CoilNeed, Description, Stage};
-use super::warming::{Warming, heating};
+use super::warming::{WARMED, Warming, heating};
 use crate::parameter::ParameterSpec;
 
 pub(super) const DESCRIPTION: Description = Description {
@@ -24,6 +24,7 @@ pub(super) const DESCRIPTION: Description = Description {
             .by_ratio()
             .believed(0.7),
         ParameterSpec::fixed("relative_slope", "", [-5.0, 5.0], 1.0),
+        WARMED,
     ],
     ..Description::USUAL
 };
@@ -38,7 +39,7 @@ pub(crate) struct ThermalDrift {
 impl ThermalDrift {
     pub fn new(values: &[f64], tick_s: f64, ambient_temperature_k: f64) -> Self {
         ThermalDrift {
-            warming: Warming::new(values[0], values[1], tick_s),
+            warming: Warming::of([values[0], values[1], values[3]], tick_s),
             relative_slope: values[2],
             ambient_temperature_k,
         }
@@ -59,7 +60,7 @@ mod tests {
     /// Guards the law: a is proportional to the absolute temperature.
     #[test]
     fn shape_follows_the_absolute_temperature() {
-        let drift = ThermalDrift::new(&[1.0, 20.0, 1.0], 1e-4, 293.0);
+        let drift = ThermalDrift::new(&[1.0, 20.0, 1.0, 0.0], 1e-4, 293.0);
         assert_eq!(drift.shape_factor(0.0), 1.0);
         assert!((drift.shape_factor(12.0) - 305.0 / 293.0).abs() < 1e-15);
         assert_eq!(drift.shape_factor(-1e6), 0.1);

@@ -10,6 +10,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::parameter::ParameterSpec;
 
+/// ΔT₀ of the first sample as a parameter: how long it had been heated as by H₀ before.
+pub(super) const WARMED: ParameterSpec = ParameterSpec::fixed("warmed_s", "s", [0.0, 1e3], 0.0).believed(1.0);
+
 /// r as a parameter, with the smallest value worth finding.
 pub(super) const fn heating(typical: f64) -> ParameterSpec {
     ParameterSpec::size("heating_k_per_s", "K/s", [0.0, 2000.0], typical).by_ratio()
@@ -28,12 +31,20 @@ pub struct Warming {
     /// q.
     heating_k_per_s: f64,
     field_a_per_m: f64,
+    /// At the first sample, K.
+    first_k: f64,
     rise_k: f64,
 }
 
 impl Warming {
     /// H₀, A/m.
     pub const REFERENCE_FIELD_A_PER_M: f64 = 1e4;
+
+    /// By values of an effect: r, τ and how long it had been heated before.
+    pub(crate) fn of(values: [f64; 3], tick_s: f64) -> Self {
+        let [heating_k_per_s, loss_time_s, warmed_s] = values;
+        Warming::new(heating_k_per_s, loss_time_s, tick_s).risen_by(heating_k_per_s * warmed_s)
+    }
 
     /// At the surroundings' temperature.
     pub fn new(heating_k_per_s: f64, loss_time_s: f64, tick_s: f64) -> Self {
@@ -47,6 +58,7 @@ impl Warming {
             resistance_per_k: 0.0,
             heating_k_per_s: 0.0,
             field_a_per_m: 0.0,
+            first_k: 0.0,
             rise_k: 0.0,
         }
     }
@@ -62,7 +74,11 @@ impl Warming {
 
     /// The same, but warm by so many kelvins.
     pub fn risen_by(self, rise_k: f64) -> Self {
-        Warming { rise_k, ..self }
+        Warming {
+            first_k: rise_k,
+            rise_k,
+            ..self
+        }
     }
 
     /// Heating from outside from now on, K/s.
@@ -70,9 +86,9 @@ impl Warming {
         self.heating_k_per_s = heating_k_per_s;
     }
 
-    /// At the surroundings' temperature, with the coil at this field.
+    /// As warm as at first, with the coil at this field.
     pub fn steady_state(&mut self, field_a_per_m: f64) {
-        self.rise_k = 0.0;
+        self.rise_k = self.first_k;
         self.stand_at(field_a_per_m);
     }
 
