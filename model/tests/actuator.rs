@@ -362,6 +362,38 @@ fn a_measured_temperature_is_believed() {
     );
 }
 
+/// Guards what a warming does to M while the field stands: M = c Man + (1 − c) Mirr with the walls where they were (paper eq. (5)).
+#[test]
+fn the_reversible_part_may_follow_the_shape() {
+    let model = ActuatorModel::terfenol_d().with_effect(effect(EffectKind::ThermalDrift, &[0.0, 20.0, 1.0, 0.0, 1.0]));
+    let hysteresis = model.material.hysteresis;
+    let mut actuator = Actuator::new(&model, TICK_S).unwrap();
+    let step = |actuator: &mut Actuator, drive_a_per_m: f64, rise_k: f64| {
+        actuator.step(ActuatorInput {
+            temperature_k: Some(model.ambient_temperature_k + rise_k),
+            ..ActuatorInput::command(drive_a_per_m)
+        });
+        actuator.magnetic_state()
+    };
+    let mut before = MagneticState::default();
+    for command in drive::loops(410).into_iter().chain([4e3]) {
+        before = step(&mut actuator, command, 0.0);
+    }
+    let mut after = before;
+    for tick in 1..=1000 {
+        after = step(&mut actuator, 4e3, 0.02 * f64::from(tick));
+    }
+    let warm = Hysteresis {
+        shape_a_per_m: hysteresis.shape_a_per_m * (1.0 + 20.0 / model.ambient_temperature_k),
+        ..hysteresis
+    };
+    let saturation = hysteresis.saturation_magnetization_a_per_m;
+    let moved = after.magnetization_a_per_m - before.magnetization_a_per_m;
+    assert!(moved.abs() > 1e-3 * saturation, "{moved}");
+    let walls = warm.irreversible(after) - hysteresis.irreversible(before);
+    assert!(walls.abs() < 1e-8 * saturation, "{walls}");
+}
+
 /// Guards the force at the tip: statically it is f/ĉ.
 #[test]
 fn a_force_moves_the_tip() {

@@ -209,13 +209,20 @@ impl Magnetizer {
 
     /// A tick along turning points: M and its mean excess (A/m).
     pub fn step(&mut self, coil_field: f64, intersample: &IntersampleField, temperature_k: Option<f64>) -> (f64, f64) {
+        let from = self.state.magnetization_a_per_m;
         if let Some(drift) = &mut self.thermal_drift {
+            let before_k = self.rise_k;
             self.rise_k = match temperature_k {
                 Some(known) => known - self.ambient_temperature_k,
                 None => drift.warming.step(coil_field),
             };
+            let drift = *drift;
+            if drift.follows > 0.0 && self.rise_k != before_k {
+                let shapes = [before_k, self.rise_k].map(|rise_k| drift.shape_factor(rise_k));
+                let shapes = shapes.map(|factor| factor * self.hysteresis.shape_a_per_m);
+                self.state.magnetization_a_per_m += drift.follows * self.hysteresis.moved_by_shape(self.state, shapes);
+            }
         }
-        let from = self.state.magnetization_a_per_m;
         let mut mean = 0.0;
         for piece in intersample.pieces() {
             mean += piece.span * self.piece(*piece);

@@ -6,7 +6,7 @@ use crate::ModelError;
 use crate::parameter::{ParameterRole, ParameterSpec};
 
 /// No effect has more parameters.
-pub(crate) const MAX_PARAMETERS: usize = 4;
+pub(crate) const MAX_PARAMETERS: usize = 5;
 
 /// A kind and its values. In a model file: `EddyCurrent(time_constant_s: 1.8e-4)`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,6 +3,8 @@
 //! a shape (A/m), a₀ at ambient T₀ (K), ΔT rise of the rod (K), n relative slope (1 for Langevin's a = k_B T/(μ₀m), which is
 //! a₀·T/T₀), r heating (K/s) at H₀ = 10 kA/m, τ loss time (s).
 //! With a measured temperature ΔT is taken from it; then r and τ do nothing and n is the size.
+//! Of what is reversible in M a share f follows `a` at once: all of it by M = c Man + (1 − c) Mirr with walls that stay (paper eq. (5)), none where the law is
+//! integrated by the field alone (paper eq. (6)), as it is here unless told.
 //! Assumption: uniform temperature; `a` is held above a tenth of a₀. Source: the Boltzmann statistics behind the paper's (1).
 
 use serde::{Deserialize, Serialize};
@@ -25,6 +27,7 @@ pub(super) const DESCRIPTION: Description = Description {
             .believed(0.7),
         ParameterSpec::fixed("relative_slope", "", [-5.0, 5.0], 1.0),
         WARMED,
+        ParameterSpec::fixed("follows", "", [0.0, 1.0], 0.0).believed(0.5),
     ],
     ..Description::USUAL
 };
@@ -33,6 +36,7 @@ pub(super) const DESCRIPTION: Description = Description {
 pub(crate) struct ThermalDrift {
     pub warming: Warming,
     relative_slope: f64,
+    pub follows: f64,
     ambient_temperature_k: f64,
 }
 
@@ -41,6 +45,7 @@ impl ThermalDrift {
         ThermalDrift {
             warming: Warming::of([values[0], values[1], values[3]], tick_s),
             relative_slope: values[2],
+            follows: values[4],
             ambient_temperature_k,
         }
     }
@@ -60,7 +65,7 @@ mod tests {
     /// Guards the law: a is proportional to the absolute temperature.
     #[test]
     fn shape_follows_the_absolute_temperature() {
-        let drift = ThermalDrift::new(&[1.0, 20.0, 1.0, 0.0], 1e-4, 293.0);
+        let drift = ThermalDrift::new(&[1.0, 20.0, 1.0, 0.0, 0.0], 1e-4, 293.0);
         assert_eq!(drift.shape_factor(0.0), 1.0);
         assert!((drift.shape_factor(12.0) - 305.0 / 293.0).abs() < 1e-15);
         assert_eq!(drift.shape_factor(-1e6), 0.1);

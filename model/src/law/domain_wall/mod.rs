@@ -123,11 +123,30 @@ impl Hysteresis {
 
     /// 1 − cα ∂Man/∂He at a state, α the tangent.
     pub(crate) fn stiffness_of_bending(&self, state: MagneticState) -> f64 {
+        self.bending(state, self.steepness(state))
+    }
+
+    /// ∂Man/∂He at a state.
+    fn steepness(&self, state: MagneticState) -> f64 {
+        self.saturation_magnetization_a_per_m / self.shape_a_per_m * self.anhysteretic.derivative(self.argument(state))
+    }
+
+    fn bending(&self, state: MagneticState, steepness: f64) -> f64 {
         let magnetization = state.magnetization_a_per_m;
         let tangent = self.coupling + 3.0 * self.cubic_coupling_m2_per_a2 * magnetization * magnetization;
-        let steepness = self.saturation_magnetization_a_per_m / self.shape_a_per_m
-            * self.anhysteretic.derivative(self.argument(state));
         1.0 - self.reversibility * tangent * steepness
+    }
+
+    /// By how much M moves while `a` goes from one value to another (A/m) and walls stay where they are, from M = c Man + (1 − c) Mirr (paper eq. (5)):
+    /// dM/da = −c x ∂Man/∂He/(1 − cα ∂Man/∂He), in the middle of the change.
+    pub(crate) fn moved_by_shape(&self, state: MagneticState, [from_a_per_m, to_a_per_m]: [f64; 2]) -> f64 {
+        let middle = Hysteresis {
+            shape_a_per_m: 0.5 * (from_a_per_m + to_a_per_m),
+            ..*self
+        };
+        let steepness = middle.steepness(state);
+        let slope = -self.reversibility * middle.argument(state) * steepness / middle.bending(state, steepness);
+        slope * (to_a_per_m - from_a_per_m)
     }
 
     /// Mirr = (M − c·Man)/(1 − c), A/m.
