@@ -199,7 +199,8 @@ fn a_law_is_the_one_of_the_library_and_so_is_what_hides_beside_it() {
                 hidden = hidden.with(value.name, value.value).unwrap();
             }
             let [apart_m, _] = apart(&model.clone().with_effect(hidden), &subject, made, FINER);
-            let gap_m = truth.parts[0].gap_m;
+            let part = truth.parts[0].contribution_m.iter();
+            let gap_m = (part.map(|own| own * own).sum::<f64>() / truth.parts[0].contribution_m.len() as f64).sqrt();
             println!("  {}: {:.2} nm of {:.0} nm", effect.name(), 1e9 * apart_m, 1e9 * gap_m);
             // The reading of an answer is not rounded.
             if effect != witness::Effect::Quantisation {

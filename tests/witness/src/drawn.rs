@@ -2,7 +2,8 @@
 //!
 //! The gap that each effect makes is drawn uniformly in the logarithm from 3 to 100 times the noise (lines and drift apart); its strength is
 //! then sought. Contribution c of an effect: the record minus that of the same rig with the same noise without it. Share of the gap
-//! that it makes: ⟨c, d⟩/⟨d, d⟩, d the measured displacement minus that of the nominal rig under the recorded command.
+//! that it makes: ⟨c, d⟩/⟨d, d⟩, d the measured displacement minus that of the nominal rig under the recorded command; gap of an effect: rms of
+//! c. Both without the means of c and d, which the sensor's zero takes.
 //! Where a drive cannot make an effect show by the wanted gap, everything is drawn again.
 
 use crate::draw::Draw;
@@ -23,7 +24,7 @@ const CLOSE_TO_TOLD: f64 = 1.03;
 const SHRINKING: f64 = 0.9;
 const MAX_STEPS: usize = 12;
 /// After 30 the largest gap is the smallest.
-const MAX_ATTEMPTS: u64 = 80;
+const MAX_ATTEMPTS: u64 = 400;
 const SUBSTEPS: usize = 8;
 /// Streams of a seed; an effect's own come behind its attempt's.
 const ATTEMPT_STREAM: u64 = 1000;
@@ -49,7 +50,7 @@ pub struct Part {
     pub values: Vec<Value>,
     pub contribution_m: Vec<f64>,
     pub contribution_a_per_m: Vec<f64>,
-    /// Rms of the contribution to the displacement, m.
+    /// Rms of the contribution to the displacement without its mean, m.
     pub gap_m: f64,
     /// Of the gap's energy.
     pub share: f64,
@@ -135,7 +136,7 @@ impl Rig {
     /// Draws a run of this rig, which is the nominal one.
     ///
     /// # Errors
-    /// None of 80 drives can make what is wanted.
+    /// None of 400 drives can make what is wanted.
     pub fn draw(&self, seed: u64, wanted: &Wanted) -> Result<Made, NotMade> {
         (0..MAX_ATTEMPTS)
             .find_map(|attempt| attempted(self, seed, wanted, attempt))
@@ -223,7 +224,10 @@ impl Ground {
             if !Effect::is_sane(&rig) || grown.strength > 1e4 {
                 return None;
             }
-            let gap_m = rms(&minus(&self.read(&rig).displacement_m, &without.displacement_m));
+            let gap_m = rms(&centred(&minus(
+                &self.read(&rig).displacement_m,
+                &without.displacement_m,
+            )));
             if !gap_m.is_finite() {
                 return None;
             }
@@ -253,24 +257,28 @@ impl Ground {
             .answer(TICK_S, self.command.clone())
             .displacement_m;
         let gap = minus(&record.displacement_m, &nominal_m);
+        let gap_m = rms(&gap);
+        let gap = centred(&gap);
         let noise_m = rig.noise_m(TICK_S, wanted.rows);
         let away = |record: &Record| rms(&minus(&minus(&record.displacement_m, &nominal_m), &noise_m));
         let mut parts = Vec::new();
-        for (place, own) in grown.iter().enumerate() {
+        for (place, hidden) in grown.iter().enumerate() {
             let others = grown.iter().enumerate().filter(|(other, _)| *other != place);
             let without = match grown.len() {
                 1 => bare.clone(),
                 _ => self.read(&stepped(self.with(others.map(|(_, grown)| grown)))),
             };
             let contribution_m = minus(&record.displacement_m, &without.displacement_m);
-            let gap_m = rms(&contribution_m);
-            if wanted.gap_over_noise.is_none() && !(GAPS[0]..=GAPS[1]).contains(&(gap_m / self.noise_m)) {
+            let own = centred(&contribution_m);
+            let gap_m = rms(&own);
+            let is_drawn = (GAPS[0]..=GAPS[1]).contains(&(gap_m / self.noise_m)) && Effect::is_no_calibration(&rig);
+            if wanted.gap_over_noise.is_none() && !is_drawn {
                 return None;
             }
             parts.push(Part {
-                effect: own.effect,
-                values: own.hide(&mut nominal.clone(), &self.peaks),
-                share: dot(&contribution_m, &gap) / dot(&gap, &gap),
+                effect: hidden.effect,
+                values: hidden.hide(&mut nominal.clone(), &self.peaks),
+                share: dot(&own, &gap) / dot(&gap, &gap),
                 contribution_a_per_m: minus(&record.field_a_per_m, &without.field_a_per_m),
                 contribution_m,
                 gap_m,
@@ -283,7 +291,7 @@ impl Ground {
                 nuisance: wanted.nuisance,
                 drive: self.drive,
                 noise_m: self.noise_m,
-                gap_m: rms(&gap),
+                gap_m,
                 gap_to_the_nominal_model_m: away(&record),
                 gap_of_the_nuisance_m: away(&bare),
                 attempts: attempt + 1,
@@ -310,6 +318,11 @@ fn minus(one: &[f64], other: &[f64]) -> Vec<f64> {
 
 fn dot(one: &[f64], other: &[f64]) -> f64 {
     one.iter().zip(other).map(|(one, other)| one * other).sum()
+}
+
+fn centred(values: &[f64]) -> Vec<f64> {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    values.iter().map(|value| value - mean).collect()
 }
 
 fn rms(values: &[f64]) -> f64 {

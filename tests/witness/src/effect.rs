@@ -301,4 +301,10 @@ impl Effect {
             && sensor.mode.gain.abs() <= 1.0
             && sensor.delay_s <= 0.01
     }
+
+    /// Whether a load is beyond three tolerances of the rod's constants: a smaller one is the same rod with other constants, and no effect.
+    pub(crate) fn is_no_calibration(rig: &Rig) -> bool {
+        let (mass, stiffness) = (rig.hidden.more_mass, rig.hidden.more_stiffness);
+        (mass, stiffness) == (0.0, 0.0) || mass.abs() > 0.15 || stiffness.abs() > 0.06
+    }
 }
