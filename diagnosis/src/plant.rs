@@ -52,6 +52,8 @@ pub(crate) struct Plant {
     pub shape_drift_a_per_m: Option<f64>,
     /// Step on which the output's values stand, where its rounding is the larger part of the noise.
     pub lattice: Option<f64>,
+    /// Runs are simulated in ticks half as long as theirs.
+    pub halved: bool,
     pub memory: Arc<Memory>,
 }
 
@@ -123,6 +125,11 @@ impl Plant {
         let before = [Some(Before::of(&model)), None];
         let zero = composition.drive_zero_a_per_m().unwrap_or(0.0);
         let simulated = self.runs.iter().enumerate().map(|(index, run)| {
+            let run = if self.halved {
+                Cow::Owned(run.with_half_ticks())
+            } else {
+                Cow::Borrowed(run)
+            };
             let first = run.drive_a_per_m.first().map_or(0.0, |drive| drive + zero);
             let mut outputs = ActuatorOutputs::default();
             let start = composition.start(index, first, &model.material);
@@ -130,7 +137,7 @@ impl Plant {
             let asked = (index, start, zero, above, model.magnetic_half());
             let magnetize = || {
                 self.memory.magnetized.count();
-                let mut run = Cow::Borrowed(run);
+                let mut run = Cow::Borrowed(&*run);
                 if zero != 0.0 {
                     run.to_mut().drive_a_per_m.iter_mut().for_each(|drive| *drive += zero);
                 }
@@ -142,6 +149,16 @@ impl Plant {
                 .get(|own| *own == asked, || asked.clone(), magnetize)?;
             self.memory.simulated.count();
             run.simulate_on(&half, &model, &mut outputs).ok()?;
+            if self.halved {
+                let [field, magnetization, displacement] = [
+                    &mut outputs.field_a_per_m,
+                    &mut outputs.magnetization_a_per_m,
+                    &mut outputs.displacement_m,
+                ];
+                for series in [field, magnetization, displacement] {
+                    *series = series.iter().copied().step_by(2).collect();
+                }
+            }
             let output = if self.magnetic() {
                 &mut outputs.magnetization_a_per_m
             } else {
@@ -205,28 +222,36 @@ impl Plant {
         }
     }
 
-    /// Changes of the spectra by what is not known of the drive, each by its standard deviation: gain and zero of the record of
-    /// it. A fit cannot tell them from constants, limits and a bias, so that its numbers are known no better.
+    /// Changes of the spectra by what nothing is fitted for, each by its standard deviation: gain and zero of the record of the
+    /// drive, and what ticks half as long change. A fit cannot tell the first two from constants, limits and a bias, so that its numbers are known no better.
     pub fn doubts(&self, composition: &Composition, simulated: &[f64]) -> Vec<Vec<f64>> {
         let zero = drive_zero_a_per_m(&self.model.material);
-        let answer = |(gain, zero): &(f64, f64)| {
+        let answer = |moves: &dyn Fn(&mut Plant)| {
             let mut moved = self.clone();
             moved.memory = Memory::of(self.runs.len(), self.channels.len());
-            for drive in moved.runs.iter_mut().flat_map(|run| &mut run.drive_a_per_m) {
-                *drive += gain * *drive + zero;
-            }
+            moves(&mut moved);
             let mut spectra = moved.spectra(&moved.simulate(composition, Steps::Made)?)?;
             for (own, without) in spectra.iter_mut().zip(simulated) {
                 *own -= without;
             }
             Some(spectra)
         };
-        // A fitted model carries its own errors.
-        let fitted = composition.drive_zero_a_per_m().is_some();
-        let doubts = [(DRIVE_GAIN, 0.0), (0.0, zero)]
-            .into_iter()
-            .take(if fitted { 1 } else { 2 });
-        doubts.filter(|_| !self.fitted).filter_map(|own| answer(&own)).collect()
+        let driven = |plant: &mut Plant, gain: f64, zero: f64| {
+            for drive in plant.runs.iter_mut().flat_map(|run| &mut run.drive_a_per_m) {
+                *drive += gain * *drive + zero;
+            }
+        };
+        let halved = |plant: &mut Plant| plant.halved = true;
+        let of_gain = |plant: &mut Plant| driven(plant, DRIVE_GAIN, 0.0);
+        let of_zero = |plant: &mut Plant| driven(plant, 0.0, zero);
+        let doubts: [(bool, &dyn Fn(&mut Plant)); 3] = [
+            // A fitted model carries its own errors.
+            (!self.fitted, &of_gain),
+            (!self.fitted && composition.drive_zero_a_per_m().is_none(), &of_zero),
+            (self.runs.iter().all(|run| run.tick_s.is_some()), &halved),
+        ];
+        let there = doubts.into_iter().filter(|(is_there, _)| *is_there);
+        there.filter_map(|(_, moves)| answer(moves)).collect()
     }
 
     /// A series of all rows of a run after a low pass of its recorder: the coil's field with what is before it, or what moves, which is smooth.

@@ -132,6 +132,7 @@ pub(crate) fn setup(
         fitted: options.fitted_model || model.source.starts_with(FITTED),
         shape_drift_a_per_m: options.shape_drift_a_per_m,
         lattice,
+        halved: false,
     };
     Ok(plant)
 }

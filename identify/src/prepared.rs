@@ -162,6 +162,22 @@ impl PreparedRun {
         })
     }
 
+    /// The same over time with a sample between every two, to which everything that drives it goes straight.
+    pub fn with_half_ticks(&self) -> Self {
+        let between = |series: &Vec<f64>| {
+            let pairs = series.windows(2).flat_map(|pair| [pair[0], 0.5 * (pair[0] + pair[1])]);
+            pairs.chain(series.last().copied()).collect::<Vec<f64>>()
+        };
+        PreparedRun {
+            time_s: self.time_s.as_ref().map(between),
+            tick_s: self.tick_s.map(|tick_s| 0.5 * tick_s),
+            drive_a_per_m: between(&self.drive_a_per_m),
+            temperature_k: self.temperature_k.as_ref().map(between),
+            force_n: self.force_n.as_ref().map(between),
+            ..self.clone()
+        }
+    }
+
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.drive_a_per_m.len()
@@ -337,5 +353,27 @@ fn settling_rows(run: &MeasuredRun, settle_s: f64) -> Result<usize, IdentifyErro
             "leaves nothing of {:.3} s to compare",
             time_s.last().copied().unwrap_or_default() - begin_s
         ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guards what a diagnosis takes for the error of its ticks: between the same samples everything goes straight.
+    #[test]
+    fn half_ticks_lie_between_the_samples() {
+        let series = vec![
+            (Quantity::FieldCommand, vec![0.0, 2.0, -4.0]),
+            (Quantity::Temperature, vec![293.0, 294.0, 296.0]),
+            (Quantity::Displacement, vec![0.0, 1e-6, 2e-6]),
+        ];
+        let run = MeasuredRun::in_memory("three rows", Some(1e-4), series).unwrap();
+        let halved = PreparedRun::of(&run, &PrepareOptions::default())
+            .unwrap()
+            .with_half_ticks();
+        assert_eq!(halved.tick_s, Some(5e-5));
+        assert_eq!(halved.drive_a_per_m, [0.0, 1.0, 2.0, -1.0, -4.0]);
+        assert_eq!(halved.temperature_k, Some(vec![293.0, 293.5, 294.0, 295.0, 296.0]));
     }
 }
