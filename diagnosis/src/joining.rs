@@ -23,6 +23,8 @@ const CONSTANTS: usize = 2;
 const ATTEMPTS: usize = 3;
 /// What promises a smaller part of what another has gained is not fitted: no fit was seen to find so many times what screening promised.
 const OUTDONE: f64 = 0.1;
+/// Share of what the best rough fit has gained within which others may yet gain more: several times what ends a rough fit.
+const NEAR: f64 = 0.01;
 /// A constant this many deviations from what is believed of it is bent.
 const BENT: f64 = 2.0;
 /// A mode is one up to this share of half the sampling rate.
@@ -157,7 +159,28 @@ impl Search<'_> {
             chosen = next.filter(|own| own.gain > OUTDONE * gained).collect();
         }
         sort(&mut fits);
+        self.settle(base, &mut fits);
         fits
+    }
+
+    /// Rough fits end where a step gains next to nothing of what they have gained, which may be much: those that came near the best go to their
+    /// ends before one is chosen.
+    fn settle(&self, base: &Fitted, fits: &mut [(Term, Fitted)]) {
+        let Some(least) = fits.first().map(|(_, fit)| fit.point.cost) else {
+            return;
+        };
+        let near = NEAR * (base.point.cost - least);
+        let count = fits.iter().filter(|(_, fit)| fit.point.cost - least < near).count();
+        if count < 2 || self.depth == Depth::Look {
+            return;
+        }
+        let settled = parallel::map(self.bench.threads, &fits[..count], |(_, fit)| {
+            self.bench.fit(&fit.point.composition, None)
+        });
+        for ((_, fit), settled) in fits.iter_mut().zip(settled) {
+            *fit = settled.unwrap_or_else(|| fit.clone());
+        }
+        sort(fits);
     }
 }
 

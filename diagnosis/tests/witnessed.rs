@@ -254,3 +254,10 @@ fn intervals_know_the_tick() {
     println!("{fitted:?} for {gap_m}: {deviations:.2} deviations");
     assert!(deviations < 1.96, "{fitted:?} for {gap_m}");
 }
+
+/// Of two laws that explain a delay nearly alike, both fitted roughly, the one that explains it better must be found.
+#[test]
+fn near_rivals_are_fitted_to_their_ends() {
+    let (_, found) = drawn(74_060_019, Effect::LoopDelay, Nuisance::Coloured);
+    assert_eq!(found.effects[0].name, "loop_delay", "{}", found.sentence);
+}
