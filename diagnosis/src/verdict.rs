@@ -325,9 +325,10 @@ fn verdict(
     });
     let all = |of: fn(&str) -> bool| !effects.is_empty() && effects.iter().all(|effect| of(&effect.name));
     let is_outdone = found.nameless && (left > noise || found.unlisted.is_empty());
+    let is_calibrated = all(|name| name.starts_with("parameter_"));
     if effects.is_empty() && !moves {
         Verdict::NotExcited
-    } else if effects.is_empty() && (is_outdone || left > LACK_OF_FIT * noise) {
+    } else if effects.is_empty() && is_outdone || (effects.is_empty() || is_calibrated) && left > LACK_OF_FIT * noise {
         Verdict::Unknown
     } else if effects.is_empty() {
         Verdict::None
@@ -335,7 +336,7 @@ fn verdict(
         Verdict::Unknown
     } else if !found.ties.is_empty() && !shared_by_ties(found) {
         Verdict::Ambiguous
-    } else if all(|name| name.starts_with("parameter_")) {
+    } else if is_calibrated {
         Verdict::Parameter
     } else if all(|name| name.starts_with("sensor_") || name == "quantisation") {
         Verdict::Sensor

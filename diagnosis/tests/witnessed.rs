@@ -261,3 +261,16 @@ fn near_rivals_are_fitted_to_their_ends() {
     let (_, found) = drawn(74_060_019, Effect::LoopDelay, Nuisance::Coloured);
     assert_eq!(found.effects[0].name, "loop_delay", "{}", found.sentence);
 }
+
+/// Drag of the square of the speed looks like damping, three times as much, and leaves 14 noises.
+#[test]
+fn a_constant_is_no_name_for_what_leaves_a_misfit() {
+    let (_, found) = drawn(74_130_005, Effect::XDrag, Nuisance::Hum);
+    assert!(
+        found.effects.iter().all(|own| own.name.starts_with("parameter_")),
+        "{}",
+        found.sentence
+    );
+    assert!(found.remainder_rms > 5.0 * found.noise_rms, "{}", found.sentence);
+    assert_eq!(found.verdict, Verdict::Unknown, "{}", found.sentence);
+}
