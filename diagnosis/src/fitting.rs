@@ -2,6 +2,8 @@
 //!
 //! J (`likelihood.rs`) is minimised by Gauss-Newton steps with Marquardt's damping: H = AᵀS⁻¹A + 1/σ², S the band's level, reweighted
 //! within each step; a step counts only if J itself falls. A is a forward difference of free simulations, carried on by Broyden's rule (1965).
+//! What constants imitate lies in a long valley, which is bent: where a step fails, a second one with the same A comes back into it, as far as the first has
+//! gone; and no fit ends before a step with next to no damping has gained nothing.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -17,6 +19,8 @@ use crate::normal::Normal;
 use crate::plant::Steps;
 use crate::products::Products;
 
+/// Next to no damping.
+const LEAST_DAMPING: f64 = 1e-9;
 /// Dampings that are tried for one step.
 const MAX_DAMPINGS: usize = 6;
 const MAX_STEPS: usize = 20;
@@ -174,6 +178,8 @@ impl Bench {
         let mut damping = 1e-3;
         // Gained since the derivatives were taken; none where they are of here.
         let mut carried: Option<f64> = None;
+        // The last step was one with next to no damping: where an effect is what constants imitate, any other is too short to be worth it.
+        let mut is_bold = false;
         let (from, evidence) = (here.cost, Evidence::new(self, &here));
         // What a step shows of the derivatives is the converter's.
         let has_steps = self.plant.has_steps(composition);
@@ -182,14 +188,22 @@ impl Bench {
             let products = Products::of(&self.bands, &here.with(&columns));
             let mut next = None;
             let dampings = if carried.is_some() { 1 } else { MAX_DAMPINGS };
-            for _ in 0..dampings {
-                let tried = self.stepped(&here, &products, damping);
-                next = self.point(&tried).filter(|tried| tried.cost < here.cost);
+            for attempt in 0..dampings {
+                let falls = |tried: &Point| tried.cost < here.cost;
+                let tried = self.point(&self.stepped(&here, &products, damping));
+                next = tried.and_then(|tried| match falls(&tried) {
+                    false if attempt == 0 && known.is_none() => self.back_in_the_valley(&tried, &columns, damping),
+                    _ => Some(tried),
+                });
+                next = next.filter(falls);
                 if next.is_some() {
-                    damping = (damping * 0.1).max(1e-9);
+                    damping = (damping * 0.1).max(LEAST_DAMPING);
                     break;
                 }
-                damping *= 10.0;
+                // It was the derivatives that failed where they were carried here.
+                if carried.is_none() {
+                    damping *= 10.0;
+                }
             }
             let gained = next.as_ref().map_or(0.0, |next| here.cost - next.cost);
             let before = next.map(|next| std::mem::replace(&mut here, next));
@@ -201,8 +215,13 @@ impl Bench {
             };
             let is_vain = || gained < least && evidence.is_misfit_at(&here.levels);
             if carried.is_none_or(|carried| carried < SETTLED) && (gained < WORTH || is_vain()) {
-                break;
+                if is_bold || known.is_some() {
+                    break;
+                }
+                (is_bold, damping) = (true, LEAST_DAMPING);
+                continue;
             }
+            is_bold = false;
             let is_stuck = before.is_none();
             match before.filter(|_| known.is_none() && gained > SETTLED && !has_steps) {
                 Some(before) => {
@@ -224,6 +243,13 @@ impl Bench {
             }
         }
         Some(Fitted { point: here, columns })
+    }
+
+    /// The point after another step with the same derivatives: of what imitates each other the valley is bent, and a straight step along it
+    /// leaves it.
+    fn back_in_the_valley(&self, tried: &Point, columns: &[Arc<Vec<f64>>], damping: f64) -> Option<Point> {
+        let products = Products::of(&self.bands, &tried.with(columns));
+        self.point(&self.stepped(tried, &products, damping))
     }
 
     /// The composition after a damped step: the multiples of all columns under which J of their sum is least, in rounds in which levels

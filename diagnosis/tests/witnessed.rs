@@ -274,3 +274,16 @@ fn a_constant_is_no_name_for_what_leaves_a_misfit() {
     assert!(found.remainder_rms > 5.0 * found.noise_rms, "{}", found.sentence);
     assert_eq!(found.verdict, Verdict::Unknown, "{}", found.sentence);
 }
+
+/// What constants imitate lies in a long, bent valley of J, along which damped straight steps come nowhere: they ended 3.7 deviations away.
+#[test]
+fn a_bent_valley_is_walked_to_its_end() {
+    let (truth, found) = drawn(74_560_006, Effect::EddyCurrent, Nuisance::Drift);
+    let (true_s, fitted) = (truth.parts[0].values[0].value, &found.effects[0].values[0]);
+    let deviations = (fitted.value - true_s).abs() / fitted.standard_deviation.unwrap();
+    println!("{fitted:?} for {true_s}: {deviations:.2} deviations");
+    assert!(
+        fitted.name == "time_constant_s" && deviations < 1.96,
+        "{fitted:?} for {true_s}"
+    );
+}
