@@ -290,22 +290,24 @@ impl Bench {
     /// Covariance of the free coordinates under some levels, the linear nuisance let free: H⁻¹ by noise and misfit, and K Kᵀ with
     /// K = H⁻¹AᵀS⁻¹B by what nothing was fitted for, B the answer to a standard deviation of each ([`Plant::doubts`]).
     pub fn covariance(&self, fit: &Fitted, levels: &[f64]) -> DMatrix<f64> {
-        let (inverse, moved) = self.inverse_and_moved(fit, levels);
+        let (inverse, moved) = self.inverse_and_moved(fit, levels, true);
         let size = fit.columns.len();
         (inverse + &moved * moved.transpose())
             .view((0, 0), (size, size))
             .into_owned()
     }
 
-    /// Standard deviations of the free coordinates by what nothing was fitted for alone.
+    /// Standard deviations of the free coordinates by what is not known of the drive alone.
     pub fn doubt(&self, fit: &Fitted) -> Vec<f64> {
-        let (_, moved) = self.inverse_and_moved(fit, &fit.point.levels);
+        let (_, moved) = self.inverse_and_moved(fit, &fit.point.levels, false);
         moved.row_iter().take(fit.columns.len()).map(|own| own.norm()).collect()
     }
 
     /// H⁻¹ and K.
-    fn inverse_and_moved(&self, fit: &Fitted, levels: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
-        let doubts = self.plant.doubts(&fit.point.composition, &fit.point.simulated);
+    fn inverse_and_moved(&self, fit: &Fitted, levels: &[f64], with_tick: bool) -> (DMatrix<f64>, DMatrix<f64>) {
+        let doubts = self
+            .plant
+            .doubts(&fit.point.composition, &fit.point.simulated, with_tick);
         let mut all = fit.all();
         let own = all.len() - 1;
         all.extend(doubts.iter().map(Vec::as_slice));

@@ -223,8 +223,8 @@ impl Plant {
     }
 
     /// Changes of the spectra by what nothing is fitted for, each by its standard deviation: gain and zero of the record of the
-    /// drive, and what ticks half as long change. A fit cannot tell the first two from constants, limits and a bias, so that its numbers are known no better.
-    pub fn doubts(&self, composition: &Composition, simulated: &[f64]) -> Vec<Vec<f64>> {
+    /// drive, which a fit cannot tell from constants, limits and a bias, and, `with_tick`, what ticks half as long change. Its numbers are known no better.
+    pub fn doubts(&self, composition: &Composition, simulated: &[f64], with_tick: bool) -> Vec<Vec<f64>> {
         let zero = drive_zero_a_per_m(&self.model.material);
         let answer = |moves: &dyn Fn(&mut Plant)| {
             let mut moved = self.clone();
@@ -248,7 +248,7 @@ impl Plant {
             // A fitted model carries its own errors.
             (!self.fitted, &of_gain),
             (!self.fitted && composition.drive_zero_a_per_m().is_none(), &of_zero),
-            (self.runs.iter().all(|run| run.tick_s.is_some()), &halved),
+            (with_tick && self.runs.iter().all(|run| run.tick_s.is_some()), &halved),
         ];
         let there = doubts.into_iter().filter(|(is_there, _)| *is_there);
         there.filter_map(|(_, moves)| answer(moves)).collect()
