@@ -3,7 +3,7 @@
 //! J (`likelihood.rs`) is minimised by Gauss-Newton steps with Marquardt's damping: H = AᵀS⁻¹A + 1/σ², S the band's level, reweighted
 //! within each step; a step counts only if J itself falls. A is a forward difference of free simulations, carried on by Broyden's rule (1965).
 //! What constants imitate lies in a long valley, which is bent: where a step fails, a second one with the same A comes back into it, as far as the first has
-//! gone; and no fit ends before a step with next to no damping has gained nothing.
+//! gone; and no fit that leaves only noise ends before a step with next to no damping has gained nothing.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -215,7 +215,8 @@ impl Bench {
             };
             let is_vain = || gained < least && evidence.is_misfit_at(&here.levels);
             if carried.is_none_or(|carried| carried < SETTLED) && (gained < WORTH || is_vain()) {
-                if is_bold || known.is_some() {
+                // A misfit's valleys lead nowhere.
+                if is_bold || known.is_some() || evidence.is_misfit_at(&here.levels) {
                     break;
                 }
                 (is_bold, damping) = (true, LEAST_DAMPING);
