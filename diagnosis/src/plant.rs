@@ -69,6 +69,9 @@ type Half = (usize, Option<MagneticStart>, f64, [f64; 2], ActuatorModel);
 /// A run, the low pass of its recorder, and what is before that.
 type Filtering = (usize, LowPass, Option<Before>);
 
+/// What makes another plant of one.
+type Move<'a> = &'a dyn Fn(&mut Plant);
+
 /// Rounds in which a line settles on where the steps are.
 const ROUNDS: usize = 5;
 
@@ -226,7 +229,7 @@ impl Plant {
     /// drive, which a fit cannot tell from constants, limits and a bias, and, `with_tick`, what ticks half as long change. Its numbers are known no better.
     pub fn doubts(&self, composition: &Composition, simulated: &[f64], with_tick: bool) -> Vec<Vec<f64>> {
         let zero = drive_zero_a_per_m(&self.model.material);
-        let answer = |moves: &dyn Fn(&mut Plant)| {
+        let answer = |moves: Move| {
             let mut moved = self.clone();
             moved.memory = Memory::of(self.runs.len(), self.channels.len());
             moves(&mut moved);
@@ -244,7 +247,7 @@ impl Plant {
         let halved = |plant: &mut Plant| plant.halved = true;
         let of_gain = |plant: &mut Plant| driven(plant, DRIVE_GAIN, 0.0);
         let of_zero = |plant: &mut Plant| driven(plant, 0.0, zero);
-        let doubts: [(bool, &dyn Fn(&mut Plant)); 3] = [
+        let doubts: [(bool, Move); 3] = [
             // A fitted model carries its own errors.
             (!self.fitted, &of_gain),
             (!self.fitted && composition.drive_zero_a_per_m().is_none(), &of_zero),
