@@ -69,9 +69,6 @@ type Half = (usize, Option<MagneticStart>, f64, [f64; 2], ActuatorModel);
 /// A run, the low pass of its recorder, and what is before that.
 type Filtering = (usize, LowPass, Option<Before>);
 
-/// What makes another plant of one.
-type Move<'a> = &'a dyn Fn(&mut Plant);
-
 /// Rounds in which a line settles on where the steps are.
 const ROUNDS: usize = 5;
 
@@ -153,12 +150,11 @@ impl Plant {
             self.memory.simulated.count();
             run.simulate_on(&half, &model, &mut outputs).ok()?;
             if self.halved {
-                let [field, magnetization, displacement] = [
+                for series in [
                     &mut outputs.field_a_per_m,
                     &mut outputs.magnetization_a_per_m,
                     &mut outputs.displacement_m,
-                ];
-                for series in [field, magnetization, displacement] {
+                ] {
                     *series = series.iter().copied().step_by(2).collect();
                 }
             }
@@ -229,32 +225,30 @@ impl Plant {
     /// drive, which a fit cannot tell from constants, limits and a bias, and, `with_tick`, what ticks half as long change. Its numbers are known no better.
     pub fn doubts(&self, composition: &Composition, simulated: &[f64], with_tick: bool) -> Vec<Vec<f64>> {
         let zero = drive_zero_a_per_m(&self.model.material);
-        let answer = |moves: Move| {
+        let answer = |(gain, zero, halved): (f64, f64, bool)| {
             let mut moved = self.clone();
             moved.memory = Memory::of(self.runs.len(), self.channels.len());
-            moves(&mut moved);
+            moved.halved = halved;
+            for drive in moved.runs.iter_mut().flat_map(|run| &mut run.drive_a_per_m) {
+                *drive += gain * *drive + zero;
+            }
             let mut spectra = moved.spectra(&moved.simulate(composition, Steps::Made)?)?;
             for (own, without) in spectra.iter_mut().zip(simulated) {
                 *own -= without;
             }
             Some(spectra)
         };
-        let driven = |plant: &mut Plant, gain: f64, zero: f64| {
-            for drive in plant.runs.iter_mut().flat_map(|run| &mut run.drive_a_per_m) {
-                *drive += gain * *drive + zero;
-            }
-        };
-        let halved = |plant: &mut Plant| plant.halved = true;
-        let of_gain = |plant: &mut Plant| driven(plant, DRIVE_GAIN, 0.0);
-        let of_zero = |plant: &mut Plant| driven(plant, 0.0, zero);
-        let doubts: [(bool, Move); 3] = [
-            // A fitted model carries its own errors.
-            (!self.fitted, &of_gain),
-            (!self.fitted && composition.drive_zero_a_per_m().is_none(), &of_zero),
-            (with_tick && self.runs.iter().all(|run| run.tick_s.is_some()), &halved),
+        // A fitted model carries its own errors.
+        let of_drive = !self.fitted;
+        let of_zero = of_drive && composition.drive_zero_a_per_m().is_none();
+        let of_tick = with_tick && self.runs.iter().all(|run| run.tick_s.is_some());
+        let doubts = [
+            (of_drive, (DRIVE_GAIN, 0.0, false)),
+            (of_zero, (0.0, zero, false)),
+            (of_tick, (0.0, 0.0, true)),
         ];
         let there = doubts.into_iter().filter(|(is_there, _)| *is_there);
-        there.filter_map(|(_, moves)| answer(moves)).collect()
+        there.filter_map(|(_, own)| answer(own)).collect()
     }
 
     /// A series of all rows of a run after a low pass of its recorder: the coil's field with what is before it, or what moves, which is smooth.

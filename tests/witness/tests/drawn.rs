@@ -40,7 +40,7 @@ fn runs_are_what_their_truth_says() {
         let own = &part.contribution_m;
         let mean = own.iter().sum::<f64>() / own.len() as f64;
         let deviation = rms(&own.iter().map(|value| value - mean).collect::<Vec<f64>>());
-        assert!((deviation / part.gap_m - 1.0).abs() < 1e-9);
+        assert!((deviation / part.gap_m - 1.0).abs() < 1e-12);
         if matches!(
             nuisance,
             Nuisance::Clean | Nuisance::Held | Nuisance::OtherLaw | Nuisance::Probe
