@@ -223,8 +223,9 @@ impl Inquiry<'_> {
 
     /// At the start, and at the end, all wait for those that are not as far.
     fn waits_at_a_barrier(&self, index: usize, standing: Standing) -> Option<Edge> {
-        // Whoever stands for another host's processes takes part in no rendezvous.
-        let takes_part = |witness: &&Witness| !witness.nodes.is_empty();
+        // Whoever stands for another host's processes takes part in no rendezvous, and who has ended well has left the last.
+        let has_left = |witness: &Witness| witness.is_ours && witness.state == Some(State::Ended(End::Status(0)));
+        let takes_part = |witness: &&Witness| !witness.nodes.is_empty() && !has_left(witness);
         let phase_of = |witness: &Witness| witness.standing.map(|standing| standing.phase);
         let last = self.witnesses.iter().filter(takes_part).map(phase_of).min()?;
         if last >= Some(standing.phase) {

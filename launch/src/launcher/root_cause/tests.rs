@@ -244,6 +244,28 @@ fn one_that_does_not_come_is_named() {
     assert_eq!((found.process, found.fault), (inverse, Fault::Stopped));
 }
 
+/// Of one that was started again nothing is known once it has ended; nobody waits for it while the others write their reports.
+#[test]
+fn at_the_end_nobody_waits_for_one_that_has_left() {
+    let mut witnesses = stuck(&alone(), NodeId::Amplifier);
+    for witness in &mut witnesses {
+        witness.standing = Some(Standing {
+            phase: 3,
+            tick: TICK,
+            wait: None,
+        });
+    }
+    let ended = Some(State::Ended(End::Status(0)));
+    let amplifier = position(&witnesses, NodeId::Amplifier);
+    (witnesses[amplifier].is_ours, witnesses[amplifier].state) = (false, ended);
+    let estimator = position(&witnesses, NodeId::Estimator);
+    (witnesses[estimator].standing, witnesses[estimator].state) = (None, ended);
+    assert!(!Inquiry { witnesses: &witnesses }.is_at_rest());
+    // Unlike one that has not come yet.
+    witnesses[estimator].state = None;
+    assert!(Inquiry { witnesses: &witnesses }.is_at_rest());
+}
+
 /// A signal, and a request to end, are causes before anything that follows from them.
 #[test]
 fn who_was_killed_or_told_to_end_is_named() {
