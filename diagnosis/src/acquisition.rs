@@ -41,6 +41,8 @@ const PINK: [f64; 4] = [0.0, 0.015, 0.05, 0.15];
 /// Images of a line on each side of it that a filter passes, and that a drive has.
 const IMAGES: i32 = 3;
 const TAIL: i32 = 24;
+/// Between 0 and half the sampling rate those far above the corner are summed at so many places.
+const NODES: i32 = 32;
 pub(crate) const ORDERS: [u32; 7] = [2, 3, 4, 5, 6, 7, 8];
 
 /// A Butterworth low pass.
@@ -166,21 +168,24 @@ impl LowPass {
         let response = self.response(tick_s);
         let turned = |share: f64| Complex::from_polar(1.0, -2.0 * PI * share * before.delay_s / tick_s);
         let turns: Vec<Complex<f64>> = (-TAIL..=TAIL).map(|m| turned(f64::from(m))).collect();
+        let image = |share: f64, m: i32| {
+            let place = share + f64::from(m);
+            before.lagged(place / tick_s) * turns[(m + TAIL) as usize] / (place * place)
+        };
+        // So far above the corner nothing passes; what the samples have of it is smooth in s.
+        let far = |node: i32| {
+            let outside = (-TAIL..=TAIL).filter(|m| m.abs() > IMAGES);
+            let all = outside.map(|m| image(0.5 * f64::from(node) / f64::from(NODES), m));
+            all.sum::<Complex<f64>>()
+        };
+        let nodes: Vec<Complex<f64>> = (-1..=NODES + 2).map(far).collect();
         let folded = |share: f64| {
             let own = response(share);
             let power = ((PI * share).sin() / PI).powi(2);
-            let image = |(m, turn): (i32, &Complex<f64>)| {
-                let place = share + f64::from(m);
-                // So far above the corner nothing passes.
-                let passed = if m.abs() <= IMAGES {
-                    response(place)
-                } else {
-                    Complex::default()
-                };
-                (passed - own) * before.lagged(place / tick_s) * turn * (power / (place * place))
-            };
-            let images = (-TAIL..=TAIL).zip(&turns).filter(|(m, _)| *m != 0);
-            turned(share) * images.map(image).sum::<Complex<f64>>()
+            let inside = (-IMAGES..=IMAGES).filter(|m| *m != 0);
+            let near = inside.map(|m| (response(share + f64::from(m)) - own) * image(share, m));
+            let passed = near.sum::<Complex<f64>>() - own * between(&nodes, 2.0 * share * f64::from(NODES));
+            turned(share) * passed * power
         };
         (1..=rows / 2).map(|line| folded(line as f64 / rows as f64)).collect()
     }
@@ -316,6 +321,23 @@ impl LowPass {
             .map(|(own, low_pass)| (own - least, low_pass))
             .collect()
     }
+}
+
+/// At a place among equidistant nodes, the first of which is at −1: by the cubic through the four around it.
+fn between(nodes: &[Complex<f64>], place: f64) -> Complex<f64> {
+    let from = place as usize;
+    let t = place - from as f64;
+    let weights = [
+        -t * (t - 1.0) * (t - 2.0) / 6.0,
+        (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
+        -(t + 1.0) * t * (t - 2.0) / 2.0,
+        (t + 1.0) * t * (t - 1.0) / 6.0,
+    ];
+    nodes[from..]
+        .iter()
+        .zip(weights)
+        .map(|(own, weight)| own * weight)
+        .sum()
 }
 
 /// The straight line from the first sample to the last, by row.
@@ -491,6 +513,20 @@ mod tests {
                     "{lag}, {delay}, {line}: {error} {without}"
                 );
             }
+        }
+    }
+
+    /// Guards what is summed at few places only: a fall like that of the images, to its last place.
+    #[test]
+    fn a_smooth_fall_is_known_between_its_nodes() {
+        let fall = |share: f64| Complex::new(1.0, 2.0 * PI * (share - 4.0)).inv() / (share - 4.0).powi(2);
+        let nodes: Vec<Complex<f64>> = (-1..=NODES + 2)
+            .map(|node| fall(0.5 * f64::from(node) / f64::from(NODES)))
+            .collect();
+        for line in 1..=1000 {
+            let share = 0.5 * f64::from(line) / 1000.0;
+            let own = between(&nodes, 2.0 * share * f64::from(NODES));
+            assert!((own / fall(share) - 1.0).norm() < 1e-8, "{share}: {own}");
         }
     }
 

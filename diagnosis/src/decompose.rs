@@ -221,6 +221,11 @@ impl Search<'_> {
                 break;
             }
         }
+        // What shows a low pass only now is searched anew.
+        if self.depth == Depth::UntilSeen && shows_in_output(bench, &base.point, FROM[1]) {
+            gathered.ties.clear();
+            return Some(base);
+        }
         (self.progress)("taking each out again", 0.85);
         let last = self.without_those_that_earn_nothing(base)?;
         let beaten = nameless.filter(|(from, free, is_all)| {
