@@ -34,15 +34,14 @@ impl Search<'_> {
             if terms.is_empty() {
                 return Some(last);
             }
+            let evidence = Evidence::new(bench, &last.point);
             let is_out = |term: &Term| is_out_of_band(bench, &last.point.composition, *term);
-            if let Some(term) = self
-                .compensating(&last, &gap)
-                .or_else(|| terms.iter().copied().find(is_out))
-            {
+            // Where all is explained, one that works against the others does so in truth.
+            let against = evidence.is_misfit.then(|| self.compensating(&last, &gap)).flatten();
+            if let Some(term) = against.or_else(|| terms.iter().copied().find(is_out)) {
                 last = bench.fit(&last.point.composition.without(term, self.model), None)?;
                 continue;
             }
-            let evidence = Evidence::new(bench, &last.point);
             let (own, model) = (evidence.cost(&last.point), self.model);
             let rough = parallel::map(bench.threads, &terms, |term| {
                 bench.fit(&last.point.composition.without(*term, model), Some(&last))

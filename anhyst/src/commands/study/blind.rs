@@ -50,7 +50,7 @@ pub struct BlindArguments {
     #[arg(long, value_name = "NUISANCE,…", value_delimiter = ',', value_parser = PossibleValuesParser::new(Nuisance::ALL.map(Nuisance::name)))]
     pub nuisance: Vec<String>,
     /// Of the seeds that decide everything. Nothing was tuned on the default's.
-    #[arg(long, default_value_t = 75_000_000)]
+    #[arg(long, default_value_t = 76_000_000)]
     pub first_seed: u64,
     /// Samples of a run, at 10 kHz.
     #[arg(long, default_value_t = 40_000, value_parser = clap::value_parser!(u64).range(4000..=1_000_000))]
