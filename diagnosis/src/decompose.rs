@@ -189,7 +189,9 @@ impl Search<'_> {
                 0.27 + 0.13 * stage as f64,
             );
             let polished = polished.or_else(|| bench.fit(&best.point.composition, None));
-            let Some(polished) = polished else { break };
+            let Some(polished) = polished.map(|fit| self.restarted(fit)) else {
+                break;
+            };
             let composition = &polished.point.composition;
             let is_no_size = at_a_bound(composition, *term) && Evidence::new(bench, &polished.point).is_misfit;
             if is_no_size || is_out_of_band(bench, composition, *term) {
@@ -236,17 +238,31 @@ impl Search<'_> {
         beaten.map_or(Some(last), |(from, _, _)| self.without_those_that_earn_nothing(from))
     }
 
+    /// Where a misfit is left, the same from another first magnetization that explains more: what has joined may have moved it. Plays forget it.
+    fn restarted(&self, fit: Fitted) -> Fitted {
+        if self.model.material.law.is_some() || !Evidence::new(self.bench, &fit.point).is_misfit {
+            return fit;
+        }
+        let own = &fit.point.composition;
+        let other = self.started(own.clone(), &self.runs_in_time());
+        let other = other.filter(|other| other != own);
+        match other.and_then(|other| self.bench.fit(&other, None)) {
+            Some(other) if other.point.cost < fit.point.cost => other,
+            _ => fit,
+        }
+    }
+
+    /// Runs whose rows are a time course.
+    fn runs_in_time(&self) -> Vec<usize> {
+        let runs = self.bench.plant.runs.iter().enumerate();
+        let in_time = runs.filter(|(_, run)| run.tick_s.is_some());
+        in_time.map(|(index, _)| index).collect()
+    }
+
     /// Constants, starts, the recorder's low pass and lines.
     pub fn base(&mut self) -> Option<(Fitted, Vec<f64>)> {
         let bench = self.bench;
-        let starts: Vec<usize> = bench
-            .plant
-            .runs
-            .iter()
-            .enumerate()
-            .filter(|(_, run)| run.tick_s.is_some())
-            .map(|(index, _)| index)
-            .collect();
+        let starts = self.runs_in_time();
         let plant = &bench.plant;
         let composition = Composition::nominal(self.model, &starts, plant.fitted, plant.shape_drift_a_per_m);
         let composition = composition.with_low_passes(&self.low_passes);
