@@ -166,7 +166,7 @@ fn reliability(results: &Results) -> Table {
 }
 
 fn places(results: &Results) -> Table {
-    let mut table = Table::new(["place", "claimed", "there", "found", "false discoveries"]);
+    let mut table = Table::new(["place", "claimed", "there", "found", "false discoveries", "F₁"]);
     for own in &results.places {
         let share = |count: u64, of: u64| percent(Share { count, of });
         table.push([
@@ -175,6 +175,11 @@ fn places(results: &Results) -> Table {
             own.there.to_string(),
             share(own.right, own.there),
             share(own.claimed - own.right, own.claimed),
+            // Harmonic mean of what of the claims is right and what of the truth is found.
+            format!(
+                "{:.2}",
+                2.0 * own.right as f64 / ((own.claimed + own.there) as f64).max(1.0)
+            ),
         ]);
     }
     table
