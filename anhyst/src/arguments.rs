@@ -3,15 +3,11 @@
 use anhyst_identify::parallel;
 use anhyst_launch::claim::{Claimed, claimed};
 use anhyst_launch::error::RunError;
+use anhyst_launch::launcher::YIELDS_SHARED;
 use anhyst_measured::{ColumnMapping, RowRange, RunReadOptions};
 use anhyst_scenario::Setting;
 use clap::Args;
 use std::path::PathBuf;
-
-/// Polls before a waiting process sleeps, on a machine with fewer cores than processes.
-pub const YIELDS_SHARED: u32 = 20;
-/// The same where every process has a core of its own.
-pub const YIELDS_DEDICATED: u32 = 1000;
 
 /// A scenario and changes to it.
 #[derive(Debug, Args)]

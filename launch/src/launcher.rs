@@ -7,6 +7,7 @@ mod restart;
 mod root_cause;
 mod running;
 mod start;
+mod waits;
 
 use crate::across::BRIDGE;
 use crate::folder::RunFolder;
@@ -22,6 +23,7 @@ use running::Running;
 pub use start::Options;
 use start::start;
 use std::time::Instant;
+pub use waits::{Waits, YIELDS_SHARED};
 
 /// Runs a scenario's processes to the end; `progress` hears the plant's ticks.
 ///

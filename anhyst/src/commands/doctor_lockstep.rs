@@ -3,13 +3,11 @@
 
 use super::Ending;
 use super::doctor_realtime::{GROUPED, SEPARATE, parsed};
-use crate::arguments::{YIELDS_DEDICATED, YIELDS_SHARED};
 use anhyst_ipc::NodeId;
-use anhyst_launch::error::RunError;
+use anhyst_launch::launcher::Waits;
 use anhyst_launch::say::quoted;
 use anhyst_report::table::Table;
 use anhyst_scenario::{Scenario, Setting, load};
-use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 use serde::Serialize;
 use std::path::Path;
 
@@ -25,10 +23,8 @@ const LOCKSTEP: &str = "clock=Lockstep()";
 struct Way {
     /// As a change of the scenario.
     placement: &'static str,
-    /// Polls before a waiting process sleeps.
-    yields: u32,
-    /// The CPU that all processes share; null: they may use all.
-    cpu: Option<usize>,
+    /// Each process polls on a core of its own; if not, the loop has one core, and who has nothing to do sleeps.
+    dedicated_cores: bool,
 }
 
 /// What it came to.
@@ -62,9 +58,6 @@ struct Findings {
 pub fn run(path: &Path, settings: &[Setting], duration_s: f64, json: bool) -> miette::Result<Ending> {
     anhyst_launch::signals::install();
     anhyst_launch::resources::sweep();
-    let allowed =
-        sched_getaffinity(None).map_err(|cause| miette::miette!("this process's CPUs are not known: {cause}"))?;
-    let cpus: Vec<usize> = (0..CpuSet::MAX_CPU).filter(|cpu| allowed.is_set(*cpu)).collect();
     let duration_s = duration_s / TURNS as f64;
     let real_time = load(path, settings)?.clock.realtime().is_some();
     let scenario = |way: &Way| -> miette::Result<Scenario> {
@@ -76,12 +69,12 @@ pub fn run(path: &Path, settings: &[Setting], duration_s: f64, json: bool) -> mi
         ];
         Ok(load(path, &[settings, &parsed(&own)?].concat())?)
     };
-    let ways = ways(&cpus);
+    let ways = ways();
     let mut rates = vec![Vec::new(); ways.len()];
     for turn in 0..TURNS {
         for (index, way) in ways.iter().enumerate() {
             let name = format!("way {} of {}, turn {} of {TURNS}", index + 1, ways.len(), turn + 1);
-            rates[index].push(rate(&scenario(way)?, way, &allowed, &name)?);
+            rates[index].push(rate(&scenario(way)?, way, &name)?);
         }
     }
     let median = |mut rates: Vec<f64>| {
@@ -110,7 +103,7 @@ pub fn run(path: &Path, settings: &[Setting], duration_s: f64, json: bool) -> mi
         best.map(|best| best.command.clone()).unwrap_or_default()
     };
     let findings = Findings {
-        cpus: cpus.len(),
+        cpus: std::thread::available_parallelism().map_or(1, usize::from),
         turns: TURNS,
         separate: fastest(&|one| one.way.placement == SEPARATE),
         fastest: fastest(&|one| one.hops > 0),
@@ -125,33 +118,20 @@ pub fn run(path: &Path, settings: &[Setting], duration_s: f64, json: bool) -> mi
 }
 
 /// The blocks alone first.
-fn ways(cpus: &[usize]) -> Vec<Way> {
-    let way = |placement, yields, cpu| Way { placement, yields, cpu };
-    let mut ways = vec![way(EMBEDDED, YIELDS_SHARED, None)];
-    for placement in [SEPARATE, GROUPED] {
-        for yields in [YIELDS_SHARED, YIELDS_DEDICATED] {
-            ways.push(way(placement, yields, None));
-            if cpus.len() > 1 {
-                ways.push(way(placement, yields, cpus.first().copied()));
-            }
-        }
-    }
-    ways
+fn ways() -> Vec<Way> {
+    let way = |placement, dedicated_cores| Way {
+        placement,
+        dedicated_cores,
+    };
+    let of_processes = [SEPARATE, GROUPED].into_iter();
+    let of_processes = of_processes.flat_map(|placement| [way(placement, false), way(placement, true)]);
+    std::iter::once(way(EMBEDDED, false)).chain(of_processes).collect()
 }
 
-/// Ticks per second of one run. Processes inherit the CPUs of the thread that starts them.
-fn rate(scenario: &Scenario, way: &Way, allowed: &CpuSet, name: &str) -> miette::Result<f64> {
-    let bind = |cpus: &CpuSet| {
-        sched_setaffinity(None, cpus).map_err(|cause| RunError::Setup(format!("CPUs cannot be chosen: {cause}")))
-    };
-    if let Some(cpu) = way.cpu {
-        let mut one = CpuSet::new();
-        one.set(cpu);
-        bind(&one)?;
-    }
-    let summary = super::doctor_realtime::summary(scenario, way.yields, name);
-    bind(allowed)?;
-    Ok(summary?.ticks_per_s)
+/// Ticks per second of one run.
+fn rate(scenario: &Scenario, way: &Way, name: &str) -> miette::Result<f64> {
+    let waits = Waits::of(scenario, way.dedicated_cores);
+    Ok(super::doctor_realtime::summary(scenario, waits, name)?.ticks_per_s)
 }
 
 /// How often a tick's tokens, on their way round the loop, go from one process to another.
@@ -170,49 +150,34 @@ fn hops(scenario: &Scenario) -> usize {
 impl Way {
     /// `real_time`: what the scenario's clock is by itself.
     fn command(&self, path: &Path, settings: &[Setting], real_time: bool) -> String {
-        let bound = self.cpu.map_or(String::new(), |cpu| format!("taskset -c {cpu} "));
-        let polls = if self.yields == YIELDS_DEDICATED {
-            " --dedicated-cores"
-        } else {
-            ""
-        };
+        let polls = if self.dedicated_cores { " --dedicated-cores" } else { "" };
         let settings = settings
             .iter()
             .map(|setting| format!("{}={}", setting.path, setting.value));
         let clock = real_time.then(|| LOCKSTEP.to_owned());
         let all = settings.chain(clock).chain([self.placement.to_owned()]);
         let all: String = all.map(|setting| format!(" --set '{setting}'")).collect();
-        format!("{bound}anhyst run {}{polls}{all}", quoted(path))
+        format!("anhyst run {}{polls}{all}", quoted(path))
     }
 }
 
 impl Findings {
     fn text(&self) -> String {
-        let mut table = Table::new([
-            "placement",
-            "waits",
-            "CPUs",
-            "hops a tick",
-            "ticks per second",
-            "a hop, µs",
-        ]);
+        let mut table = Table::new(["placement", "processes", "hops a tick", "ticks per second", "a hop, µs"]);
         for one in &self.ways {
             let way = &one.way;
-            let (placement, waits) = match way.placement {
-                EMBEDDED => ("one process", "-"),
-                own => (
-                    if own == SEPARATE { "separate" } else { "grouped" },
-                    if way.yields == YIELDS_DEDICATED {
-                        "polls"
-                    } else {
-                        "polls, then sleeps"
-                    },
-                ),
+            let placement = match way.placement {
+                EMBEDDED => "one process",
+                SEPARATE => "separate",
+                _ => "grouped",
             };
             table.push([
                 placement.into(),
-                waits.into(),
-                way.cpu.map_or("all".into(), |cpu| format!("{cpu} only")),
+                match (way.placement, way.dedicated_cores) {
+                    (EMBEDDED, _) => "-".into(),
+                    (_, false) => "share a core".into(),
+                    (_, true) => "poll".into(),
+                },
                 one.hops.to_string(),
                 format!("{:.0}", one.ticks_per_s),
                 one.hop_us.map_or("-".into(), |hop_us| format!("{hop_us:.1}")),
@@ -244,13 +209,5 @@ mod tests {
         assert_eq!(hops_of(SEPARATE), 6);
         assert_eq!(hops_of(GROUPED), 3);
         assert_eq!(hops_of("placement=Groups([[plant, amplifier]])"), 5);
-    }
-
-    // Guards a machine, or a container, with one CPU, whose number need not be 0.
-    #[test]
-    fn one_core_is_measured_where_there_are_more() {
-        let bound = |cpus: &[usize]| ways(cpus).iter().filter_map(|way| way.cpu).collect::<Vec<_>>();
-        assert!(bound(&[3]).is_empty());
-        assert_eq!(bound(&[2, 3]), [2; 4]);
     }
 }

@@ -5,11 +5,10 @@
 //! zeros, once for each way. Then the scenario's own blocks, the best way, at rates found by halving a ladder.
 
 use super::{Ending, progress_bar};
-use crate::arguments::YIELDS_SHARED;
 use anhyst_launch::across::AcrossArguments;
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
-use anhyst_launch::launcher::{self, Options};
+use anhyst_launch::launcher::{self, Options, Waits};
 use anhyst_launch::realtime::RealtimeSummary;
 use anhyst_launch::resources::{self, Resources};
 use anhyst_launch::summary::Summary;
@@ -272,12 +271,12 @@ pub(super) fn parsed(settings: &[String]) -> miette::Result<Vec<Setting>> {
 }
 
 fn one(scenario: &Scenario, name: &str) -> Result<RealtimeSummary, RunError> {
-    let realtime = summary(scenario, YIELDS_SHARED, name)?.realtime;
+    let realtime = summary(scenario, Waits::shared(), name)?.realtime;
     realtime.ok_or_else(|| RunError::Setup("no process has reported real-time figures".into()))
 }
 
 /// What one run came to.
-pub(super) fn summary(scenario: &Scenario, yields: u32, name: &str) -> Result<Summary, RunError> {
+pub(super) fn summary(scenario: &Scenario, waits: Waits, name: &str) -> Result<Summary, RunError> {
     let folder = prepare(scenario, Some(Path::new(RESULTS)))?;
     let bar = progress_bar(scenario.ticks(), name);
     let mut progress = |tick| bar.set_position(tick);
@@ -285,7 +284,7 @@ pub(super) fn summary(scenario: &Scenario, yields: u32, name: &str) -> Result<Su
         embedded(scenario, &folder, &mut progress)?
     } else {
         let options = Options {
-            yields,
+            waits,
             reverse_start: false,
             resources: Resources::unique(),
             start_limit: START_LIMIT,

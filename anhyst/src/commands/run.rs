@@ -2,7 +2,7 @@
 
 use super::run_arguments::{AloneArguments, RunArguments};
 use super::{Ending, progress_bar};
-use crate::arguments::{SetArguments, YIELDS_DEDICATED, YIELDS_SHARED};
+use crate::arguments::SetArguments;
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
@@ -94,11 +94,6 @@ pub(super) fn perform(
     let claims = (scenario.placement != Placement::Embedded).then(|| meeting.claim());
     let _claimed = claims.transpose().map_err(|sentence| miette::miette!("{sentence}"))?;
     let folder = prepare(scenario, out)?;
-    let yields = if arguments.dedicated_cores {
-        YIELDS_DEDICATED
-    } else {
-        YIELDS_SHARED
-    };
     if scenario.placement != Placement::Embedded {
         tuning::announce(&folder, &meeting)?;
     }
@@ -108,7 +103,11 @@ pub(super) fn perform(
     } else {
         resources::sweep();
         let options = launcher::Options {
-            yields,
+            waits: if arguments.across.is_part() && !arguments.dedicated_cores {
+                launcher::Waits::shared()
+            } else {
+                launcher::Waits::of(scenario, arguments.dedicated_cores)
+            },
             reverse_start: arguments.reverse_start,
             resources: meeting,
             start_limit: Duration::from_secs_f64(arguments.meeting.start_limit_s),

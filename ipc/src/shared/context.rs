@@ -239,11 +239,11 @@ impl SharedContext {
         }
     }
 
-    /// Waits as this process does until `look` finds what is `awaited`; none once it is `until_ns` of the monotonic clock or the run
-    /// is told to stop, which no longer counts once [`SharedContext::wait_at_most`] was called.
+    /// Waits as this process does, whose last look has found nothing, until `look` finds what is `awaited`; none once it is `until_ns` of the
+    /// monotonic clock, now `now_ns`, or the run is told to stop, which no longer counts once [`SharedContext::wait_at_most`] was called.
     pub(super) fn wait<T>(
         &self,
-        until_ns: u64,
+        (now_ns, until_ns): (u64, u64),
         awaited: &Awaited,
         look: impl FnMut() -> Result<Option<T>, LinkError>,
     ) -> Result<Option<T>, LinkError> {
@@ -253,7 +253,13 @@ impl SharedContext {
             Wait::Notified { .. } if self.rejoins => Rest::For(REJOINED_POLL),
             Wait::Notified { .. } => Rest::Notified(&self.waker, Some(awaited)),
         };
-        wait(self.yields(), &rest, until_ns, self.last_wait.get().is_none(), look)
+        wait(
+            self.yields(),
+            &rest,
+            (now_ns, until_ns),
+            self.last_wait.get().is_none(),
+            look,
+        )
     }
 
     /// How often this process slept on with a token there, because its sender's notification was lost. Sleeps that a tick's end

@@ -15,6 +15,7 @@ mod ports;
 mod remote;
 mod status;
 mod tuning;
+mod wake_word;
 mod waker;
 
 pub use context::{SharedContext, SharedSettings, Wait};

@@ -4,7 +4,7 @@ use super::context::SharedContext;
 use super::iceoryx::{channel_name, refused, retry};
 use super::names::{DEEPEST_BUFFER, LOOP_BUFFER, MAX_BORROWED, MAX_NODES, MAX_PUBLISHERS, MAX_SUBSCRIBERS};
 use super::status::TokenWait;
-use super::waker::{Awaited, Origin, Peer, notify_sleepers};
+use super::waker::{Awaited, Peer, notify_sleepers};
 use crate::clock::monotonic_ns;
 use crate::error::LinkError;
 use crate::message::{Channel, Message, NodeId};
@@ -231,10 +231,8 @@ impl RawReceiver {
         });
         let start_ns = monotonic_ns();
         let limit = self.context.last_wait().unwrap_or(self.context.receive_limit());
-        match self
-            .context
-            .wait(after(start_ns, limit), &self.awaited(Some(tick)), || self.poll())?
-        {
+        let span = (start_ns, after(start_ns, limit));
+        match self.context.wait(span, &self.awaited(Some(tick)), || self.poll())? {
             Some(token) => Ok(token),
             None => Err(self.given_up(tick, start_ns)),
         }
@@ -243,11 +241,17 @@ impl RawReceiver {
     /// Brings `newest` to `due`, waiting until `until_ns` of the monotonic clock for its token. On the way to the safe field
     /// time no longer decides, and silence is told, not borne.
     pub fn receive_newest(&self, newest: &mut Newest, due: u64, until_ns: u64) -> Result<(), LinkError> {
+        let mut look = || Ok(newest.advance(due, monotonic_ns(), || self.poll())?.then_some(()));
+        if look()?.is_some() {
+            return Ok(());
+        }
         let start_ns = monotonic_ns();
         let last_wait = self.context.last_wait();
         let until_ns = last_wait.map_or(until_ns, |limit| after(start_ns, limit));
-        let look = || Ok(newest.advance(due, monotonic_ns(), || self.poll())?.then_some(()));
-        let settled = self.context.wait(until_ns, &self.awaited(Some(due)), look)?.is_some();
+        let settled = self
+            .context
+            .wait((start_ns, until_ns), &self.awaited(Some(due)), look)?
+            .is_some();
         if settled || last_wait.is_none() && !stop_requested() {
             return Ok(());
         }
@@ -258,17 +262,21 @@ impl RawReceiver {
     pub fn wait<T>(
         &self,
         limit: Duration,
-        look: impl FnMut() -> Result<Option<T>, LinkError>,
+        mut look: impl FnMut() -> Result<Option<T>, LinkError>,
     ) -> Result<Option<T>, LinkError> {
+        if let Some(found) = look()? {
+            return Ok(Some(found));
+        }
+        let now_ns = monotonic_ns();
         self.context
-            .wait(after(monotonic_ns(), limit), &self.awaited(None), look)
+            .wait((now_ns, after(now_ns, limit)), &self.awaited(None), look)
     }
 
     fn awaited(&self, tick: Option<u64>) -> Awaited {
-        let origin = self.sender.clone().zip(tick);
         Awaited {
             channel: self.channel,
-            origin: origin.map(|(sender, tick)| Origin { sender, tick }),
+            sender: self.sender.clone(),
+            tick,
         }
     }
 

@@ -192,8 +192,12 @@ impl Egress {
     pub fn next(&self, limit: Duration) -> Result<Option<RawToken>, LinkError> {
         let listening = self.hears_all.and_then(|index| self.proxies.get(index));
         let rest = listening.map_or(Rest::For(POLL), |proxy| Rest::Notified(&proxy.waker, None));
-        let until_ns = monotonic_ns() + limit.as_nanos() as u64;
-        wait(self.context.yields(), &rest, until_ns, true, || self.poll())
+        if let Some(token) = self.poll()? {
+            return Ok(Some(token));
+        }
+        let now_ns = monotonic_ns();
+        let until_ns = now_ns + limit.as_nanos() as u64;
+        wait(self.context.yields(), &rest, (now_ns, until_ns), true, || self.poll())
     }
 }
 

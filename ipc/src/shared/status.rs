@@ -26,12 +26,12 @@ fn number(channel: Channel) -> u64 {
 }
 
 /// The word of one who sleeps until a token comes on this channel, or on any.
-fn asleep(awaited: Option<Channel>) -> u64 {
+pub fn asleep(awaited: Option<Channel>) -> u64 {
     ANY_TOKEN + awaited.map_or(0, number)
 }
 
 /// A token on this channel wakes the one with this word.
-fn is_woken(word: u64, channel: Channel) -> bool {
+pub fn is_woken(word: u64, channel: Channel) -> bool {
     word == ANY_TOKEN || word == asleep(Some(channel))
 }
 

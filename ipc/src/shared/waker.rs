@@ -7,6 +7,7 @@
 use super::iceoryx::{event, refused, retry};
 use super::names::END;
 use super::status::{OwnStatus, PeerStatus};
+use super::wake_word::WakeWord;
 use crate::clock::monotonic_ns;
 use crate::error::LinkError;
 use crate::message::Channel;
@@ -29,12 +30,21 @@ const CROWDED_NS: u64 = 200_000;
 /// So long after that a process sleeps at once: who is woken gets the core soon, who yields gets it last.
 const CROWDED_FOR_NS: u64 = 50_000_000;
 
+/// What ends a sleep.
+#[derive(Clone, Copy)]
+enum Alarm {
+    Event,
+    /// The process's word, rung more often than so.
+    Word(u32),
+}
+
 /// What the others find of a process and wake it by.
 pub struct Waker {
     pub status: OwnStatus,
     listener: Listener<ipc::Service>,
+    word: Option<WakeWord>,
     /// A sleep found this token at its end, and nobody had notified of it; its sender may be just about to.
-    unannounced: RefCell<Option<Origin>>,
+    unannounced: RefCell<Option<(Origin, Alarm)>>,
     lost_notifications: Cell<u64>,
     /// Until when yielding is not worth while.
     crowded_until_ns: Cell<u64>,
@@ -43,7 +53,8 @@ pub struct Waker {
 impl Waker {
     /// The one of `process`; `again` if it takes the place of a process of this name that died.
     pub fn create(node: &Node<ipc::Service>, process: &str, agreement: u64, again: bool) -> Result<Self, LinkError> {
-        // The listener before the status: who has found the one finds the other.
+        // Word and listener before the status: who has found the one finds the others.
+        let word = WakeWord::create(node, process);
         let listener = retry(again, || {
             let created = event(node, process)?.listener_builder().create();
             created.map_err(refused("create a listener"))
@@ -56,6 +67,7 @@ impl Waker {
         Ok(Self {
             status,
             listener,
+            word,
             unannounced: RefCell::new(None),
             lost_notifications: Cell::new(0),
             crowded_until_ns: Cell::new(0),
@@ -72,41 +84,61 @@ impl Waker {
         if !self.settled(left.min(MAX_SLEEP)) {
             return Ok(None);
         }
-        self.status.fall_asleep(awaited.map(|awaited| awaited.channel));
+        let alarm = self.fall_asleep(awaited);
         // Pairs with the fence in `notify_sleepers`.
         fence(Ordering::SeqCst);
         let mut found = look();
-        if matches!(found, Ok(None)) && !self.notified_within(left.min(MAX_SLEEP)) && left > MAX_SLEEP {
+        if matches!(found, Ok(None)) && !self.notified_within(alarm, left.min(MAX_SLEEP)) && left > MAX_SLEEP {
             found = look();
             if matches!(found, Ok(Some(_))) {
-                self.unannounced
-                    .replace(awaited.and_then(|awaited| awaited.origin.clone()));
+                let origin = awaited.and_then(Awaited::origin);
+                self.unannounced.replace(origin.map(|origin| (origin, alarm)));
             }
         }
         // Whoever is just about to notify of it shall find the flag up still.
         if self.settled(Duration::ZERO) {
-            self.status.wake_up();
+            self.wake_up(alarm);
         }
         found
+    }
+
+    /// Puts the flag up that whoever sends what is awaited looks at.
+    fn fall_asleep(&self, awaited: Option<&Awaited>) -> Alarm {
+        if let (Some(word), Some(awaited)) = (&self.word, awaited)
+            && awaited.sender.as_ref().is_some_and(|sender| sender.word.is_some())
+        {
+            let before = word.rung();
+            word.fall_asleep(awaited.channel);
+            return Alarm::Word(before);
+        }
+        self.status.fall_asleep(awaited.map(|awaited| awaited.channel));
+        Alarm::Event
+    }
+
+    fn wake_up(&self, alarm: Alarm) {
+        match (&self.word, alarm) {
+            (Some(word), Alarm::Word(_)) => word.wake_up(),
+            _ => self.status.wake_up(),
+        }
     }
 
     /// Whether what the last sleep found has been notified of meanwhile, or its notification is lost; waits so long for it. Its sender may
     /// have been kept from the core between sending and notifying, for any time: it has lost it only once its heartbeat is past that tick.
     fn settled(&self, limit: Duration) -> bool {
-        let Some(origin) = self.unannounced.take() else {
+        let Some((origin, alarm)) = self.unannounced.take() else {
             return true;
         };
         // In this order: who notifies does so before its heartbeat.
         let past = origin.is_past();
-        let heard = self.notified_within(if past { Duration::ZERO } else { limit });
+        let heard = self.notified_within(alarm, if past { Duration::ZERO } else { limit });
         if !heard && past {
             self.lost_notifications.set(self.lost_notifications.get() + 1);
         }
         if heard || past {
-            self.status.wake_up();
+            self.wake_up(alarm);
             return true;
         }
-        self.unannounced.replace(Some(origin));
+        self.unannounced.replace(Some((origin, alarm)));
         false
     }
 
@@ -118,7 +150,10 @@ impl Waker {
 
     /// The waits of iceoryx2 count in jiffies, which are longer than a tick; `ppoll` counts in nanoseconds. True if somebody has
     /// notified, or if a signal has ended the wait.
-    fn notified_within(&self, limit: Duration) -> bool {
+    fn notified_within(&self, alarm: Alarm, limit: Duration) -> bool {
+        if let (Some(word), Alarm::Word(before)) = (&self.word, alarm) {
+            return word.wait(before, limit);
+        }
         // SAFETY: the descriptor is the listener's, which lives as long as `self`.
         let descriptor = unsafe { BorrowedFd::borrow_raw(self.listener.file_descriptor().native_handle()) };
         let limit = Timespec {
@@ -136,15 +171,23 @@ impl Waker {
 /// What a process sleeps for.
 pub struct Awaited {
     pub channel: Channel,
-    /// None where any token will do: then none counts as not notified of.
-    pub origin: Option<Origin>,
+    /// Who sends it, if that is another process.
+    pub sender: Option<Rc<Peer>>,
+    /// None where any will do: then none counts as not notified of.
+    pub tick: Option<u64>,
 }
 
 /// Which process sends a token, and of which tick it is.
-#[derive(Clone)]
-pub struct Origin {
-    pub sender: Rc<Peer>,
-    pub tick: u64,
+struct Origin {
+    sender: Rc<Peer>,
+    tick: u64,
+}
+
+impl Awaited {
+    fn origin(&self) -> Option<Origin> {
+        let (sender, tick) = (self.sender.clone()?, self.tick?);
+        Some(Origin { sender, tick })
+    }
 }
 
 impl Origin {
@@ -157,6 +200,7 @@ impl Origin {
 /// Another process: what it says of itself, and what wakes it.
 pub struct Peer {
     pub status: PeerStatus,
+    word: Option<WakeWord>,
     notifier: Notifier<ipc::Service>,
 }
 
@@ -177,7 +221,8 @@ impl Peer {
             }
         });
         let notifier = connected.or_else(|_| create())?;
-        Ok(Self { status, notifier })
+        let word = WakeWord::of(node, process);
+        Ok(Self { status, word, notifier })
     }
 }
 
@@ -187,9 +232,14 @@ pub fn notify_sleepers(readers: &[Rc<Peer>], channel: Channel) -> Result<(), Lin
     // Pairs with the fence in `Waker::sleep`.
     fence(Ordering::SeqCst);
     let mut outcome = Ok(());
-    for sleeper in readers.iter().filter(|reader| reader.status.sleeps_for(channel)) {
-        let notified = sleeper.notifier.notify().map_err(refused("notify a process"));
-        outcome = outcome.and(notified.map(|_| ()));
+    for reader in readers {
+        if let Some(word) = &reader.word {
+            outcome = outcome.and(word.ring(channel).map_err(refused("wake a process")));
+        }
+        if reader.status.sleeps_for(channel) {
+            let notified = reader.notifier.notify().map_err(refused("notify a process"));
+            outcome = outcome.and(notified.map(|_| ()));
+        }
     }
     outcome
 }
@@ -208,48 +258,52 @@ impl Rest<'_> {
         matches!(self, Rest::Notified(waker, _) if now_ns < waker.crowded_until_ns.get())
     }
 
-    /// Gives the core away for a moment, and notes if that takes long.
-    fn give_way(&self, now_ns: u64) {
+    /// Gives the core away for a moment, and notes if that takes long; the moment after it.
+    fn give_way(&self, now_ns: u64) -> u64 {
         std::thread::yield_now();
-        if let Rest::Notified(waker, _) = self {
-            let back_ns = monotonic_ns();
-            if back_ns > now_ns + CROWDED_NS {
-                waker.crowded_until_ns.set(back_ns + CROWDED_FOR_NS);
-            }
+        let back_ns = monotonic_ns();
+        if let Rest::Notified(waker, _) = self
+            && back_ns > now_ns + CROWDED_NS
+        {
+            waker.crowded_until_ns.set(back_ns + CROWDED_FOR_NS);
         }
+        back_ns
     }
 }
 
-/// Looks until something is found: polls and yields so often, unless others want the core, then rests between two looks. None once it is `until_ns` of
-/// the monotonic clock or, if `stoppable`, the run is told to stop.
+/// Looks again and again, for who has just looked and found nothing: yields so often between two looks, unless others want the core, then
+/// rests. None once it is `until_ns` of the monotonic clock, now `now_ns`, or, if `stoppable`, the run is told to stop.
 pub fn wait<T>(
     yields: u32,
     rest: &Rest,
-    until_ns: u64,
+    (mut now_ns, until_ns): (u64, u64),
     stoppable: bool,
     mut look: impl FnMut() -> Result<Option<T>, LinkError>,
 ) -> Result<Option<T>, LinkError> {
     let mut polls = 0;
-    loop {
-        if let Some(found) = look()? {
-            return Ok(Some(found));
-        }
-        let now_ns = monotonic_ns();
-        if now_ns >= until_ns || stoppable && stop_requested() {
-            return Ok(None);
-        }
+    while now_ns < until_ns && !(stoppable && stop_requested()) {
         let left = Duration::from_nanos(until_ns - now_ns);
+        let mut found = None;
         match rest {
             _ if polls < yields && !rest.is_crowded(now_ns) => {
                 polls += 1;
-                rest.give_way(now_ns);
+                now_ns = rest.give_way(now_ns);
             }
             Rest::Notified(waker, awaited) => {
-                if let Some(found) = waker.sleep(left, *awaited, &mut look)? {
-                    return Ok(Some(found));
-                }
+                found = waker.sleep(left, *awaited, &mut look)?;
+                now_ns = monotonic_ns();
             }
-            Rest::For(period) => std::thread::sleep(left.min(*period)),
+            Rest::For(period) => {
+                std::thread::sleep(left.min(*period));
+                now_ns = monotonic_ns();
+            }
+        }
+        if found.is_none() {
+            found = look()?;
+        }
+        if found.is_some() {
+            return Ok(found);
         }
     }
+    Ok(None)
 }

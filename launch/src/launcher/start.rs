@@ -2,6 +2,7 @@
 
 use super::LaunchError;
 use super::running::{Running, Stillness};
+use super::waits::Waits;
 use crate::across::{AcrossArguments, BRIDGE};
 use crate::external::{self, ExternalCommand};
 use crate::folder::RunFolder;
@@ -15,8 +16,8 @@ use std::time::Duration;
 /// How processes are started.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Polls before a waiting process sleeps.
-    pub yields: u32,
+    /// How they wait for each other, and where.
+    pub waits: Waits,
     /// Last process first: the result must not depend on it.
     pub reverse_start: bool,
     /// Where the processes meet.
@@ -102,7 +103,7 @@ pub(super) fn start_own(
         .arg("--out")
         .arg(folder.path())
         .args(["--service-prefix", &options.resources.prefix])
-        .args(["--yields", &options.yields.to_string()])
+        .args(["--yields", &options.waits.yields.to_string()])
         .args(["--start-limit-s", &start_limit.as_secs_f64().to_string()])
         .args(["--end-with-launcher", &std::process::id().to_string()])
         .arg("--root")
@@ -110,7 +111,7 @@ pub(super) fn start_own(
         .args(across.into_iter().flatten())
         .args(again.then_some("--rejoin"))
         .stderr(log);
-    Supervised::start(&mut command)
+    options.waits.start(nodes, || Supervised::start(&mut command))
 }
 
 /// Starts a process by the user's command, or tells the user what to start.
@@ -127,7 +128,7 @@ fn start_external(
         &options.resources,
         scenario.clock.receive_limit_s(),
         options.start_limit,
-        options.yields,
+        options.waits.yields,
     );
     let command = options
         .commands

@@ -5,7 +5,7 @@ use super::measure::Timed;
 use anhyst_launch::across::AcrossArguments;
 use anhyst_launch::embedded::{embedded, judged, prepare};
 use anhyst_launch::error::RunError;
-use anhyst_launch::launcher::{self, Options};
+use anhyst_launch::launcher::{self, Options, Waits};
 use anhyst_launch::realtime::cpu_s;
 use anhyst_launch::report::ProcessReport;
 use anhyst_launch::resources::Resources;
@@ -95,7 +95,7 @@ fn recorded(scenario: &Scenario) -> Result<f64, RunError> {
 fn processes(scenario: &Scenario) -> Result<f64, RunError> {
     let folder = prepare(scenario, Some(Path::new(RESULTS)))?;
     let options = Options {
-        yields: crate::arguments::YIELDS_SHARED,
+        waits: Waits::of(scenario, false),
         reverse_start: false,
         resources: Resources::unique(),
         start_limit: START_LIMIT,
