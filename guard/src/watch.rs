@@ -50,8 +50,11 @@ impl Faults {
 
     /// All of them, in the order of their numbers.
     pub fn iter(self) -> impl Iterator<Item = Event> {
+        // As a rule there is none.
+        let most = if self.0 == 0 { 0 } else { Event::ALL.len() };
         Event::ALL
             .into_iter()
+            .take(most)
             .filter(move |event| self.0 >> event.number() & 1 == 1)
     }
 }

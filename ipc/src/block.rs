@@ -85,6 +85,10 @@ pub trait Inputs: Sized {
     type Receivers;
     /// Opens the links for `reader`.
     fn open(reader: NodeId, connections: &mut Connections) -> Result<Self::Receivers, LinkError>;
+    /// True if all tokens of `tick` are here, within one process in lockstep.
+    fn are_here(receivers: &Self::Receivers, tick: u64) -> bool;
+    /// Those tokens.
+    fn here(receivers: &Self::Receivers) -> Self;
     /// Takes the tokens of `tick`, waiting for them.
     fn receive(receivers: &mut Self::Receivers, tick: u64) -> Result<Self, LinkError>;
     /// The tokens of a tick that was left out, as far as they are there: nobody is waited for.
@@ -132,6 +136,13 @@ macro_rules! tuples {
                 Ok(($(connections.receiver::<$edge::Message>(reader, $edge::DELAY)?,)*))
             }
             #[inline(always)]
+            fn are_here(($($receiver,)*): &Self::Receivers, tick: u64) -> bool {
+                $($receiver.is_here(tick))&&*
+            }
+            #[inline(always)]
+            fn here(($($receiver,)*): &Self::Receivers) -> Self {
+                ($($edge::from_token($receiver.here()),)*)
+            }
             fn receive(($($receiver,)*): &mut Self::Receivers, tick: u64) -> Result<Self, LinkError> {
                 Ok(($($edge::from_token($receiver.receive(tick)?),)*))
             }

@@ -1,7 +1,7 @@
 //! A link, whichever transport carries it, and the connections of one process.
 
 use crate::clock::monotonic_ns;
-use crate::embedded::Cells;
+use crate::embedded::{Cells, Slot};
 use crate::error::LinkError;
 use crate::message::{Channel, Message, NodeId};
 use crate::newest::{Newest, noted};
@@ -10,7 +10,6 @@ use crate::raw::RawToken;
 use crate::shared::{RawReceiver, RawSender, SharedContext};
 use crate::statistics::{Latency, LinkReport};
 use crate::wire::Wire;
-use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::rc::Rc;
 
@@ -156,7 +155,7 @@ impl Connections {
 
 /// The sending end of a channel.
 pub struct Sender<M: Message> {
-    cell: Rc<Cell<Option<M>>>,
+    cell: Rc<Slot<M>>,
     shared: Option<RawSender>,
 }
 
@@ -170,7 +169,7 @@ impl<M: Message> Sender<M> {
         if let Some(shared) = &self.shared {
             send_shared(shared, &mut token)?;
         }
-        self.cell.set(Some(token));
+        self.cell.set(token);
         Ok(())
     }
 
@@ -191,7 +190,7 @@ fn send_shared<M: Message>(shared: &RawSender, token: &mut M) -> Result<(), Link
 }
 
 enum Source<M: Message> {
-    Cell(Rc<Cell<Option<M>>>),
+    Cell(Rc<Slot<M>>),
     Shared(RawReceiver),
 }
 
@@ -215,22 +214,34 @@ pub struct Receiver<M: Message> {
 }
 
 impl<M: Message> Receiver<M> {
+    /// True if the token that is due at `tick` lies in the cell, within one process in lockstep.
+    #[inline(always)]
+    pub fn is_here(&self, tick: u64) -> bool {
+        match (&self.discipline, &self.source) {
+            (Discipline::Lockstep, Source::Cell(cell)) => {
+                let (there, due) = (cell.tick(), tick.checked_sub(self.delay));
+                there.is_some() && due.is_some() && (there == due || self.any_tick)
+            }
+            _ => false,
+        }
+    }
+
+    /// The token that [`Receiver::is_here`], with no error beside it: without another copy on the way.
+    #[inline(always)]
+    pub fn here(&self) -> M {
+        match &self.source {
+            Source::Cell(cell) => cell.token(),
+            Source::Shared(_) => M::default(),
+        }
+    }
+
     /// The token that is due at `tick`: of this tick, or of the tick before for a delayed reader (at tick 0 the default). In
     /// real time: the newest that is not newer than that.
     ///
     /// # Errors
     /// In lockstep if it does not come within the receive limit or another one comes; in real time if its sender is watched
     /// ([`Connections::end_if_silent`]) and silent; if the run is told to stop.
-    #[inline(always)]
     pub fn receive(&mut self, tick: u64) -> Result<M, LinkError> {
-        // Within one process in lockstep: without another copy on the way.
-        if let (Discipline::Lockstep, Source::Cell(cell)) = (&self.discipline, &self.source)
-            && let Some(due) = tick.checked_sub(self.delay)
-            && let Some(token) = cell.get()
-            && (token.tick() == due || self.any_tick)
-        {
-            return Ok(token);
-        }
         self.receive_in(tick, false)
     }
 
@@ -242,7 +253,6 @@ impl<M: Message> Receiver<M> {
         self.receive_in(tick, true)
     }
 
-    #[inline(never)]
     fn receive_in(&mut self, tick: u64, left_out: bool) -> Result<M, LinkError> {
         match &self.discipline {
             Discipline::Lockstep => self.receive_due(tick),

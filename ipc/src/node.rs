@@ -163,17 +163,10 @@ impl<B: Block> Node<B> {
     }
 }
 
-impl<B: Block> Stage for Node<B> {
-    fn node(&self) -> NodeId {
-        B::NODE
-    }
-
-    fn connect(&mut self) -> Result<(), LinkError> {
-        <B::Outputs as Outputs>::connect(&mut self.senders)
-    }
-
-    fn tick(&mut self, tick: u64) -> Result<(), LinkError> {
-        let inputs = B::Inputs::receive(&mut self.receivers, tick)?;
+impl<B: Block> Node<B> {
+    /// Steps the block and sends what it answers.
+    #[inline(always)]
+    fn step(&mut self, tick: u64, inputs: B::Inputs) -> Result<(), LinkError> {
         if let Some(log) = &mut self.watcher.log {
             log.begin(tick);
             B::Inputs::taken(&self.receivers, &mut |taken, fields| log.consume(taken, fields));
@@ -189,6 +182,31 @@ impl<B: Block> Stage for Node<B> {
         self.digest_history.note(tick, self.watcher.digest);
         self.ticks = tick + 1;
         if self.ending { Ok(()) } else { sent }
+    }
+
+    #[inline(never)]
+    fn tick_when_here(&mut self, tick: u64) -> Result<(), LinkError> {
+        let inputs = B::Inputs::receive(&mut self.receivers, tick)?;
+        self.step(tick, inputs)
+    }
+}
+
+impl<B: Block> Stage for Node<B> {
+    fn node(&self) -> NodeId {
+        B::NODE
+    }
+
+    fn connect(&mut self) -> Result<(), LinkError> {
+        <B::Outputs as Outputs>::connect(&mut self.senders)
+    }
+
+    fn tick(&mut self, tick: u64) -> Result<(), LinkError> {
+        // Apart: tokens that lie here are copied once, without the errors of those that come.
+        if B::Inputs::are_here(&self.receivers, tick) {
+            let inputs = B::Inputs::here(&self.receivers);
+            return self.step(tick, inputs);
+        }
+        self.tick_when_here(tick)
     }
 
     fn change(&mut self, change: &Change) -> bool {

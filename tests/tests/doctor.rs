@@ -56,9 +56,8 @@ fn hops_are_measured_and_the_fastest_way_can_be_run() {
     // In real time by itself: what is advised must say that it is not to be.
     let found = found(&["--lockstep", SCENARIO, "--duration-s", "0.6"]);
     let ways = found["ways"].as_array().unwrap();
-    // The blocks alone, and two placements by two waits, on all cores and on one.
-    let cores = if found["cpus"] == 1 { 1 } else { 2 };
-    assert_eq!(ways.len(), 1 + 4 * cores);
+    // The blocks alone, and two placements, on one core and polling on all.
+    assert_eq!(ways.len(), 1 + 2 * 2);
     for one in ways {
         assert!(one["ticks_per_s"].as_f64() > Some(0.0), "{one}");
         assert_eq!(one["hop_us"].is_number(), one["hops"] != 0, "{one}");
@@ -76,8 +75,7 @@ fn hops_are_measured_and_the_fastest_way_can_be_run() {
     // As typed, but for a folder of its own.
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().join("run");
-    let (bound, words) = found["separate"].as_str().unwrap().split_once("anhyst ").unwrap();
-    assert!(bound.is_empty() || bound.starts_with("taskset -c "), "{bound}");
+    let words = found["separate"].as_str().unwrap().strip_prefix("anhyst ").unwrap();
     let words = words.split(' ').map(|word| word.trim_matches('\''));
     let more = [
         "--set",
