@@ -86,6 +86,10 @@ fn services(text: &mut String, interface: &Interface) {
         sizes.max_status_readers,
         sizes.max_nodes,
     );
+    text.push_str(
+        "Processes of ours have a faster bell among themselves, `/dev/shm/PREFIXwake_…` (`ipc/src/shared/wake_word.rs`): one that waits for such a \
+         process says asleep 0 in its status. To\ndrivers in other languages it makes no difference.\n\n",
+    );
     text.push_str("Entries of a status:\n\n| key | name | meaning |\n|---|---|---|\n");
     for entry in &interface.status {
         let _ = writeln!(text, "| {} | {} | {} |", entry.key, entry.name, entry.about);
