@@ -126,7 +126,8 @@ mod tests {
     #[test]
     fn a_word_is_that_of_a_process_that_lives() {
         let root = std::env::temp_dir().join(format!("anhyst_word_{}", std::process::id()));
-        let node = create_node(&format!("word{}_", std::process::id()), &root, "test").unwrap();
+        let prefix = format!("word{}_", std::process::id());
+        let node = create_node(&prefix, &root, "test").unwrap();
         let file = path(&node, "guard");
         std::fs::write(&file, [7; 8]).unwrap();
         assert!(WakeWord::of(&node, "guard").is_none());
@@ -153,5 +154,11 @@ mod tests {
         assert!(!file.exists() && WakeWord::of(&node, "guard").is_none());
         drop(node);
         let _ = std::fs::remove_dir_all(root);
+        // What iceoryx2 leaves.
+        for left in std::fs::read_dir("/dev/shm").unwrap().flatten() {
+            if left.file_name().to_string_lossy().starts_with(&prefix) {
+                let _ = std::fs::remove_file(left.path());
+            }
+        }
     }
 }
