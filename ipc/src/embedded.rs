@@ -29,8 +29,7 @@ impl<M: Message> Slot<M> {
     /// The tick of the token, if there is one.
     #[inline(always)]
     pub fn tick(&self) -> Option<u64> {
-        // SAFETY: the cell is of this thread, and nothing is written while the reference lives.
-        self.filled.get().then(|| unsafe { &*self.token.as_ptr() }.tick())
+        self.filled.get().then(|| self.token.get().tick())
     }
 
     /// Puts a token there.

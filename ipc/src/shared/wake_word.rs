@@ -10,7 +10,7 @@ use iceoryx2::prelude::{Node, ipc};
 use memmap2::{MmapOptions, MmapRaw};
 use rustix::thread::futex::{Flags, wait, wake};
 use std::fs::{File, OpenOptions, TryLockError};
-use std::os::unix::fs::OpenOptionsExt;
+use std::os::unix::fs::{FileExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
@@ -45,14 +45,13 @@ impl WakeWord {
             .open(&path)
             .ok()?;
         file.try_lock().ok()?;
-        file.set_len(size_of::<Words>() as u64).ok()?;
+        // Written, not made long: where shared memory is full, this says so, and a touch of the map would kill.
+        file.write_all_at(&[0; size_of::<Words>()], 0).ok()?;
         let map = MmapOptions::new().len(size_of::<Words>()).map_raw(&file).ok()?;
-        let own = Self {
+        Some(Self {
             map,
             own: Some((file, path)),
-        };
-        own.wake_up();
-        Some(own)
+        })
     }
 
     /// That of another process; none if it has none.
@@ -62,14 +61,15 @@ impl WakeWord {
             .write(true)
             .open(path(node, process))
             .ok()?;
-        let is_held = matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock));
+        let is_held = matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock))
+            && file.metadata().ok()?.len() >= size_of::<Words>() as u64;
         let map = MmapOptions::new().len(size_of::<Words>()).map_raw(&file).ok()?;
         is_held.then_some(Self { map, own: None })
     }
 
     fn words(&self) -> &Words {
         // SAFETY: the map begins at a page, is as long as the words, and lives as long as `self`; whoever maps it has atomics there. Its
-        // file is made longer before it is mapped by anybody, and never shorter.
+        // file has its length before anybody maps it.
         unsafe { &*self.map.as_ptr().cast::<Words>() }
     }
 
@@ -129,6 +129,11 @@ mod tests {
         let prefix = format!("word{}_", std::process::id());
         let node = create_node(&prefix, &root, "test").unwrap();
         let file = path(&node, "guard");
+        // One is just being made.
+        let empty = File::create(&file).unwrap();
+        empty.lock().unwrap();
+        assert!(WakeWord::of(&node, "guard").is_none());
+        drop(empty);
         std::fs::write(&file, [7; 8]).unwrap();
         assert!(WakeWord::of(&node, "guard").is_none());
         let own = WakeWord::create(&node, "guard").unwrap();
