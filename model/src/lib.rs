@@ -24,6 +24,7 @@ pub mod parameter;
 pub mod play;
 pub mod rod;
 pub mod sensor;
+pub mod turn;
 
 pub use actuator::{
     Actuator, ActuatorInput, ActuatorInputs, ActuatorModel, ActuatorOutput, ActuatorOutputs, ActuatorRod, CoilGain,

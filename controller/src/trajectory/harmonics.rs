@@ -4,6 +4,7 @@
 
 use super::jet::Jet;
 use anhyst_ipc::Invalid;
+use anhyst_model::turn::sine_and_cosine;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -11,20 +12,35 @@ use std::f64::consts::TAU;
 const MOST_LOBES: u32 = 20;
 const WHOLE: f64 = 1e-6;
 
+/// A sine.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Term {
+    amplitude_m: f64,
+    frequency_hz: f64,
+    phase_turns: f64,
+}
+
+impl Term {
+    fn turns(&self, time_s: f64) -> f64 {
+        self.frequency_hz * time_s + self.phase_turns
+    }
+}
+
 /// A mean and a sum of sines.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Harmonics {
     mean_m: f64,
-    /// Amplitude (m), angular frequency (rad/s), phase (rad).
-    terms: Vec<(f64, f64, f64)>,
+    terms: Vec<Term>,
 }
 
 impl Harmonics {
     /// Terms of amplitude in m, frequency in Hz, phase in rad.
     pub fn new(mean_m: f64, terms: &[(f64, f64, f64)]) -> Self {
-        let terms = terms
-            .iter()
-            .map(|&(amplitude_m, frequency_hz, phase)| (amplitude_m, TAU * frequency_hz, phase));
+        let terms = terms.iter().map(|&(amplitude_m, frequency_hz, phase)| Term {
+            amplitude_m,
+            frequency_hz,
+            phase_turns: phase / TAU,
+        });
         Self {
             mean_m,
             terms: terms.collect(),
@@ -38,7 +54,7 @@ impl Harmonics {
 
     /// The same with so many lobes at most.
     pub fn turns_per_s_within(&self, most_lobes: u32) -> Option<f64> {
-        let frequencies = self.terms.iter().map(|(_, omega, _)| omega / TAU);
+        let frequencies = self.terms.iter().map(|term| term.frequency_hz);
         let slowest = frequencies.clone().reduce(f64::min)?;
         (1..=most_lobes).map(|lobe| slowest / f64::from(lobe)).find(|base| {
             let mut lobes = frequencies.clone().map(|frequency| frequency / base);
@@ -48,28 +64,25 @@ impl Harmonics {
 
     /// The same bits as the position of [`Harmonics::at`].
     pub fn position_m(&self, time_s: f64) -> f64 {
-        self.terms
-            .iter()
-            .fold(self.mean_m, |sum, &(amplitude_m, omega, phase)| {
-                sum + libm::sin(omega * time_s + phase) * amplitude_m
-            })
+        self.terms.iter().fold(self.mean_m, |sum, term| {
+            sum + sine_and_cosine(term.turns(time_s)).0 * term.amplitude_m
+        })
     }
 
     pub fn at(&self, time_s: f64) -> Jet {
-        self.terms
-            .iter()
-            .fold(Jet::constant(self.mean_m), |sum, &(amplitude_m, omega, phase)| {
-                let (sine, cosine) = libm::sincos(omega * time_s + phase);
-                let omega2 = omega * omega;
-                let unit = [
-                    sine,
-                    omega * cosine,
-                    -omega2 * sine,
-                    -omega2 * omega * cosine,
-                    omega2 * omega2 * sine,
-                ];
-                sum.plus(Jet(unit).scaled(amplitude_m))
-            })
+        self.terms.iter().fold(Jet::constant(self.mean_m), |sum, term| {
+            let (sine, cosine) = sine_and_cosine(term.turns(time_s));
+            let omega = TAU * term.frequency_hz;
+            let omega2 = omega * omega;
+            let unit = [
+                sine,
+                omega * cosine,
+                -omega2 * sine,
+                -omega2 * omega * cosine,
+                omega2 * omega2 * sine,
+            ];
+            sum.plus(Jet(unit).scaled(term.amplitude_m))
+        })
     }
 }
 

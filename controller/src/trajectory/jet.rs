@@ -1,5 +1,8 @@
 //! A function's value and its first four time derivatives, as one number: (f·g)ⁿ = Σ C(n, i)·fⁱ·gⁿ⁻ⁱ (Leibniz).
 
+use anhyst_model::turn::sine_and_cosine;
+use std::f64::consts::TAU;
+
 /// Value and derivatives of order 1 to 4, each per second more.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Jet(pub [f64; 5]);
@@ -36,10 +39,10 @@ impl Jet {
         Self(std::array::from_fn(|n| self.0[n] + other.0[n]))
     }
 
-    /// The sine of an angle (Faà di Bruno).
-    pub fn sine(self) -> Self {
-        let Self([angle, a, b, c, d]) = self;
-        let (sine, cosine) = libm::sincos(angle);
+    /// The sine of so many turns (Faà di Bruno).
+    pub fn sine_of_turns(self) -> Self {
+        let (sine, cosine) = sine_and_cosine(self.0[0]);
+        let Self([_, a, b, c, d]) = self.scaled(TAU);
         Self([
             sine,
             cosine * a,

@@ -76,14 +76,13 @@ impl Turning {
 
     pub fn at(&self, time_s: f64) -> Jet {
         let stretch = self.stretch(time_s);
-        let Jet(speed) = stretch.turns_per_s(time_s);
-        let [a, b, c, d, _] = speed.map(|own| TAU * own);
-        let turns = stretch.turns(time_s).fract();
+        let Jet([a, b, c, d, _]) = stretch.turns_per_s(time_s);
+        let turns = Jet([stretch.turns(time_s), a, b, c, d]);
         self.lobes
             .iter()
             .fold(Jet::constant(self.mean_m), |sum, &(lobe, amplitude_m, phase)| {
-                let angle = Jet([TAU * turns, a, b, c, d]).scaled(f64::from(lobe));
-                sum.plus(angle.plus(Jet::constant(phase)).sine().scaled(amplitude_m))
+                let own = turns.scaled(f64::from(lobe)).plus(Jet::constant(phase / TAU));
+                sum.plus(own.sine_of_turns().scaled(amplitude_m))
             })
     }
 }

@@ -66,12 +66,12 @@ impl Sweep {
         self.taper_s.unwrap_or(0.1 * self.over_s)
     }
 
-    /// θ and its derivatives, rad.
-    fn angle_at(&self, time_s: f64) -> Jet {
+    /// θ/2π and its derivatives, turns.
+    fn turns_at(&self, time_s: f64) -> Jet {
         match self.spacing {
             Spacing::Linear => {
-                let rate = TAU * (self.to_hz - self.from_hz) / self.over_s;
-                let first = TAU * self.from_hz;
+                let rate = (self.to_hz - self.from_hz) / self.over_s;
+                let first = self.from_hz;
                 Jet([
                     (first + 0.5 * rate * time_s) * time_s,
                     first + rate * time_s,
@@ -83,9 +83,9 @@ impl Sweep {
             Spacing::Logarithmic => {
                 let per_s = libm::log(self.to_hz / self.from_hz) / self.over_s;
                 let grown = libm::expm1(per_s * time_s);
-                let first = TAU * self.from_hz * (1.0 + grown);
+                let first = self.from_hz * (1.0 + grown);
                 Jet([
-                    TAU * self.from_hz * grown / per_s,
+                    self.from_hz * grown / per_s,
                     first,
                     first * per_s,
                     first * per_s * per_s,
@@ -97,8 +97,10 @@ impl Sweep {
 
     /// θ (rad), and f (Hz), while it lasts.
     pub fn angle_and_frequency_hz(&self, time_s: f64) -> Option<(f64, f64)> {
-        let Jet([angle, first, ..]) = self.angle_at(time_s);
-        (0.0..self.over_s).contains(&time_s).then_some((angle, first / TAU))
+        let Jet([turns, frequency_hz, ..]) = self.turns_at(time_s);
+        (0.0..self.over_s)
+            .contains(&time_s)
+            .then_some((TAU * turns, frequency_hz))
     }
 
     pub(super) fn at(&self, time_s: f64) -> Jet {
@@ -109,6 +111,11 @@ impl Sweep {
         let length_s = self.taper_s();
         let blend = |from_s: f64| Blend { from_s, length_s }.at(time_s);
         let window = blend(0.0).plus(blend(self.over_s - length_s).scaled(-1.0));
-        rest.plus(self.angle_at(time_s).sine().times(window).scaled(self.amplitude_m))
+        rest.plus(
+            self.turns_at(time_s)
+                .sine_of_turns()
+                .times(window)
+                .scaled(self.amplitude_m),
+        )
     }
 }
