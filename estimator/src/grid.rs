@@ -8,6 +8,14 @@
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
+/// 1/Π(j − i) over the other i of 1, 2, 3 and 4 equidistant points.
+const PER_PRODUCT: [[f64; 4]; 4] = [
+    [1.0, 0.0, 0.0, 0.0],
+    [-1.0, 1.0, 0.0, 0.0],
+    [0.5, -1.0, 0.5, 0.0],
+    [-1.0 / 6.0, 0.5, -0.5, 1.0 / 6.0],
+];
+
 /// A uniform grid over Θ. One member is allowed: then the range is that point.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Grid {
@@ -101,18 +109,14 @@ impl Grid {
             .gap(shape_a_per_m)
             .saturating_sub(1)
             .min(self.shapes_a_per_m.len() - points);
-        let shapes = &self.shapes_a_per_m[first..first + points];
-        let mut sum = 0.0;
-        for (j, &at) in shapes.iter().enumerate() {
-            let mut weight = 1.0;
-            for (i, &other) in shapes.iter().enumerate() {
-                if i != j {
-                    weight *= (shape_a_per_m - other) / (at - other);
-                }
-            }
-            sum += weight * values[first + j];
-        }
-        sum
+        let s = (shape_a_per_m - self.shapes_a_per_m[first]) * self.members_per_a_per_m;
+        let values = &values[first..first + points];
+        (0..points)
+            .map(|j| {
+                let others = (0..points).filter(|i| *i != j);
+                others.fold(PER_PRODUCT[points - 1][j], |weight, i| weight * (s - i as f64)) * values[j]
+            })
+            .sum()
     }
 }
 
