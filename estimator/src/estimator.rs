@@ -134,7 +134,8 @@ impl Estimator {
             None => self.models.magnetizations(),
             Some(effects) => effects.crept(self.models.magnetizations()),
         };
-        let magnetization_a_per_m = self.models.at_estimate(magnetizations);
+        let own_forces = self.rods.have_own_forces();
+        let magnetization_a_per_m = own_forces.then(|| self.models.at_estimate(magnetizations));
         let strains = &mut self.strains;
         self.models
             .strains(&self.magnetostriction, self.saturation_a_per_m, magnetizations, strains);
@@ -143,8 +144,8 @@ impl Estimator {
         }
         // At tick 0 the rod is at rest where it stands; there is no interval before it.
         if tick > 0 {
-            self.rods
-                .advance(strains, (self.models.at_estimate(strains), magnetization_a_per_m));
+            let at_estimate = magnetization_a_per_m.map(|own| (self.models.at_estimate(strains), own));
+            self.rods.advance(strains, at_estimate);
         }
         let sensed_m = match &mut self.effects {
             None => self.rods.displacements_m(),

@@ -79,7 +79,7 @@ fn simulate(mut seen: impl FnMut(u64, &Grid, &[f64])) {
                     .strain(m, material.hysteresis.saturation_magnetization_a_per_m)
             })
             .collect();
-        rods.advance(&strains, (0.0, 0.0));
+        rods.advance(&strains, None);
         seen(tick, &grid, rods.displacements_m());
     }
 }

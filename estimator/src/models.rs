@@ -108,11 +108,7 @@ impl Models {
         strains: &mut [f64],
     ) {
         match self {
-            Models::Bank(_) => {
-                for (strain, &magnetization) in strains.iter_mut().zip(magnetizations) {
-                    *strain = law.strain(magnetization, saturation_a_per_m);
-                }
-            }
+            Models::Bank(_) => law.strains(saturation_a_per_m, magnetizations, strains),
             Models::Tangent(_) => MultiParameter::strains(law, saturation_a_per_m, magnetizations, strains),
             Models::Sum(_) => strains.copy_from_slice(magnetizations),
         }

@@ -128,9 +128,18 @@ impl Magnetostriction {
     /// Free strain (no unit) at a magnetization (A/m); `saturation_magnetization_a_per_m` is Ms.
     #[inline]
     pub fn strain(&self, magnetization_a_per_m: f64, saturation_magnetization_a_per_m: f64) -> f64 {
+        let mut strain = [0.0];
+        self.strains(saturation_magnetization_a_per_m, &[magnetization_a_per_m], &mut strain);
+        strain[0]
+    }
+
+    /// Those of many, the same bits.
+    #[inline]
+    pub fn strains(&self, saturation_magnetization_a_per_m: f64, magnetizations_a_per_m: &[f64], strains: &mut [f64]) {
         let (linear, square, fourth) = self.coefficients(saturation_magnetization_a_per_m);
-        let m = magnetization_a_per_m;
-        m * (linear + m * (square + m * m * fourth))
+        for (strain, &m) in strains.iter_mut().zip(magnetizations_a_per_m) {
+            *strain = m * (linear + m * (square + m * m * fourth));
+        }
     }
 
     /// dλ/dM in m/A.
