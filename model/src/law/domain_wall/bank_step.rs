@@ -12,13 +12,12 @@ use super::phases::{self, Branch, Goal, Reversible};
 use crate::Anhysteretic;
 use crate::curve::{IsingEverywhere, LangevinEverywhere, LangevinToEight, LangevinToFour};
 use crate::kernel::{Curve, Fraction};
-use crate::number::Number;
-use crate::number::lanes::Lanes;
+#[cfg(target_arch = "x86_64")]
+use crate::number::lanes::{Avx2, Avx512, Eight, Four, Two};
+use crate::number::lanes::{Lanes, Sixteen, ThirtyTwo};
 
-/// Members that are worked on together on the kernels that most banks run on: chains of operations of four AVX-512 vectors overlap.
-const WIDE: usize = 32;
-/// The same on the others, where registers would not do for more, and for what is left over.
-pub(crate) const NARROW: usize = 16;
+/// A bank is padded to a multiple of it.
+pub(crate) const NARROW: usize = Sixteen::<f64>::WIDTH;
 
 /// One number per member, padded to [`NARROW`] with copies of the last member.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,91 +85,108 @@ pub(super) struct FieldStep {
 
 /// `argument` is the largest |x| on the way: it chooses the cheapest kernel that holds there.
 pub(super) fn advance(base: &Hysteresis, lanes: &mut BankLanes, step: FieldStep, argument: f64, with: Instructions) {
-    match (base.anhysteretic, base.cubic_coupling_m2_per_a2 != 0.0) {
-        (Anhysteretic::Langevin, false) if argument <= 4.0 => {
-            dispatch::<LangevinToFour, false, WIDE>(base, lanes, step, with);
+    // SAFETY: `Instructions::available` names a variant only where the processor has it.
+    unsafe {
+        match with.0 {
+            Set::Plain => on_kernel::<Plain>(base, lanes, step, argument),
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => on_kernel::<WithAvx2>(base, lanes, step, argument),
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => on_kernel::<WithAvx512>(base, lanes, step, argument),
         }
-        (Anhysteretic::Langevin, false) if argument <= 8.0 => {
-            dispatch::<LangevinToEight, false, WIDE>(base, lanes, step, with);
-        }
-        (Anhysteretic::Langevin, false) => dispatch::<LangevinEverywhere, false, NARROW>(base, lanes, step, with),
-        (Anhysteretic::Langevin, true) => dispatch::<LangevinEverywhere, true, NARROW>(base, lanes, step, with),
-        (Anhysteretic::Ising, false) => dispatch::<IsingEverywhere, false, NARROW>(base, lanes, step, with),
-        (Anhysteretic::Ising, true) => dispatch::<IsingEverywhere, true, NARROW>(base, lanes, step, with),
     }
 }
 
-/// A kernel for members worked on together in both numbers.
-trait Wide<const WIDTH: usize>: Curve<Lanes<WIDTH>> + Curve<Lanes<NARROW>> {}
-impl<const WIDTH: usize, C: Curve<Lanes<WIDTH>> + Curve<Lanes<NARROW>>> Wide<WIDTH> for C {}
-
-fn dispatch<C: Wide<WIDTH>, const CUBIC: bool, const WIDTH: usize>(
-    base: &Hysteresis,
-    lanes: &mut BankLanes,
-    step: FieldStep,
-    with: Instructions,
-) {
-    match with.0 {
-        Set::Plain => run::<C, CUBIC, WIDTH>(base, lanes, step),
-        // SAFETY: `Instructions::available` names a variant only where the processor has it.
-        #[cfg(target_arch = "x86_64")]
-        Set::Avx2 => unsafe { run_avx2::<C, CUBIC, WIDTH>(base, lanes, step) },
-        // SAFETY: as above.
-        #[cfg(target_arch = "x86_64")]
-        Set::Avx512 => unsafe { run_avx512::<C, CUBIC, WIDTH>(base, lanes, step) },
+/// Thirty-two members are worked on together on the kernels that most banks run on: chains of operations of four AVX-512 vectors overlap.
+/// Sixteen on the others, where registers would not do for more, and for what is left over.
+///
+/// # Safety
+/// The processor has these instructions.
+unsafe fn on_kernel<M: Machine>(base: &Hysteresis, lanes: &mut BankLanes, step: FieldStep, argument: f64) {
+    // SAFETY: of the caller.
+    unsafe {
+        match (base.anhysteretic, base.cubic_coupling_m2_per_a2 != 0.0) {
+            (Anhysteretic::Langevin, false) if argument <= 4.0 => {
+                M::run::<LangevinToFour, false, true>(base, lanes, step);
+            }
+            (Anhysteretic::Langevin, false) if argument <= 8.0 => {
+                M::run::<LangevinToEight, false, true>(base, lanes, step);
+            }
+            (Anhysteretic::Langevin, false) => M::run::<LangevinEverywhere, false, false>(base, lanes, step),
+            (Anhysteretic::Langevin, true) => M::run::<LangevinEverywhere, true, false>(base, lanes, step),
+            (Anhysteretic::Ising, false) => M::run::<IsingEverywhere, false, false>(base, lanes, step),
+            (Anhysteretic::Ising, true) => M::run::<IsingEverywhere, true, false>(base, lanes, step),
+        }
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2")]
-fn run_avx2<C: Wide<WIDTH>, const CUBIC: bool, const WIDTH: usize>(
-    base: &Hysteresis,
-    lanes: &mut BankLanes,
-    step: FieldStep,
-) {
-    run::<C, CUBIC, WIDTH>(base, lanes, step);
+/// What thirty-two and sixteen numbers are on a processor.
+trait Machine {
+    type Wide: Lanes;
+    type Narrow: Lanes;
+    /// # Safety
+    /// The processor has these instructions.
+    unsafe fn run<C: Curve<Self::Wide> + Curve<Self::Narrow>, const CUBIC: bool, const WIDE: bool>(
+        base: &Hysteresis,
+        lanes: &mut BankLanes,
+        step: FieldStep,
+    );
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f")]
-fn run_avx512<C: Wide<WIDTH>, const CUBIC: bool, const WIDTH: usize>(
-    base: &Hysteresis,
-    lanes: &mut BankLanes,
-    step: FieldStep,
-) {
-    run::<C, CUBIC, WIDTH>(base, lanes, step);
-}
+macro_rules! machine {
+    ($name:ident, $wide:ty, $narrow:ty $(, #[$feature:meta])?) => {
+        struct $name;
 
+        impl Machine for $name {
+            type Wide = $wide;
+            type Narrow = $narrow;
+            $(#[$feature])?
+            unsafe fn run<C: Curve<Self::Wide> + Curve<Self::Narrow>, const CUBIC: bool, const WIDE: bool>(
+                base: &Hysteresis,
+                lanes: &mut BankLanes,
+                step: FieldStep,
+            ) {
+                run::<C, CUBIC, WIDE, Self::Wide, Self::Narrow>(base, lanes, step);
+            }
+        }
+    };
+}
+machine!(Plain, ThirtyTwo<f64>, Sixteen<f64>);
+#[cfg(target_arch = "x86_64")]
+machine!(WithAvx2, Eight<Avx2>, Four<Avx2>, #[target_feature(enable = "avx2")]);
+#[cfg(target_arch = "x86_64")]
+machine!(WithAvx512, Four<Avx512>, Two<Avx512>, #[target_feature(enable = "avx512f")]);
+
+/// Wide blocks as far as they go, the rest in narrow ones.
 #[inline(always)]
-fn run<C: Wide<WIDTH>, const CUBIC: bool, const WIDTH: usize>(
+fn run<C: Curve<W> + Curve<N>, const CUBIC: bool, const WIDE: bool, W: Lanes, N: Lanes>(
     base: &Hysteresis,
     lanes: &mut BankLanes,
     step: FieldStep,
 ) {
     let mut index = 0;
-    if const { WIDTH > NARROW } {
-        while index + WIDTH <= lanes.shape.len() {
-            run_block::<C, CUBIC, WIDTH>(base, lanes, step, index);
-            index += WIDTH;
+    if WIDE {
+        while index + W::WIDTH <= lanes.shape.len() {
+            run_block::<C, CUBIC, W>(base, lanes, step, index);
+            index += W::WIDTH;
         }
     }
     while index < lanes.shape.len() {
-        run_block::<C, CUBIC, NARROW>(base, lanes, step, index);
-        index += NARROW;
+        run_block::<C, CUBIC, N>(base, lanes, step, index);
+        index += N::WIDTH;
     }
 }
 
 #[inline(always)]
-fn run_block<C: Curve<Lanes<WIDTH>>, const CUBIC: bool, const WIDTH: usize>(
+fn run_block<C: Curve<L>, const CUBIC: bool, L: Lanes>(
     base: &Hysteresis,
     lanes: &mut BankLanes,
     step: FieldStep,
     index: usize,
 ) {
-    let load = |values: &[f64]| Lanes::<WIDTH>::load(&values[index..]);
-    let (shape, inverse_shape) = (load(&lanes.shape), load(&lanes.inverse_shape));
+    let (shape, inverse_shape) = (L::load(&lanes.shape[index..]), L::load(&lanes.inverse_shape[index..]));
     let coefficients = Coefficients::<_, C, CUBIC>::of_members(base, shape, inverse_shape, step.direction);
-    let magnetization = load(&lanes.magnetization);
+    let magnetization = L::load(&lanes.magnetization[index..]);
     if step.reversed {
         let (irreversible, switch_field) = after_reversal(&coefficients, magnetization, step);
         irreversible.store(&mut lanes.irreversible[index..]);
@@ -180,29 +196,29 @@ fn run_block<C: Curve<Lanes<WIDTH>>, const CUBIC: bool, const WIDTH: usize>(
         coefficients: &coefficients,
         step,
         magnetization,
-        irreversible: load(&lanes.irreversible),
-        switch_field: load(&lanes.switch_field),
+        irreversible: L::load(&lanes.irreversible[index..]),
+        switch_field: L::load(&lanes.switch_field[index..]),
     };
     let (end, _) = phases::advance(&coefficients, &members, [step.from, step.to], step.longest);
     end.store(&mut lanes.magnetization[index..]);
 }
 
-impl<C: Curve<Lanes<WIDTH>>, const CUBIC: bool, const WIDTH: usize> Coefficients<Lanes<WIDTH>, C, CUBIC> {
+impl<C: Curve<L>, const CUBIC: bool, L: Lanes> Coefficients<L, C, CUBIC> {
     /// Of members that differ in their shape only; what they share is worked out once.
     #[inline(always)]
-    fn of_members(base: &Hysteresis, shape: Lanes<WIDTH>, inverse_shape: Lanes<WIDTH>, direction: f64) -> Self {
+    fn of_members(base: &Hysteresis, shape: L, inverse_shape: L, direction: f64) -> Self {
         let c = base.reversibility;
         Coefficients {
-            saturation: Lanes::splat(base.saturation_magnetization_a_per_m),
+            saturation: L::splat(base.saturation_magnetization_a_per_m),
             shape,
             inverse_shape,
-            coupling: Lanes::splat(base.coupling),
-            coupling_hat: Lanes::splat(base.coupling / (1.0 - c)),
-            triple_cubic: Lanes::splat(3.0 * base.cubic_coupling_m2_per_a2),
-            pinning: Lanes::splat(base.pinning_a_per_m * direction),
-            reversibility: Lanes::splat(c),
-            rest: Lanes::splat(1.0 - c),
-            reversible_gain: Lanes::splat(c * base.saturation_magnetization_a_per_m) * inverse_shape,
+            coupling: L::splat(base.coupling),
+            coupling_hat: L::splat(base.coupling / (1.0 - c)),
+            triple_cubic: L::splat(3.0 * base.cubic_coupling_m2_per_a2),
+            pinning: L::splat(base.pinning_a_per_m * direction),
+            reversibility: L::splat(c),
+            rest: L::splat(1.0 - c),
+            reversible_gain: L::splat(c * base.saturation_magnetization_a_per_m) * inverse_shape,
             curve: PhantomData,
         }
     }
@@ -210,54 +226,48 @@ impl<C: Curve<Lanes<WIDTH>>, const CUBIC: bool, const WIDTH: usize> Coefficients
 
 /// Mirr, and H* where δ̂ is 0 or else the present field.
 #[inline(always)]
-fn after_reversal<C: Curve<Lanes<WIDTH>>, const CUBIC: bool, const WIDTH: usize>(
-    coefficients: &Coefficients<Lanes<WIDTH>, C, CUBIC>,
-    magnetization: Lanes<WIDTH>,
+fn after_reversal<C: Curve<L>, const CUBIC: bool, L: Lanes>(
+    coefficients: &Coefficients<L, C, CUBIC>,
+    magnetization: L,
     step: FieldStep,
-) -> (Lanes<WIDTH>, Lanes<WIDTH>) {
-    let field = Lanes::splat(step.from);
+) -> (L, L) {
+    let field = L::splat(step.from);
     let fraction = coefficients.curve(field, magnetization);
     let irreversible = coefficients.irreversible(&fraction, magnetization);
     let argument = C::inverse(irreversible / coefficients.saturation);
     let switch_field = coefficients.switch_field(argument, irreversible);
-    let ahead = coefficients.lag(&fraction, magnetization) * Lanes::splat(step.direction);
-    (
-        irreversible,
-        Lanes::splat(0.0).where_greater(ahead, switch_field, field),
-    )
+    let ahead = coefficients.lag(&fraction, magnetization) * L::splat(step.direction);
+    (irreversible, L::splat(0.0).where_greater(ahead, switch_field, field))
 }
 
 /// Members on their way, with what is stored of their frozen parts.
-struct Members<'a, C, const CUBIC: bool, const WIDTH: usize> {
-    coefficients: &'a Coefficients<Lanes<WIDTH>, C, CUBIC>,
+struct Members<'a, C, const CUBIC: bool, L> {
+    coefficients: &'a Coefficients<L, C, CUBIC>,
     step: FieldStep,
-    magnetization: Lanes<WIDTH>,
-    irreversible: Lanes<WIDTH>,
-    switch_field: Lanes<WIDTH>,
+    magnetization: L,
+    irreversible: L,
+    switch_field: L,
 }
 
-impl<C: Curve<Lanes<WIDTH>>, const CUBIC: bool, const WIDTH: usize> Members<'_, C, CUBIC, WIDTH> {
+impl<C: Curve<L>, const CUBIC: bool, L: Lanes> Members<'_, C, CUBIC, L> {
     /// By how much the switch lies ahead of a field.
     #[inline(always)]
-    fn ahead_of(&self, field: f64) -> Lanes<WIDTH> {
-        (self.switch_field - Lanes::splat(field)) * Lanes::splat(self.step.direction)
+    fn ahead_of(&self, field: f64) -> L {
+        (self.switch_field - L::splat(field)) * L::splat(self.step.direction)
     }
 }
 
-impl<C: Curve<Lanes<WIDTH>>, const CUBIC: bool, const WIDTH: usize> Branch<Lanes<WIDTH>>
-    for Members<'_, C, CUBIC, WIDTH>
-{
+impl<C: Curve<L>, const CUBIC: bool, L: Lanes> Branch<L> for Members<'_, C, CUBIC, L> {
     #[inline(always)]
-    fn reversible(&self) -> Option<Reversible<Lanes<WIDTH>>> {
+    fn reversible(&self) -> Option<Reversible<L>> {
         let before_switch = self.ahead_of(self.step.to);
         if before_switch.largest() < 0.0 {
             return None;
         }
         let coefficients = self.coefficients;
-        let to = Lanes::splat(self.step.to);
+        let to = L::splat(self.step.to);
         let spread = coefficients.reversibility * coefficients.saturation;
-        let bent =
-            |fraction: &Fraction<Lanes<WIDTH>>| spread * (fraction.x * fraction.numerator) * fraction.denominator;
+        let bent = |fraction: &Fraction<L>| spread * (fraction.x * fraction.numerator) * fraction.denominator;
         let solution = coefficients.solve_reversible(to, self.irreversible, self.magnetization, bent);
         Some(Reversible {
             magnetization: solution.magnetization,
@@ -268,10 +278,10 @@ impl<C: Curve<Lanes<WIDTH>>, const CUBIC: bool, const WIDTH: usize> Branch<Lanes
     }
 
     #[inline(always)]
-    fn start(&self) -> (Point<Lanes<WIDTH>>, Lanes<WIDTH>) {
-        let zero = Lanes::splat(0.0);
+    fn start(&self) -> (Point<L>, L) {
+        let zero = L::splat(0.0);
         let ahead = self.ahead_of(self.step.from);
-        let field = ahead.where_greater(zero, self.switch_field, Lanes::splat(self.step.from));
+        let field = ahead.where_greater(zero, self.switch_field, L::splat(self.step.from));
         let magnetization = ahead.where_greater(zero, self.irreversible, self.magnetization);
         let start = Point {
             field,
@@ -282,8 +292,8 @@ impl<C: Curve<Lanes<WIDTH>>, const CUBIC: bool, const WIDTH: usize> Branch<Lanes
     }
 
     #[inline(always)]
-    fn goal(&self, field: Lanes<WIDTH>) -> impl Goal<Lanes<WIDTH>> {
-        let way = Lanes::splat(self.step.to) - field;
+    fn goal(&self, field: L) -> impl Goal<L> {
+        let way = L::splat(self.step.to) - field;
         let longest_way = way.abs().largest().min((self.step.to - self.step.from).abs());
         EqualParts {
             way,
@@ -294,19 +304,19 @@ impl<C: Curve<Lanes<WIDTH>>, const CUBIC: bool, const WIDTH: usize> Branch<Lanes
 }
 
 /// All lanes cover equal parts of their own way, so that they end together.
-struct EqualParts<const WIDTH: usize> {
-    way: Lanes<WIDTH>,
+struct EqualParts<L> {
+    way: L,
     longest_way: f64,
     left: f64,
 }
 
-impl<const WIDTH: usize> Goal<Lanes<WIDTH>> for EqualParts<WIDTH> {
+impl<L: Lanes> Goal<L> for EqualParts<L> {
     #[inline(always)]
-    fn substep(&mut self, rest: Lanes<WIDTH>, longest: f64) -> (Lanes<WIDTH>, bool) {
+    fn substep(&mut self, rest: L, longest: f64) -> (L, bool) {
         if self.left <= longest {
             return (rest, true);
         }
         self.left -= longest;
-        (self.way * Lanes::splat(longest / self.longest_way), false)
+        (self.way * L::splat(longest / self.longest_way), false)
     }
 }
