@@ -7,10 +7,6 @@ pub mod bridge;
 pub mod check;
 #[cfg(feature = "recorder")]
 pub mod commission;
-#[cfg(feature = "recorder")]
-mod commission_belief;
-#[cfg(feature = "recorder")]
-mod commission_report;
 pub mod data;
 pub mod diagnose;
 pub mod doctor;

@@ -1,6 +1,6 @@
 //! What a commissioned rig has shown, and what is believed of it afterwards.
 
-use super::save;
+use crate::commands::save;
 use anhyst_ipc::{Estimate, Measurement, Message, SafeField};
 use anhyst_launch::folder::RunFolder;
 use anhyst_launch::measured_table::measured_table;
