@@ -7,6 +7,7 @@
 //! q resolution; a circuit's folded at half the sampling rate) is held against A f^−p + B by the likelihood of Whittle.
 //! A filter that no noise passes is not seen here; it acts as a delay.
 
+use anhyst_identify::order::ascending;
 use std::f64::consts::PI;
 
 use anhyst_model::{ActuatorModel, EffectKind};
@@ -304,7 +305,7 @@ impl LowPass {
             });
             found.extend(fine);
         }
-        found.sort_by(|one, other| one.0.total_cmp(&other.0));
+        ascending(&mut found, |own| own.0);
         let least = found.first().map_or(f64::INFINITY, |(own, _)| *own);
         found.retain(|(own, _)| plain - own > SURE && own - least < LIKELY);
         // Of those that delay alike the likeliest.

@@ -6,84 +6,16 @@
 
 use anhyst_identify::engine::Coordinate;
 use anhyst_model::{
-    ActuatorModel, Effect, EffectKind, MagneticStart, MagneticState, Material, ModelError, NominalParameter,
-    ParameterRole, ParameterSpec,
+    ActuatorModel, Effect, MagneticStart, MagneticState, Material, ModelError, NominalParameter, ParameterRole,
 };
 
 use crate::acquisition::LowPass;
 use crate::channel::ChannelKind;
 use crate::term::Term;
+use crate::unknown::{Slot, Unknown, drive_zero_a_per_m};
 
-/// A constant may lie this many standard deviations of its prior from its nominal value.
-const BOX_DEVIATIONS: f64 = 3.0;
-/// A constant that is set free is believed to this ratio.
-const FREE_DEVIATION: f64 = 0.5;
-/// Standard deviation of what is believed of the first magnetization, and its bounds, as shares of saturation.
-const START_DEVIATION: f64 = 0.26;
-const START_BOUND: f64 = 0.9;
-/// Of where another law turned round before, as shares of the extent of its input.
-const TURN_DEVIATION: f64 = 0.5;
-/// Of the zero of a record of the drive, as a share of a: 2 A/m for Terfenol-D.
-const DRIVE_ZERO: f64 = 2.0 / 7012.0;
-/// Of the corner of a low pass, by ratio: of one that noise shows, and of one that is supposed.
-const CORNER_DEVIATION: [f64; 2] = [0.05, 0.3];
 /// A corner that is so close to an end of its range, by ratio, stands there.
 const AT_END: f64 = 1e-3;
-
-/// What a number belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Slot {
-    Nominal(NominalParameter),
-    /// A value of an effect, by its place.
-    Effect(EffectKind, usize),
-    /// Magnetization of a run's first sample, A/m.
-    Start(usize),
-    /// Field at which another law had turned round before a run, A/m.
-    Turn(usize),
-    /// By how much the drive exceeds what the record says, A/m.
-    DriveZero,
-    /// By how much the mean of `a` in a run is above that of the first, A/m.
-    ShapeOffset(usize),
-    /// By how much `a` drifts over a run, A/m.
-    ShapeDrift(usize),
-    /// Corner of the recorder's low pass on a kind of channel, Hz.
-    Corner(ChannelKind),
-}
-
-/// A number that is fitted. A prior's deviation is by ratio where the coordinate is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Unknown {
-    pub slot: Slot,
-    pub value: f64,
-    pub coordinate: Coordinate,
-}
-
-impl Unknown {
-    /// How far from what was believed, in standard deviations; 0 where nothing was.
-    pub fn surprise(&self) -> f64 {
-        match self.coordinate.prior {
-            Some((mean, deviation)) if self.coordinate.logarithmic => (self.value / mean).ln() / deviation,
-            Some((mean, deviation)) => (self.value - mean) / deviation,
-            None => 0.0,
-        }
-    }
-
-    /// It stands at a bound, and a step of its coordinate would leave.
-    pub fn leaves(&self, step: f64) -> bool {
-        let own = &self.coordinate;
-        let at = |bound: f64| (own.free(self.value) - own.free(bound)).abs() < 1e-9;
-        (step < 0.0 && at(own.lower)) || (step > 0.0 && at(own.upper))
-    }
-
-    /// Change of [`Unknown::surprise`] by a unit of the coordinate.
-    pub fn surprise_slope(&self) -> f64 {
-        match self.coordinate.prior {
-            Some((_, deviation)) if self.coordinate.logarithmic => 1.0 / deviation,
-            Some((_, deviation)) => self.coordinate.scale / deviation,
-            None => 0.0,
-        }
-    }
-}
 
 /// A sine on a channel that the drive does not make, by its frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,63 +44,23 @@ impl Composition {
         let mut own = Composition::default();
         for parameter in NominalParameter::ALL {
             if let Some(spec) = parameter.spec(model) {
-                own.unknowns.push(calibrated(parameter, &spec, fitted));
+                own.unknowns.push(Unknown::calibrated(parameter, &spec, fitted));
             }
         }
-        let size = model.material.start_scale();
-        own.unknowns.extend(starts.iter().map(|run| Unknown {
-            slot: Slot::Start(*run),
-            value: 0.0,
-            coordinate: Coordinate {
-                lower: -START_BOUND * size,
-                upper: START_BOUND * size,
-                scale: 0.01 * size,
-                logarithmic: false,
-                prior: Some((0.0, START_DEVIATION * size)),
-            },
-        }));
+        own.unknowns
+            .extend(starts.iter().map(|run| Unknown::start(*run, &model.material)));
         if let Some(extent) = model.material.field_extent() {
-            let size = extent[1].max(-extent[0]);
             // A rod of Terfenol-D does not feel it; a steep loop shows it.
             let zero = drive_zero_a_per_m(&model.material);
-            own.unknowns.push(Unknown {
-                slot: Slot::DriveZero,
-                value: 0.0,
-                coordinate: Coordinate {
-                    lower: -BOX_DEVIATIONS * zero,
-                    upper: BOX_DEVIATIONS * zero,
-                    scale: 0.2 * zero,
-                    logarithmic: false,
-                    prior: Some((0.0, zero)),
-                },
-            });
-            own.unknowns.extend(starts.iter().map(|run| Unknown {
-                slot: Slot::Turn(*run),
-                value: 0.0,
-                coordinate: Coordinate {
-                    lower: extent[0],
-                    upper: extent[1],
-                    scale: 0.01 * size,
-                    logarithmic: false,
-                    prior: Some((0.0, TURN_DEVIATION * size)),
-                },
-            }));
+            own.unknowns.push(Unknown::wandering(Slot::DriveZero, zero, 0.2 * zero));
+            own.unknowns
+                .extend(starts.iter().map(|run| Unknown::turn(*run, extent)));
         }
-        let wanders = |slot: Slot, deviation: f64| Unknown {
-            slot,
-            value: 0.0,
-            coordinate: Coordinate {
-                lower: -BOX_DEVIATIONS * deviation,
-                upper: BOX_DEVIATIONS * deviation,
-                scale: 0.01 * deviation,
-                logarithmic: false,
-                prior: Some((0.0, deviation)),
-            },
-        };
         if let Some(deviation) = shape_drift_a_per_m {
             let drifts = starts.iter().map(|run| Slot::ShapeDrift(*run));
             let slots = drifts.chain(starts.iter().skip(1).map(|run| Slot::ShapeOffset(*run)));
-            own.unknowns.extend(slots.map(|slot| wanders(slot, deviation)));
+            own.unknowns
+                .extend(slots.map(|slot| Unknown::wandering(slot, deviation, 0.01 * deviation)));
         }
         own
     }
@@ -180,28 +72,15 @@ impl Composition {
             Term::Effect(kind) => {
                 let known = model.effect(kind);
                 for (value, (place, spec)) in values.iter().zip(Term::fitted(kind, model)) {
-                    own.unknowns.push(Unknown {
-                        slot: Slot::Effect(kind, place),
-                        value: *value,
-                        coordinate: coordinate(term, &spec, *value),
-                    });
+                    own.unknowns.push(Unknown::of_effect(kind, place, &spec, *value));
                 }
                 for (place, spec) in kind.parameters_of(&model.material).enumerate() {
                     if spec.role == ParameterRole::Fixed
                         && let Some(deviation) = spec.prior_deviation
                     {
                         let usual = known.map_or(spec.typical, |effect| effect.values()[place]);
-                        own.unknowns.push(Unknown {
-                            slot: Slot::Effect(kind, place),
-                            value: usual,
-                            coordinate: Coordinate {
-                                lower: spec.lower,
-                                upper: spec.upper,
-                                scale: 0.1,
-                                logarithmic: spec.logarithmic,
-                                prior: Some((usual, deviation)),
-                            },
-                        });
+                        own.unknowns
+                            .push(Unknown::inner(Slot::Effect(kind, place), &spec, usual, deviation));
                     }
                 }
             }
@@ -211,12 +90,7 @@ impl Composition {
                     .unknowns
                     .iter_mut()
                     .find(|own| own.slot == Slot::Nominal(parameter))?;
-                let mean = spec.identity()?;
-                unknown.value = *values.first()?;
-                unknown.coordinate = Coordinate {
-                    prior: Some((mean, FREE_DEVIATION * spread(&spec))),
-                    ..Coordinate::of(&spec)
-                };
+                *unknown = Unknown::free(parameter, &spec, spec.identity()?, *values.first()?);
                 own.freed.push(parameter);
             }
         }
@@ -254,7 +128,7 @@ impl Composition {
                 own.freed.retain(|freed| *freed != parameter);
                 let unknown = own.unknowns.iter_mut().find(|own| own.slot == Slot::Nominal(parameter));
                 if let Some((unknown, spec)) = unknown.zip(parameter.spec(model)) {
-                    *unknown = calibrated(parameter, &spec, false);
+                    *unknown = Unknown::calibrated(parameter, &spec, false);
                 }
             }
         }
@@ -269,18 +143,7 @@ impl Composition {
         if low_pass.is_shared && self.corner_of(kind).is_some() {
             return self;
         }
-        let deviation = CORNER_DEVIATION[usize::from(low_pass.is_supposed)];
-        self.unknowns.push(Unknown {
-            slot: Slot::Corner(kind),
-            value: low_pass.corner_hz,
-            coordinate: Coordinate {
-                lower: low_pass.corner_hz * (-BOX_DEVIATIONS * deviation).exp(),
-                upper: low_pass.corner_hz * (BOX_DEVIATIONS * deviation).exp(),
-                scale: 1.0,
-                logarithmic: true,
-                prior: Some((low_pass.corner_hz, deviation)),
-            },
-        });
+        self.unknowns.push(Unknown::corner(kind, low_pass));
         self
     }
 
@@ -403,53 +266,5 @@ impl Composition {
     pub fn corner_of(&self, kind: ChannelKind) -> Option<usize> {
         let place = |is: &dyn Fn(Slot) -> bool| self.unknowns.iter().position(|own| is(own.slot));
         place(&|slot| slot == Slot::Corner(kind)).or_else(|| place(&|slot| matches!(slot, Slot::Corner(_))))
-    }
-}
-
-/// Standard deviation of the zero of a record of the drive, A/m.
-pub(crate) fn drive_zero_a_per_m(material: &Material) -> f64 {
-    DRIVE_ZERO * material.hysteresis.shape_a_per_m
-}
-
-/// A constant within the box of its prior.
-fn calibrated(parameter: NominalParameter, spec: &ParameterSpec, fitted: bool) -> Unknown {
-    let nominal = spec.neutral();
-    let (deviation, reach) = if fitted {
-        (FREE_DEVIATION * spread(spec), f64::INFINITY)
-    } else {
-        let deviation = spec.tolerance.unwrap_or(0.0);
-        (deviation, BOX_DEVIATIONS * deviation)
-    };
-    Unknown {
-        slot: Slot::Nominal(parameter),
-        value: nominal,
-        coordinate: Coordinate {
-            lower: (nominal - reach).max(spec.lower),
-            upper: (nominal + reach).min(spec.upper),
-            prior: Some((nominal, deviation)),
-            ..Coordinate::of(spec)
-        },
-    }
-}
-
-/// What a deviation of one means for a constant that is set free.
-fn spread(spec: &ParameterSpec) -> f64 {
-    spec.neutral().abs().max(spec.prior_deviation.unwrap_or(0.0))
-}
-
-fn coordinate(term: Term, spec: &ParameterSpec, value: f64) -> Coordinate {
-    let own = Coordinate {
-        prior: None,
-        ..Coordinate::of(spec)
-    };
-    if term.is_lattice() {
-        // The model's answer to its step has no derivative.
-        Coordinate {
-            lower: value,
-            upper: value,
-            ..own
-        }
-    } else {
-        own
     }
 }

@@ -1,5 +1,6 @@
 //! What a diagnosis took: simulations and seconds by what was being done.
 
+use anhyst_identify::order::descending;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -71,7 +72,7 @@ impl<'a> Meter<'a> {
     /// What took longest first.
     pub fn costs(mut self) -> Vec<Cost> {
         self.close();
-        self.costs.sort_by(|one, other| other.seconds.total_cmp(&one.seconds));
+        descending(&mut self.costs, |cost| cost.seconds);
         self.costs
     }
 }

@@ -17,7 +17,7 @@ use anhyst_identify::parallel;
 
 use crate::acquisition::FROM;
 use crate::channel::ChannelKind;
-use crate::composition::{Composition, Slot, Unknown};
+use crate::composition::Composition;
 use crate::decomposition::{Decomposition, cost};
 use crate::evidence::{Evidence, noise_rms};
 use crate::fitting::Fitted;
@@ -29,6 +29,7 @@ use crate::low_passes::shows_in_output;
 use crate::screening::Screened;
 use crate::search::{Depth, JOINS, Search};
 use crate::term::Term;
+use crate::unknown::{Slot, Unknown};
 use crate::unlisted::{Unlisted, unlisted};
 
 const MAX_TERMS: usize = 5;

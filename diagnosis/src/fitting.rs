@@ -12,12 +12,13 @@ use anhyst_identify::parallel;
 use anhyst_model::EffectKind;
 use nalgebra::DMatrix;
 
-use crate::composition::{Composition, Slot, Unknown};
+use crate::composition::Composition;
 use crate::evidence::Evidence;
 use crate::likelihood::{Bench, Point};
 use crate::normal::Normal;
 use crate::plant::Steps;
 use crate::products::Products;
+use crate::unknown::{Slot, Unknown};
 
 /// Next to no damping.
 const LEAST_DAMPING: f64 = 1e-9;

@@ -6,10 +6,10 @@
 //! counts only above (0.03 c)², c what the others do in each band, and above all that a quantisation does. What these explain as well is no
 //! effect of its own, and stays in what is left. Where either of two would explain the other, they tie.
 
+use anhyst_identify::order::ascending;
 use anhyst_identify::parallel;
 use anhyst_model::{ActuatorModel, EffectKind};
 
-use crate::composition::Slot;
 use crate::decomposition::Decomposition;
 use crate::evidence::Evidence;
 use crate::fitting::Fitted;
@@ -17,6 +17,7 @@ use crate::likelihood::{Bench, Point};
 use crate::linearised::{Held, Linearised};
 use crate::search::Search;
 use crate::term::Term;
+use crate::unknown::Slot;
 
 /// What a constant is multiplied by.
 const RATIOS: [f64; 2] = [0.5, 2.0];
@@ -71,7 +72,7 @@ impl Search<'_> {
         });
         let leaves = |(rise, fit): &(f64, Fitted)| *rise < self.spared(last, fit);
         let mut fits: Vec<(f64, Fitted)> = fits.into_iter().flatten().filter(leaves).collect();
-        fits.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+        ascending(&mut fits, |(rise, _)| *rise);
         fits.into_iter().map(|(_, fit)| fit).collect()
     }
 }

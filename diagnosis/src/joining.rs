@@ -1,9 +1,10 @@
 //! What may join: every term screened beside a fit, and the most promising fitted with all that is in.
 
+use anhyst_identify::order::{ascending, descending};
 use anhyst_identify::parallel;
 use anhyst_model::{ActuatorModel, EffectKind, Screening, Stage};
 
-use crate::composition::{Composition, Slot, Unknown};
+use crate::composition::Composition;
 use crate::fitting::Fitted;
 use crate::likelihood::Bench;
 use crate::linearised::{Held, Linearised, PROMISES};
@@ -12,6 +13,7 @@ use crate::screening::{Screened, screen};
 use crate::search::{Depth, Search};
 use crate::signals::{Signals, signals};
 use crate::term::Term;
+use crate::unknown::{Slot, Unknown};
 
 /// Terms that are fitted after each screening.
 const FITTED: usize = 4;
@@ -81,7 +83,7 @@ impl Search<'_> {
             })
         });
         let mut promised: Vec<Screened> = promised.collect();
-        promised.sort_by(|one, other| other.gain.total_cmp(&one.gain));
+        descending(&mut promised, |own| own.gain);
         promised.truncate(CONSTANTS);
         screened.splice(0..0, promised);
         screened
@@ -202,7 +204,7 @@ pub(crate) fn unbent(bench: &Bench, composition: &Composition) -> Option<Composi
 
 /// The one with the lowest J first.
 pub(crate) fn sort(fits: &mut [(Term, Fitted)]) {
-    fits.sort_by(|(_, one), (_, other)| one.point.cost.total_cmp(&other.point.cost));
+    ascending(fits, |(_, fit)| fit.point.cost);
 }
 
 /// A mode stands where the sampling ends: only its delay is left.

@@ -1,5 +1,6 @@
 //! What leaves again, and what would explain as well.
 
+use anhyst_identify::order::ascending;
 use anhyst_identify::parallel;
 
 use crate::composition::Composition;
@@ -51,7 +52,7 @@ impl Search<'_> {
                 .flatten()
                 .map(|fit| (evidence.cost(&fit.point) - own, fit))
                 .collect();
-            rough.sort_by(|one, other| one.0.total_cmp(&other.0));
+            ascending(&mut rough, |(rise, _)| *rise);
             rough.retain(|(rise, _)| *rise < SURELY * JOINS);
             rough.truncate(REFITTED);
             // What is left of the output is larger with it: nothing is explained, however the bands are weighed.
@@ -110,7 +111,7 @@ impl Search<'_> {
         }
         (self.progress)("one in the place of another", 0.88);
         let mut tried: Vec<&Fitted> = tried.iter().collect();
-        tried.sort_by(|one, other| one.point.cost.total_cmp(&other.point.cost));
+        ascending(&mut tried, |fit| fit.point.cost);
         let mut others: Vec<(Term, Vec<f64>)> = Vec::new();
         for fit in &tried {
             for term in fit.point.composition.terms() {

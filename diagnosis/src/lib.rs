@@ -44,6 +44,7 @@ mod signals;
 mod spectrum;
 mod statistics;
 mod term;
+mod unknown;
 mod unlisted;
 mod verdict;
 mod wording;

@@ -4,6 +4,7 @@
 //! A_j its complex amplitude in the j-th of eight parts of the record, Ā their mean, median Re(A_j/Ā) > 0.6 and mean |A_j/Ā − 1|² < 0.45.
 //! Its frequency is where Σ w_n r_n e^{−iωn} is largest (w Hann's window). Near k·50 or k·60 Hz it is the mains'.
 
+use anhyst_identify::order::descending;
 use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex;
@@ -54,7 +55,7 @@ pub(crate) fn lines(bench: &Bench, point: &Point) -> Vec<Line> {
             })
             .filter(|&line| own_ratios[line - 2..=line + 2].iter().all(|ratio| *ratio < STANDS_OUT))
             .collect();
-        peaks.sort_by(|one, other| left_ratios[*other].total_cmp(&left_ratios[*one]));
+        descending(&mut peaks, |line| left_ratios[*line]);
         let series = bench.left(point, channel);
         let tones = tones(
             &bench.plant.runs[channel.run].drive_a_per_m[channel.rows.clone()],
@@ -81,7 +82,7 @@ pub(crate) fn lines(bench: &Bench, point: &Point) -> Vec<Line> {
             }
         }
     }
-    found.sort_by(|one, other| other.0.total_cmp(&one.0));
+    descending(&mut found, |own| own.0);
     found.into_iter().map(|(_, line)| line).collect()
 }
 

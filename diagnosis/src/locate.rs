@@ -4,6 +4,7 @@
 //! Energy of a cell is Σ (r² − σ²) over its rows: residual r less the noise σ that is always there. A cell that holds a
 //! larger share of the energy than of the time is where to look. The amplifier is judged apart, by command against measured field.
 
+use anhyst_identify::order::descending;
 use serde::{Deserialize, Serialize};
 
 use crate::channel::{Channel, ChannelKind};
@@ -145,7 +146,7 @@ pub(crate) fn sentences(tables: &[GapOver], channels: &[ChannelGap], most: usize
             found.push((factor.min(20.0) * cell.share_of_energy, sentence));
         }
     }
-    found.sort_by(|one, other| other.0.total_cmp(&one.0));
+    descending(&mut found, |own| own.0);
     found.into_iter().take(most).map(|(_, sentence)| sentence).collect()
 }
 

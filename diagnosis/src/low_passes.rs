@@ -1,5 +1,6 @@
 //! Low passes that the recorder may have: those that the noise shows, and those that the motion needs where none is seen.
 
+use anhyst_identify::order::ascending;
 use anhyst_identify::parallel;
 
 use crate::acquisition::{FROM, Likely, LowPass, ORDERS};
@@ -183,7 +184,7 @@ pub(crate) fn instead_of_lags(
         .zip(&tried)
         .filter_map(|(point, (_, forms))| Some((point?, forms)))
         .collect();
-    points.sort_by(|(one, _), (other, _)| one.cost.total_cmp(&other.cost));
+    ascending(&mut points, |(point, _)| point.cost);
     points.truncate(REFITTED);
     let fits = parallel::map(bench.threads, &points, |(point, _)| bench.fit(&point.composition, None));
     let fits = fits

@@ -5,7 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::composition::Unknown;
+use crate::unknown::Unknown;
 
 /// Below this share of a column's own square, what the others leave of it is rounding.
 const RANK_TOLERANCE: f64 = 1e-11;

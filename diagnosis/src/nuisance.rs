@@ -7,9 +7,10 @@ use std::sync::Arc;
 use anhyst_model::EffectKind;
 
 use crate::channel::ChannelKind;
-use crate::composition::{Composition, Slot};
+use crate::composition::Composition;
 use crate::plant::Plant;
 use crate::shape::Shape;
+use crate::unknown::Slot;
 
 /// Creep of a law that is faster, by the row, is over when a run begins.
 const MIN_CREEP_ROWS: f64 = 10.0;

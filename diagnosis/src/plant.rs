@@ -13,11 +13,12 @@ use realfft::num_complex::Complex;
 
 use crate::acquisition::{Before, Likely, LowPass, periodic};
 use crate::channel::{Channel, ChannelKind};
-use crate::composition::{Composition, drive_zero_a_per_m};
+use crate::composition::Composition;
 use crate::memory::{Recent, Tally};
 use crate::shape::Shape;
 use crate::spectrum::Spectrum;
 use crate::term::Term;
+use crate::unknown::drive_zero_a_per_m;
 
 /// Magnetic halves that are kept, of each run: those of what is being fitted, and what it is held against.
 const HALVES: usize = 32;

@@ -27,6 +27,7 @@ use crate::low_passes::{
 use crate::search::{Depth, JOINS, Search};
 use crate::shares::{Gap, remainder_rms};
 use crate::verdict::{MIN_BELIEVED, believed};
+use anhyst_identify::order::descending;
 
 /// Forms that are searched with beyond the likeliest.
 const MAX_FORMS: usize = 3;
@@ -292,7 +293,7 @@ impl Walk<'_> {
             Some((gain, form, composition))
         });
         let mut rough: Vec<_> = rough.collect();
-        rough.sort_by(|one, other| other.0.total_cmp(&one.0));
+        descending(&mut rough, |own| own.0);
         rough.truncate(REFITTED);
         let rivals = rough.into_iter().filter_map(|(_, form, composition)| {
             let fit = search.bench.fit(&composition, None)?;

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use anhyst_identify::engine::Coordinate;
+use anhyst_identify::order::descending;
 use anhyst_identify::parallel;
 
 use crate::fitting::Fitted;
@@ -62,7 +63,7 @@ pub(crate) fn screen(bench: &Bench, base: &Fitted, surroundings: &Surroundings, 
     .into_iter()
     .flatten()
     .collect();
-    all.sort_by(|one, other| other.gain.total_cmp(&one.gain));
+    descending(&mut all, |own| own.gain);
     all
 }
 
@@ -146,7 +147,7 @@ fn one(bench: &Bench, base: &Fitted, linear: &Linearised, surroundings: &Surroun
         }
         starts.extend(all.into_iter().map(|values| (gain.likelihood, group.clone(), values)));
     }
-    starts.sort_by(|one, other| other.0.total_cmp(&one.0));
+    descending(&mut starts, |own| own.0);
     let mut best: Option<(f64, Vec<f64>)> = None;
     let promising = |(gain, _, _): &(f64, ProbeGroup, Vec<f64>)| !linear.is_hopeless(*gain);
     // What answered as its trial foretold, and what it gained: another size that gains the same tells no more.

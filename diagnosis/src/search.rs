@@ -4,12 +4,13 @@ use anhyst_model::ActuatorModel;
 
 use crate::acquisition::LowPass;
 use crate::channel::ChannelKind;
-use crate::composition::{Composition, Slot};
+use crate::composition::Composition;
 use crate::fitting::Fitted;
 use crate::likelihood::Bench;
 use crate::memory::Recent;
 use crate::statistics::rms;
 use crate::term::Term;
+use crate::unknown::Slot;
 
 /// Fall of J with which a term joins: e³⁰ to one.
 pub(crate) const JOINS: f64 = 30.0;

@@ -8,13 +8,14 @@ use anhyst_identify::parallel;
 use anhyst_model::ActuatorModel;
 
 use crate::channel::ChannelKind;
-use crate::composition::{Composition, Slot};
+use crate::composition::Composition;
 use crate::fitting::Fitted;
 use crate::likelihood::{Bench, Point};
 use crate::nuisance::NuisanceKind;
 use crate::plant::Steps;
 use crate::statistics::rms;
 use crate::term::Term;
+use crate::unknown::Slot;
 
 /// The part that is the drift of an output's zero.
 pub(crate) const DRIFT: &str = "drift_of_zero";

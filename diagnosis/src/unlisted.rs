@@ -4,6 +4,7 @@
 //! (signed root), time, the field's rate (signed root), or the output itself; the curve acts as strain through the rod, over the output
 //! behind it. It competes with the library on the same likelihood, at a price per coefficient.
 
+use anhyst_identify::order::descending;
 use anhyst_identify::parallel;
 use anhyst_identify::prepared::PreparedRun;
 use anhyst_model::{ActuatorOutputs, RodMotion, RodState, TwoPolePropagator};
@@ -116,7 +117,7 @@ pub(crate) fn unlisted(bench: &Bench, base: &Fitted) -> Vec<Unlisted> {
     for own in &mut found {
         own.gain -= bare.likelihood;
     }
-    found.sort_by(|one, other| other.gain.total_cmp(&one.gain));
+    descending(&mut found, |own| own.gain);
     found
 }
 

@@ -4,11 +4,12 @@
 //! measurement itself shows. So nothing that leaves a third of a gap is named with more than 0.67. Of `none` it is the first factor; of
 //! `unknown` 1/(1 + e^{G − F}), F what a free curve gains and G the best effect, and ½ where no curve ended the search.
 
+use anhyst_identify::order::{ascending, descending};
 use anhyst_model::{ActuatorModel, EffectKind, NominalParameter, ParameterSpec};
 
 use crate::acquisition::LowPass;
 use crate::channel::ChannelKind;
-use crate::composition::{Composition, Slot};
+use crate::composition::Composition;
 use crate::decomposition::Decomposition;
 use crate::diagnosis::{Candidate, FittedValue, FoundEffect, ScoreGroup, ScoreTest, Verdict};
 use crate::evidence::{Evidence, LACK_OF_FIT, noise_rms};
@@ -22,6 +23,7 @@ use crate::shares::{
 };
 use crate::statistics::{chi_square_tail, rms};
 use crate::term::Term;
+use crate::unknown::Slot;
 
 /// Drift of the zero is an effect from this multiple of what is left on, and nuisance below.
 const DRIFTS: f64 = 1.5;
@@ -106,7 +108,7 @@ pub(crate) fn tell(bench: &Bench, model: &ActuatorModel, found: &Decomposition) 
             own.kind = ContributionKind::Effect;
         }
     }
-    effects.sort_by(|one, other| other.share.total_cmp(&one.share));
+    descending(&mut effects, |effect| effect.share);
     let explained = gap.explained(bench, &last.point);
     let unexplained = (remainder_rms * remainder_rms - noise_rms * noise_rms).max(0.0).sqrt();
     let part = 1.0 - (unexplained / gap.rms().max(f64::MIN_POSITIVE)).min(1.0);
@@ -277,7 +279,7 @@ fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
             NuisanceKind::CreepMemory(..) | NuisanceKind::Line(_, true) => {}
         }
     }
-    all.sort_by(|one: &FoundEffect, other| other.share.total_cmp(&one.share));
+    descending(&mut all, |effect| effect.share);
     all
 }
 
@@ -389,7 +391,7 @@ pub(crate) fn candidates(bench: &Bench, found: &Decomposition) -> Vec<Candidate>
     let mut fits: Vec<&Fitted> = vec![&found.base, &found.last];
     fits.extend(&found.tried);
     fits.extend(&found.ties);
-    fits.sort_by(|one, other| one.point.cost.total_cmp(&other.point.cost));
+    ascending(&mut fits, |fit| fit.point.cost);
     let mut candidates: Vec<Candidate> = Vec::new();
     for fit in fits {
         let terms = fit.point.composition.terms();

@@ -8,6 +8,7 @@ use anhyst_model::{Anhysteretic, Hysteresis, MagneticState, Magnetostriction, Ma
 use crate::error::IdentifyError;
 use crate::modelled::{FittedLoop, Modelled};
 use crate::observed::ObservedLoop;
+use crate::order::ascending;
 use crate::parameters::{Bounds, Coordinates, Fixed};
 use crate::prepared::{PrepareOptions, PreparedRun, Start};
 use crate::progress::Progress;
@@ -116,7 +117,7 @@ pub fn fit(
         .collect::<Result<Vec<_>, _>>()?;
     let nrmse = searches.iter().map(|polished| polished[0].nrmse());
     let tried: Vec<(Anhysteretic, f64)> = curves.iter().copied().zip(nrmse).collect();
-    searches.sort_by(|first, second| first[0].nrmse().total_cmp(&second[0].nrmse()));
+    ascending(&mut searches, |search| search[0].nrmse());
     let best = &searches[0];
     let no_start = || IdentifyError::NoValidStart {
         candidates: effort.candidates,

@@ -14,6 +14,7 @@ pub mod laws;
 mod material;
 mod modelled;
 mod observed;
+pub mod order;
 pub mod parallel;
 mod parameters;
 pub mod prepared;

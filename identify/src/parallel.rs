@@ -32,19 +32,18 @@ fn stand_by() {
 
 /// f of every item, on up to `threads` threads.
 pub fn map<T: Sync, R: Send>(threads: usize, items: &[T], f: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    let mut done: Vec<(usize, R)> = Vec::with_capacity(items.len());
+    let mut done: Vec<Option<R>> = items.iter().map(|_| None).collect();
     let threads = threads.min(items.len());
     each(
         threads,
         0..items.len(),
         |index| (index, f(&items[index])),
-        |result| {
-            done.push(result);
+        |(index, result)| {
+            done[index] = Some(result);
             ControlFlow::Continue(())
         },
     );
-    done.sort_by_key(|(index, _)| *index);
-    done.into_iter().map(|(_, result)| result).collect()
+    done.into_iter().flatten().collect()
 }
 
 /// f of every item, on up to `threads` threads; each result goes to `keep` as soon as it is there, in whatever order. No item is begun

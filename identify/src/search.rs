@@ -9,6 +9,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use crate::engine::Stop;
 use crate::error::IdentifyError;
 use crate::observed::ObservedLoop;
+use crate::order::ascending;
 use crate::progress::{Progress, Stage};
 use crate::residuals::{Fitter, Polished};
 
@@ -58,14 +59,13 @@ pub(crate) fn search<'a>(
         Some(polished)
     };
     let mut polished: Vec<Polished<'a>> = starts.iter().filter_map(|start| polish(start, RANKING)).collect();
-    let by_nrmse = |first: &Polished<'_>, second: &Polished<'_>| first.nrmse().total_cmp(&second.nrmse());
-    polished.sort_by(by_nrmse);
+    ascending(&mut polished, Polished::nrmse);
     for own in polished.iter_mut().take(FINALISTS) {
         if let Some(finished) = polish(&own.solution.values, FINAL) {
             *own = finished;
         }
     }
-    polished.sort_by(by_nrmse);
+    ascending(&mut polished, Polished::nrmse);
     if polished.is_empty() {
         let loops = &fitter.observation.loops;
         let largest = |of: fn(&ObservedLoop) -> &[f64]| {

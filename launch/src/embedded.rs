@@ -5,7 +5,7 @@ use crate::folder::RunFolder;
 use crate::process;
 use crate::report::ProcessReport;
 use anhyst_ipc::NodeId;
-use anhyst_scenario::{Scenario, to_ron};
+use anhyst_scenario::Scenario;
 
 /// Creates the run's folder with the effective scenario in it, and what its learner begins with.
 ///
@@ -21,7 +21,7 @@ pub fn prepare(scenario: &Scenario, out: Option<&std::path::Path>) -> Result<Run
     {
         std::fs::copy(&from, &own).map_err(refuse(own))?;
     }
-    let text = to_ron(&written).map_err(|error| RunError::Setup(error.to_string()))?;
+    let text = written.to_ron().map_err(|error| RunError::Setup(error.to_string()))?;
     std::fs::write(folder.scenario(), text).map_err(refuse(folder.scenario()))?;
     Ok(folder)
 }

@@ -8,7 +8,7 @@ use crate::folder::RunFolder;
 use crate::report::ProcessReport;
 use crate::resources::{Resources, is_running};
 use anhyst_ipc::{Change, NodeId, Tunable, request_changes};
-use anhyst_scenario::{Scenario, load, to_ron};
+use anhyst_scenario::{Scenario, load};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -129,7 +129,9 @@ fn validate(scenario: &Scenario, settings: &[(Tunable, f64)]) -> Result<(), RunE
 
 /// In two steps, so that a process that is started again never reads a half.
 fn save(scenario: &Scenario, folder: &RunFolder) -> Result<(), RunError> {
-    let text = to_ron(&as_saved(scenario, folder)?).map_err(|error| setup(error.to_string()))?;
+    let text = as_saved(scenario, folder)?
+        .to_ron()
+        .map_err(|error| setup(error.to_string()))?;
     let new = folder.scenario().with_extension("new.ron");
     std::fs::write(&new, text)
         .and_then(|()| std::fs::rename(&new, folder.scenario()))

@@ -2,7 +2,7 @@
 
 use crate::refusal::refused;
 use anhyst_ipc::Invalid;
-use anhyst_scenario::{Placement, Setting, load_changed, to_ron};
+use anhyst_scenario::{Placement, Setting, load_changed};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
@@ -103,7 +103,7 @@ impl Scenario {
     /// The whole, with every default, as a RON text.
     #[getter]
     fn ron(&self) -> PyResult<String> {
-        to_ron(&self.scenario).map_err(refused)
+        self.scenario.to_ron().map_err(refused)
     }
 
     /// What can be told before the run, as sentences.

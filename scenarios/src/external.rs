@@ -1,6 +1,6 @@
 //! Which processes of a scenario somebody else starts.
 
-use super::{Placement, Scenario, to_ron};
+use super::{Placement, Scenario};
 use anhyst_ipc::{Invalid, NodeId, fingerprint};
 
 impl Scenario {
@@ -56,6 +56,6 @@ impl Scenario {
             changes: Vec::new(),
             ..self.clone()
         };
-        to_ron(&told).map(|text| fingerprint(&text))
+        told.to_ron().map(|text| fingerprint(&text))
     }
 }

@@ -1,6 +1,6 @@
 //! From a file, or what is in the program, to a text, and from a RON text to our structs or a sentence.
 
-use super::{ScenarioError, misread, source};
+use super::{Scenario, ScenarioError, misread, source};
 use anhyst_measured::nearest;
 use ron::error::SpannedError;
 use ron::extensions::Extensions;
@@ -19,6 +19,16 @@ pub(crate) fn options() -> ron::Options {
 /// If the value has no RON form (a number that is not finite has one, so ours always do).
 pub fn to_ron<T: serde::Serialize>(value: &T) -> Result<String, ron::Error> {
     options().to_string_pretty(value, PrettyConfig::new().depth_limit(8))
+}
+
+impl Scenario {
+    /// As [`to_ron`], compiled here once: a scenario holds almost every struct that we have.
+    ///
+    /// # Errors
+    /// As [`to_ron`].
+    pub fn to_ron(&self) -> Result<String, ron::Error> {
+        to_ron(self)
+    }
 }
 
 /// What `verify-amplifier` takes unless it is told another scenario.

@@ -10,7 +10,7 @@ use anhyst_launch::resources::{SHARED_MEMORY_BYTES, shared_memory_left};
 use anhyst_report::number::{Digits, Si};
 use anhyst_report::page::Page;
 use anhyst_report::table::Table;
-use anhyst_scenario::{Foresight, Placement, Scenario, SteppedLoop, load, to_ron};
+use anhyst_scenario::{Foresight, Placement, Scenario, SteppedLoop, load};
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -43,7 +43,7 @@ pub fn run(arguments: &CheckArguments) -> miette::Result<Ending> {
         draw(&scenario, out)?;
     }
     if arguments.print {
-        let effective = to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?;
+        let effective = scenario.to_ron().map_err(|error| RunError::Setup(error.to_string()))?;
         crate::say!("{effective}");
         return Ok(Ending::Held);
     }

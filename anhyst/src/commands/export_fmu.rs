@@ -4,7 +4,7 @@ use super::Ending;
 use anhyst_controller::TrajectorySettings;
 use anhyst_fmu::{KIND_FILE, Kind, SCENARIO_FILE, description, refuse_unsteppable};
 use anhyst_launch::error::RunError;
-use anhyst_scenario::{Scenario, load, to_ron};
+use anhyst_scenario::{Scenario, load};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use zip::ZipWriter;
@@ -40,7 +40,7 @@ pub fn run(kind: Kind, file: &Path, library: Option<&Path>, out: &Path, json: bo
         files.push((format!("resources/{name}"), read(path)?));
         *path = PathBuf::from(name);
     }
-    let text = to_ron(&scenario).map_err(|error| setup(&error))?;
+    let text = scenario.to_ron().map_err(|error| setup(&error))?;
     let described = description(kind, &scenario, &text, IDENTIFIER);
     files.push(("modelDescription.xml".into(), described.into_bytes()));
     files.push((format!("resources/{SCENARIO_FILE}"), text.into_bytes()));

@@ -9,7 +9,7 @@ use anhyst_launch::folder::RunFolder;
 use anhyst_launch::process::{self, Meeting};
 use anhyst_launch::report::{self, Failure};
 use anhyst_launch::{resources, signals};
-use anhyst_scenario::{load, to_ron};
+use anhyst_scenario::load;
 use clap::Args;
 use std::time::Duration;
 
@@ -73,7 +73,7 @@ pub fn end_with_launcher(arguments: &ProcessArguments) -> miette::Result<()> {
 fn run_process(node: NodeId, arguments: &ProcessArguments) -> miette::Result<Ending> {
     end_with_launcher(arguments)?;
     let mut scenario = load(&arguments.scenario.scenario, &arguments.scenario.set.settings)?;
-    let effective = to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?;
+    let effective = scenario.to_ron().map_err(|error| RunError::Setup(error.to_string()))?;
     let agreement = scenario
         .agreement()
         .map_err(|error| RunError::Setup(error.to_string()))?;

@@ -12,7 +12,7 @@ use anhyst_launch::external;
 use anhyst_launch::resources::Resources;
 use anhyst_launch::say::quoted;
 use anhyst_launch::{resources, signals};
-use anhyst_scenario::{BUILT_IN_AMPLIFIER, Clock, Placement, Scenario, load, to_ron};
+use anhyst_scenario::{BUILT_IN_AMPLIFIER, Clock, Placement, Scenario, load};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -153,7 +153,7 @@ fn effective(arguments: &VerifyAmplifierArguments) -> miette::Result<(Scenario, 
     scenario.duration_s = scenario.duration_s.max(test_s);
     let claimed = arguments.out.claim("amplifier")?;
     let path = std::path::absolute(claimed.path.join("scenario.ron")).map_err(refused(&claimed.path))?;
-    let written = to_ron(&scenario).map_err(|error| RunError::Setup(error.to_string()))?;
+    let written = scenario.to_ron().map_err(|error| RunError::Setup(error.to_string()))?;
     std::fs::write(&path, written).map_err(refused(&path))?;
     // What a process of ours makes of the file is what must agree.
     let scenario = load(&path, &[])?;

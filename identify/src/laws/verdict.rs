@@ -9,6 +9,7 @@ use super::predict::run_along;
 use super::search::{FittedLaw, fit_law};
 use super::through::through;
 use super::{Family, LawData, LawError, LawFile, LawOptions, Reaction, Start};
+use crate::order::ascending;
 use crate::parallel;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -110,7 +111,7 @@ pub fn fit_laws(
         fitted.retain(|own| own.family == family);
     }
     fitted.retain(|own| own.model.validate().is_ok() && own.held_out_nrmse.is_finite());
-    fitted.sort_by(|one, other| one.held_out_own_nrmse.total_cmp(&other.held_out_own_nrmse));
+    ascending(&mut fitted, |own| own.held_out_own_nrmse);
     let Some(best) = fitted.first() else {
         return Err(worse(family.unwrap_or(Family::Linear), f64::NAN, line.nrmse));
     };

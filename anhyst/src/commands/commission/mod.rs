@@ -25,7 +25,7 @@ use anhyst_launch::signals;
 use anhyst_launch::summary::Summary;
 use anhyst_model::ActuatorModel;
 use anhyst_plant_sim::PlantRod;
-use anhyst_scenario::{Scenario, to_ron};
+use anhyst_scenario::Scenario;
 use belief::told;
 use clap::Args;
 use report::{Commission, page, table};
@@ -101,7 +101,7 @@ pub fn run(arguments: &CommissionArguments) -> miette::Result<Ending> {
     };
     let Work { result, out, .. } = work;
     if let Some(scenario) = &commissioned {
-        let text = to_ron(scenario).map_err(|error| RunError::Setup(error.to_string()))?;
+        let text = scenario.to_ron().map_err(|error| RunError::Setup(error.to_string()))?;
         save(out, "commissioned.ron", &format!("// {}\n{text}\n", result.sentence))?;
     }
     save(out, "commission.json", &json(&result)?)?;
@@ -170,7 +170,7 @@ impl Work<'_> {
     fn step(&mut self, name: &str, scenario: &Scenario) -> miette::Result<(Summary, PathBuf)> {
         let path = self.out.join(name);
         let folder = RunFolder::open(&path);
-        let text = to_ron(&as_saved(scenario, &folder)?).map_err(told)?;
+        let text = as_saved(scenario, &folder)?.to_ron().map_err(told)?;
         let same = self.goes_on && std::fs::read_to_string(folder.scenario()).is_ok_and(|before| before == text);
         let before = std::fs::read(folder.summary()).ok().filter(|_| same);
         if let Some(summary) = before.and_then(|before| serde_json::from_slice(&before).ok()) {
