@@ -210,7 +210,7 @@ impl Search<'_> {
             off_mains = self.lines(&mut base)?;
             let is_enough = match self.depth {
                 Depth::UntilSeen => shows_in_output(bench, &base.point, FROM[0]),
-                Depth::UntilMisfit => stage == 0 && Evidence::new(bench, &base.point).is_misfit,
+                Depth::UntilMisfit => course.len() == 1 && Evidence::new(bench, &base.point).is_misfit,
                 Depth::Whole | Depth::Look => false,
             };
             if is_enough {

@@ -18,7 +18,7 @@ use crate::term::Term;
 /// Corners of a low pass that is supposed, as shares of the sampling rate.
 const SUPPOSED: [f64; 3] = [0.1, 0.18, 0.32];
 /// Corners within this share are the same: a fit from one comes to the other.
-const SAME_CORNER: f64 = 0.03;
+const SAME_CORNER: f64 = 0.05;
 
 /// What the noise shows of each channel.
 pub(crate) type Seen = Vec<(ChannelKind, Likely)>;

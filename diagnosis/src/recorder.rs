@@ -35,6 +35,10 @@ const MAX_FORMS: usize = 3;
 const MAX_LOOKS: usize = 5;
 /// Share of what is above the noise that another form must explain: with less it is not what is missing.
 const PART: f64 = 0.02;
+/// Share of it with which, by the constants alone, a form is the right one.
+const NEARLY_ALL: f64 = 0.9;
+/// A form is fitted that promises this share of what it must explain: fits were seen to find 2.5 times what was promised.
+const PROMISED: f64 = 0.25;
 
 /// The decomposition under the low passes that explain most; `bench` is left as it was found on.
 pub(crate) fn decomposed(bench: &mut Bench, progress: &mut dyn FnMut(&str, f64)) -> Option<Decomposition> {
@@ -107,6 +111,12 @@ fn terms(found: &Decomposition) -> usize {
     found.last.point.composition.terms().len()
 }
 
+/// What is left above the noise, in J.
+fn missing(bench: &Bench, found: &Decomposition) -> f64 {
+    let last = &found.last.point;
+    Evidence::new(bench, last).to_noise(&last.levels)
+}
+
 fn is_misfit(bench: &Bench, found: &Decomposition) -> bool {
     Evidence::new(bench, &found.last.point).is_misfit
 }
@@ -141,19 +151,23 @@ fn under(bench: &mut Bench, seen: &Seen, watches: bool, progress: &mut dyn FnMut
         seen,
         watches,
     };
+    if !watches {
+        walk.begin_with_the_right_one();
+    }
     let depth = if watches { Depth::UntilSeen } else { Depth::UntilMisfit };
-    let likeliest = walk.all[0].clone();
-    let mut best = walk.searched(depth, &likeliest)?;
+    let first = walk.all[0].clone();
+    let mut best = walk.searched(depth, &first)?;
     if watches && shows_in_output(bench, &best.found.last.point, FROM[0]) {
         return Some(best.found);
     }
     if is_misfit(bench, &best.found) && (!watches || walk.all.len() > 1) {
+        let forms = walk.worth_a_look(&best.found);
         let (whole, first) = if watches {
             (Some(best), None)
         } else {
             (None, Some(best))
         };
-        let look = walk.looked(first);
+        let look = walk.looked(first, &forms);
         let form = look.as_ref().map(|look| (look.unlikely, look.forms()));
         let found = form.and_then(|form| walk.searched(Depth::Whole, &form));
         // What was looked at was not searched to its end.
@@ -196,12 +210,37 @@ impl Walk<'_> {
         })
     }
 
+    /// A form with which the constants alone explain nearly all comes first: a search under a wrong one takes longer than all this.
+    fn begin_with_the_right_one(&mut self) {
+        if self.all.len() < 2 {
+            return;
+        }
+        let (unlikely, likeliest) = self.all[0].clone();
+        self.search.low_passes = likeliest;
+        let Some((base, _)) = self.search.base() else { return };
+        let missing = Evidence::new(self.search.bench, &base.point).to_noise(&base.point.levels);
+        let must = NEARLY_ALL * missing - unlikely;
+        let rivals = self.beside(&base, must);
+        let right = rivals.into_iter().find(|own| own.cost < cost(&base) - must);
+        let place = right.and_then(|own| self.all.iter().position(|form| *form == own.form));
+        self.all.swap(0, place.unwrap_or(0));
+    }
+
+    /// The likeliest other forms, but those that would leave twice what is missing, which no effect makes up for.
+    fn worth_a_look(&self, found: &Decomposition) -> Vec<(f64, Forms)> {
+        let missing = missing(self.search.bench, found);
+        let promising = self.promising(&found.last);
+        let is_hopeful =
+            |form: &&(f64, Forms)| promising.iter().any(|(gain, own, _)| *own == *form && *gain > -missing);
+        let others = self.all.iter().filter(is_hopeful);
+        others.take(MAX_LOOKS).cloned().collect()
+    }
+
     /// What is found under a wrong form stands in the way of the right one: the best of a look at each with what explains most beside it, and at those
     /// to which these lead.
-    fn looked(&mut self, first: Option<Best>) -> Option<Best> {
+    fn looked(&mut self, first: Option<Best>, forms: &[(f64, Forms)]) -> Option<Best> {
         let mut best = first;
-        let others: Vec<(f64, Forms)> = self.all[1..].iter().take(MAX_LOOKS).cloned().collect();
-        for form in &others {
+        for form in forms {
             let Some(look) = self.searched(Depth::Look, form) else {
                 continue;
             };
@@ -229,15 +268,14 @@ impl Walk<'_> {
         let bench = self.search.bench;
         self.search.low_passes = best.forms();
         for _ in 0..MAX_FORMS {
-            let last = &best.found.last.point;
             if terms(&best.found) == 0 && !is_misfit(bench, &best.found) {
                 break;
             }
             if !self.watches {
                 self.widen(&best.found);
             }
-            let least = TIES.max(PART * Evidence::new(bench, last).to_noise(&last.levels));
-            let Some(rival) = self.rival(&best.found).filter(|own| own.cost + least < best.cost()) else {
+            let least = TIES.max(PART * missing(bench, &best.found));
+            let Some(rival) = self.rival(&best.found, best.cost() - least) else {
                 break;
             };
             let (before, other) = (best.cost(), self.searched(depth, &rival.form));
@@ -271,29 +309,41 @@ impl Walk<'_> {
         }
     }
 
-    /// Of the other forms the one that explains most with the terms that were found, or with none: they may stand for what it does.
-    fn rival(&mut self, found: &Decomposition) -> Option<Rival> {
+    /// Of the other forms the one that explains most with the terms that were found, or with none: they may stand for what it does. J must be below.
+    fn rival(&mut self, found: &Decomposition, below: f64) -> Option<Rival> {
         (self.search.progress)("other low passes of the recorder", 0.92);
-        let mut rivals = self.beside(&found.last);
+        let mut rivals = self.beside(&found.last, cost(&found.last) - below);
         if terms(found) > 0 {
-            rivals.extend(self.beside(&found.base));
+            rivals.extend(self.beside(&found.base, cost(&found.base) - below));
         }
-        rivals.into_iter().min_by(|one, other| one.cost.total_cmp(&other.cost))
+        rivals
+            .into_iter()
+            .filter(|own| own.cost < below)
+            .min_by(|one, other| one.cost.total_cmp(&other.cost))
     }
 
-    /// The other forms that explain most beside the terms of a fit.
-    fn beside(&self, fit: &Fitted) -> Vec<Rival> {
+    /// The other forms, and by how much more they promise to explain beside the terms of a fit, most promising first.
+    fn promising(&self, fit: &Fitted) -> Vec<(f64, &(f64, Forms), Composition)> {
         let search = &self.search;
-        let others = self.all.iter().filter(|(_, forms)| *forms != search.low_passes);
+        let composition = &fit.point.composition;
+        let others = self.all.iter().filter(|(_, forms)| *forms != composition.low_passes);
         let linear = Linearised::new(search.bench, fit);
         let rough = others.filter_map(|form| {
-            let composition = fit.point.composition.without_low_passes().with_low_passes(&form.1);
-            let change = search.bench.change(&fit.point, &composition)?;
+            let with = composition.without_low_passes().with_low_passes(&form.1);
+            let change = search.bench.change(&fit.point, &with)?;
             let gain = linear.gain_of(&change).likelihood - form.0;
-            Some((gain, form, composition))
+            Some((gain, form, with))
         });
         let mut rough: Vec<_> = rough.collect();
         descending(&mut rough, |own| own.0);
+        rough
+    }
+
+    /// The other forms that explain most beside the terms of a fit, of those that promise a part of what they must explain.
+    fn beside(&self, fit: &Fitted, must: f64) -> Vec<Rival> {
+        let search = &self.search;
+        let mut rough = self.promising(fit);
+        rough.retain(|(gain, _, _)| *gain > PROMISED * must);
         rough.truncate(REFITTED);
         let rivals = rough.into_iter().filter_map(|(_, form, composition)| {
             let fit = search.bench.fit(&composition, None)?;
