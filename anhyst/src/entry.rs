@@ -3,11 +3,19 @@
 use crate::cli::{self, Command};
 use crate::commands::{self, Ending};
 use crate::spelling;
+use anhyst_identify::parallel;
+use anhyst_ipc::stop_requested;
 use anhyst_launch::error::RunError;
+use anhyst_launch::signals;
 use std::ffi::OsString;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::time::Duration;
 
 /// Bad input; clap uses the same for bad arguments.
 pub const BAD_INPUT: u8 = 2;
+
+/// Between two looks whether work is to be given up.
+const LOOK: Duration = Duration::from_millis(20);
 
 /// Why a command was not done.
 #[derive(Debug)]
@@ -30,6 +38,15 @@ impl Unread {
             Self::Sentence(sentence) => sentence.clone(),
             Self::Clap(error) => error.to_string().trim_end().to_owned(),
         }
+    }
+}
+
+/// Says on standard error what is wrong: to people, or as `json` to programs.
+pub fn complain(report: &miette::Report, json: bool) {
+    if json {
+        crate::complain!("{}", as_json(report));
+    } else {
+        crate::complain!("{report:?}");
     }
 }
 
@@ -65,7 +82,7 @@ pub fn main(words: &[OsString]) -> u8 {
     let command = match read(words) {
         Ok(command) => command,
         Err(unread) if json && unread.is_refusal() => {
-            crate::complain!("{}", as_json(&miette::miette!("{}", unread.sentence())));
+            complain(&miette::miette!("{}", unread.sentence()), true);
             return BAD_INPUT;
         }
         Err(Unread::Clap(error)) => {
@@ -77,23 +94,42 @@ pub fn main(words: &[OsString]) -> u8 {
             return BAD_INPUT;
         }
     };
-    match perform(&command) {
+    match stoppable(&command) {
         Ok(ending) => ending.status(),
-        Err(report) if json => {
-            crate::complain!("{}", as_json(&report));
-            status(&report)
-        }
         Err(report) => {
-            crate::complain!("{report:?}");
+            complain(&report, json);
             status(&report)
         }
     }
 }
 
-/// The exit status of an error: a full disk is nobody's bad input.
+/// Does a command; of one that only computes, gives the work up when the program is asked to stop.
+fn stoppable(command: &Command) -> miette::Result<Ending> {
+    let computes = matches!(
+        command,
+        Command::Fit(_) | Command::Estimate(_) | Command::Diagnose(_) | Command::Study(_) | Command::Benchmark(_)
+    );
+    if !computes {
+        return perform(command);
+    }
+    signals::install_once();
+    std::thread::spawn(|| {
+        while !stop_requested() {
+            std::thread::sleep(LOOK);
+        }
+        parallel::give_up();
+    });
+    match catch_unwind(AssertUnwindSafe(|| perform(command))) {
+        Err(payload) if !payload.is::<parallel::GivenUp>() => resume_unwind(payload),
+        Ok(done) if done.is_ok() || !stop_requested() => done,
+        _ => Err(RunError::Stopped.into()),
+    }
+}
+
+/// The exit status of an error: a full disk is nobody's bad input, nor is an end that was asked for.
 pub fn status(report: &miette::Report) -> u8 {
     match report.downcast_ref::<RunError>() {
-        Some(error) if error.is_full_disk() => Ending::ProcessFailed.status(),
+        Some(error) if error.is_no_bad_input() => Ending::ProcessFailed.status(),
         _ => BAD_INPUT,
     }
 }

@@ -38,14 +38,21 @@ pub enum RunError {
     #[cfg(feature = "recorder")]
     #[error(transparent)]
     Recorder(#[from] anhyst_recorder::RecorderError),
+    /// The user asked to stop.
+    #[error("stopped on request")]
+    Stopped,
     /// Anything else, in a sentence.
     #[error("{0}")]
     Setup(String),
 }
 
 impl RunError {
-    /// True if there is no more room on a disk: that is nobody's bad input.
-    pub fn is_full_disk(&self) -> bool {
-        matches!(self, Self::Write { cause, .. } if crate::disk::is_full(cause))
+    /// True if there is no more room on a disk, or the user asked to stop: that is nobody's bad input.
+    pub fn is_no_bad_input(&self) -> bool {
+        match self {
+            Self::Write { cause, .. } => crate::disk::is_full(cause),
+            Self::Stopped => true,
+            _ => false,
+        }
     }
 }

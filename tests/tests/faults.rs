@@ -150,6 +150,29 @@ fn an_interrupted_run_closes_its_recording() {
     assert!(told.contains("stopped on request at tick "), "{told}");
 }
 
+/// Guards the exit status of work within the launcher itself: a comparison, and a study that only computes.
+#[test]
+fn interrupted_work_without_processes_says_so() {
+    let (_root, [compared, studied]) = folders();
+    let (several, study) = (compared.to_string_lossy(), studied.to_string_lossy());
+    let scenario = "scenarios/milling.ron";
+    let several = ["run", scenario, scenario, "--set", "duration_s=600", "--out", &several];
+    let study = ["study", "blind", "--out", &study];
+    let rows = studied.join("runs.jsonl");
+    for (words, begun) in [
+        (&several[..], compared.join("1-milling/scenario.ron")),
+        (&study, rows.clone()),
+    ] {
+        let mut launcher = start(words);
+        wait_for(&mut launcher, || begun.exists().then_some(()));
+        kill_process(Pid::from_raw(launcher.id() as i32).unwrap(), Signal::INT).unwrap();
+        let finished = Finished::wait(launcher, LIMIT).expect(3);
+        assert!(finished.err.contains("stopped on request"), "{}", finished.err);
+    }
+    // What was given up is no failed run: the study goes on with it.
+    assert!(!std::fs::read_to_string(rows).unwrap().contains("panicked"));
+}
+
 /// Guards the verdict on what is no number: it gets from the recorder's process to the summary, which has it in JSON.
 #[test]
 fn an_error_that_is_no_number_is_not_held() {

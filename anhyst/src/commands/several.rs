@@ -6,6 +6,7 @@ use super::Ending;
 use super::progress_bar;
 use super::run_arguments::RunArguments;
 use anhyst_identify::parallel;
+use anhyst_ipc::stop_requested;
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
 use anhyst_launch::summary::Summary;
@@ -45,7 +46,8 @@ pub fn run(paths: &[PathBuf], arguments: &RunArguments) -> miette::Result<Ending
         })
     });
     bar.finish_and_clear();
-    let summaries = summaries.into_iter().collect::<Result<Vec<_>, RunError>>()?;
+    let summaries = summaries.into_iter().collect::<Result<Vec<_>, RunError>>();
+    let summaries = summaries.map_err(|error| if stop_requested() { RunError::Stopped } else { error })?;
     super::save(&results.path, "compare.html", &page(&summaries).html())?;
     if arguments.json.json {
         let summaries: Result<Vec<_>, _> = summaries.iter().map(Summary::for_programs).collect();

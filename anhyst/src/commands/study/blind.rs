@@ -16,7 +16,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use std::collections::HashMap;
 use std::ops::ControlFlow;
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
 
 const RUNS: &str = "runs.jsonl";
@@ -199,8 +199,12 @@ fn refused(error: impl std::fmt::Display) -> miette::Report {
     miette::miette!("{error}")
 }
 
-/// A panic is a failed run, not the end of the study.
+/// A panic is a failed run, not the end of the study; work that was given up is.
 fn studied(case: &Case, subject: &Subject) -> StudyRun {
-    catch_unwind(AssertUnwindSafe(|| study(case, subject)))
-        .unwrap_or_else(|_| StudyRun::failed(case, "the diagnosis panicked".to_owned()))
+    catch_unwind(AssertUnwindSafe(|| study(case, subject))).unwrap_or_else(|payload| {
+        match payload.is::<parallel::GivenUp>() {
+            true => resume_unwind(payload),
+            false => StudyRun::failed(case, "the diagnosis panicked".to_owned()),
+        }
+    })
 }
