@@ -8,6 +8,7 @@ use anhyst_ipc::stop_requested;
 use anhyst_launch::error::RunError;
 use anhyst_launch::signals;
 use std::ffi::OsString;
+use std::fmt::Display;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::time::Duration;
 
@@ -48,6 +49,16 @@ pub fn complain(report: &miette::Report, json: bool) {
     } else {
         crate::complain!("{report:?}");
     }
+}
+
+/// Says why something begun did not come to its end, and what is `left` of it.
+pub fn failed(error: &dyn Display, left: &str, json: bool) -> Ending {
+    if json {
+        complain(&miette::miette!(help = left, "{error}"), true);
+    } else {
+        crate::complain!("{error}\n{left}");
+    }
+    Ending::ProcessFailed
 }
 
 /// For programs: `{"message": …}`, with file and place where it has them.

@@ -173,6 +173,24 @@ fn interrupted_work_without_processes_says_so() {
     assert!(!std::fs::read_to_string(rows).unwrap().contains("panicked"));
 }
 
+/// Guards programs that start runs: with `--json` standard error is one object, also when a process fails or no run is there.
+#[test]
+fn failures_are_told_to_programs_as_json() {
+    let (_root, [out]) = folders();
+    let told = |words: &[&str], code: i32| -> serde_json::Value {
+        let finished = Finished::run(words, LIMIT).expect(code);
+        assert_eq!(finished.out, "");
+        serde_json::from_str(&finished.err).unwrap_or_else(|error| panic!("{error}: {}", finished.err))
+    };
+    let path = out.to_string_lossy();
+    let false_amplifier = ["--external-command", "amplifier=false", "--json", "--out", &path];
+    let failed = told(&[&["run", "scenarios/milling.ron"], &false_amplifier[..]].concat(), 3);
+    assert!(failed["message"].as_str().unwrap().contains("amplifier"), "{failed}");
+    assert!(failed["help"].as_str().unwrap().contains(&*path), "{failed}");
+    let absent = told(&["live", "no_such_run", "--json"], 2);
+    assert!(absent["message"].as_str().unwrap().contains("no_such_run"), "{absent}");
+}
+
 /// Guards the verdict on what is no number: it gets from the recorder's process to the summary, which has it in JSON.
 #[test]
 fn an_error_that_is_no_number_is_not_held() {

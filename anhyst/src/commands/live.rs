@@ -121,8 +121,10 @@ struct Ways {
 /// A run that does not go on, a port that is taken.
 pub fn run(arguments: &LiveArguments) -> miette::Result<Ending> {
     signals::install();
+    // Viewers may join before a run that is waited for; of one that does not go on nothing is announced.
+    let found = (arguments.wait_s == 0.0).then(|| awaited(arguments)).transpose()?;
     let mut ways = ways(arguments)?;
-    let folder = awaited(arguments)?;
+    let folder = found.map_or_else(|| awaited(arguments), Ok)?;
     let resources = meeting(&folder).ok_or_else(|| miette::miette!("the run does not say where its processes meet"))?;
     let scenario = load(&folder.scenario(), &[])?;
     let refused = |error: anhyst_ipc::LinkError| miette::miette!("{error}");

@@ -3,6 +3,7 @@
 use super::run_arguments::{AloneArguments, RunArguments};
 use super::{Ending, progress_bar};
 use crate::arguments::SetArguments;
+use crate::entry::failed;
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
@@ -69,9 +70,8 @@ fn alone(scenario: &Path, all: &RunArguments) -> miette::Result<Ending> {
         Ok(reports) if arguments.across.is_part() => super::part::finish(&scenario, &folder, &reports, all.json.json),
         Ok(reports) => finish(&scenario, &folder, &reports, all),
         Err(error) => {
-            crate::complain!("{error}");
-            crate::complain!("what was recorded until then is in {}", folder.path().display());
-            Ok(Ending::ProcessFailed)
+            let left = format!("what was recorded until then is in {}", folder.path().display());
+            Ok(failed(&error, &left, all.json.json))
         }
     }
 }

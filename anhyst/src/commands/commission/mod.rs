@@ -93,9 +93,8 @@ pub fn run(arguments: &CommissionArguments) -> miette::Result<Ending> {
     };
     let commissioned = match work.commission(scenario) {
         Err(error) if work.failed => {
-            crate::complain!("{error}");
-            crate::complain!("the same call goes on from there");
-            return Ok(Ending::ProcessFailed);
+            let left = "the same call goes on from there";
+            return Ok(crate::entry::failed(&error, left, arguments.json.json));
         }
         commissioned => commissioned?,
     };
