@@ -1,7 +1,9 @@
 //! The iceoryx2 resources of a run: names that no other run has, their removal, and what crashed runs have left.
 
 use crate::disk::mebibytes;
+use rustix::fs::Access;
 use serde::{Deserialize, Serialize};
+use std::fmt::Display;
 use std::fs::{File, Metadata, OpenOptions, TryLockError};
 use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
@@ -33,10 +35,7 @@ const MAX_ROOT_AND_PREFIX: usize = 68;
 const MIN_PREFIX: usize = 8;
 
 /// Checks that a socket's path has room for both.
-///
-/// # Errors
-/// A sentence with the length and the limit.
-pub fn check_length(root: &Path, prefix: &str) -> Result<(), String> {
+fn check_length(root: &Path, prefix: &str) -> Result<(), String> {
     let length = root.as_os_str().len() + prefix.len();
     if length > MAX_ROOT_AND_PREFIX {
         return Err(format!(
@@ -44,6 +43,10 @@ pub fn check_length(root: &Path, prefix: &str) -> Result<(), String> {
         ));
     }
     Ok(())
+}
+
+fn unusable(root: &Path, error: &dyn Display) -> String {
+    format!("--root {} cannot be used: {error}", root.display())
 }
 
 /// Checks that iceoryx2 can make its folders there.
@@ -54,13 +57,10 @@ fn check_root(root: &Path) -> Result<(), String> {
             root.display()
         ));
     }
-    let existed = root.exists();
-    std::fs::create_dir_all(root).map_err(|error| format!("--root {} cannot be used: {error}", root.display()))?;
-    if !existed {
-        // iceoryx2 makes it as it wants it. Whoever was quicker may keep it.
-        let _ = std::fs::remove_dir(root);
-    }
-    Ok(())
+    // It is not made here: iceoryx2 makes it as it wants it, and other processes of the run may be about to.
+    let whole = std::path::absolute(root).map_err(|error| unusable(root, &error))?;
+    let nearest = whole.ancestors().find(|folder| folder.exists()).unwrap_or(&whole);
+    rustix::fs::access(nearest.join("."), Access::WRITE_OK | Access::EXEC_OK).map_err(|error| unusable(&whole, &error))
 }
 
 impl Resources {
@@ -70,22 +70,29 @@ impl Resources {
     /// A sentence, if a name is too long, or so short that cleaning up could meet somebody else's files.
     pub fn chosen(prefix: Option<&str>, root: Option<&Path>) -> Result<Self, String> {
         let unique = Self::unique();
-        let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        if let Some(prefix) = prefix
-            && !(prefix.len() >= MIN_PREFIX && prefix.chars().all(plain) && prefix.ends_with('_') && prefix != PREFIX)
-        {
-            return Err(format!(
-                "--service-prefix {prefix} must have at least {MIN_PREFIX} letters, digits and '_', end with '_', and not be {PREFIX}: files that begin with it are removed after the run"
-            ));
-        }
         let root = root.map_or_else(|| Ok(unique.root), std::path::absolute);
         let chosen = Self {
             prefix: prefix.map_or(unique.prefix, str::to_owned),
             root: root.map_err(|error| format!("--root cannot be used: {error}"))?,
         };
-        check_length(&chosen.root, &chosen.prefix)?;
-        check_root(&chosen.root)?;
+        chosen.check()?;
         Ok(chosen)
+    }
+
+    /// Checks names that somebody chose.
+    ///
+    /// # Errors
+    /// As [`Resources::chosen`].
+    pub fn check(&self) -> Result<(), String> {
+        let prefix = &self.prefix;
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
+        if !(prefix.len() >= MIN_PREFIX && prefix.chars().all(plain) && prefix.ends_with('_') && prefix != PREFIX) {
+            return Err(format!(
+                "--service-prefix {prefix:?} must have at least {MIN_PREFIX} letters, digits and '_', end with '_', and not be {PREFIX}: files that begin with it are removed after the run"
+            ));
+        }
+        check_length(&self.root, prefix)?;
+        check_root(&self.root)
     }
 
     /// Keeps the names for this run, for as long as what is given lives: a lock that the system lifts when its process ends,

@@ -349,6 +349,33 @@ fn bad_options_are_refused() {
     }
 }
 
+/// Guards processes by hand: names that `run` refuses are refused by the same sentence, and nothing is begun.
+#[test]
+fn a_node_refuses_the_names_that_a_run_refuses() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run").to_string_lossy().into_owned();
+    let long = "x".repeat(80) + "_";
+    for names in [
+        ["--service-prefix", "a b/c"],
+        ["--service-prefix", ""],
+        ["--service-prefix", &long],
+        ["--root", "README.md"],
+    ] {
+        let refused = |words: &[&str]| {
+            let words = [words, &["scenarios/milling.ron", "--out", &out], &names].concat();
+            Finished::run(&words, LIMIT).expect(2).err
+        };
+        let (run, node) = (refused(&["run"]), refused(&["node", "estimator"]));
+        assert!(run.contains(names[0]), "{run}");
+        // Of the length each tells its own.
+        assert!(
+            run == node || names[1] == long && node.contains("characters together"),
+            "{node}"
+        );
+        assert!(!Path::new(&out).exists(), "{names:?}: something was begun");
+    }
+}
+
 /// Guards two traps of editors: a mark before the text is no part of it, whichever file it is; and a file whose text is one long line
 /// does not fill the screen when it is refused.
 #[test]

@@ -8,6 +8,7 @@ use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
 use anhyst_launch::process::{self, Meeting};
 use anhyst_launch::report::{self, Failure};
+use anhyst_launch::resources::Resources;
 use anhyst_launch::{resources, signals};
 use anhyst_scenario::load;
 use clap::Args;
@@ -91,12 +92,12 @@ fn run_process(node: NodeId, arguments: &ProcessArguments) -> miette::Result<End
             "--rejoin is for real-time runs: in lockstep the loop ends with the process that died"
         ));
     }
+    let meeting = meeting(arguments, agreement)?;
     let folder = RunFolder::open(&arguments.out);
     folder.make_result_folders().map_err(|cause| RunError::Write {
         path: folder.path().to_owned(),
         cause,
     })?;
-    let meeting = meeting(arguments, agreement)?;
     let by_hand = arguments.end_with_launcher.is_none();
     // So that nobody takes what it opens for leftovers.
     let _claimed = by_hand.then(|| resources::Claim::shared(&meeting.prefix));
@@ -123,15 +124,18 @@ fn run_process(node: NodeId, arguments: &ProcessArguments) -> miette::Result<End
 /// Where the processes of this host meet.
 ///
 /// # Errors
-/// If the names are too long.
+/// If the names cannot be used.
 pub fn meeting(arguments: &ProcessArguments, agreement: u64) -> miette::Result<Meeting> {
     let told = &arguments.meeting;
-    let prefix = told.service_prefix.clone().unwrap_or_else(|| BY_HAND.into());
-    let root = told
-        .root
-        .clone()
-        .unwrap_or_else(|| resources::user_root().join(resources::HAND));
-    resources::check_length(&root, &prefix).map_err(|sentence| miette::miette!("{sentence}"))?;
+    let names = Resources {
+        prefix: told.service_prefix.clone().unwrap_or_else(|| BY_HAND.into()),
+        root: told
+            .root
+            .clone()
+            .unwrap_or_else(|| resources::user_root().join(resources::HAND)),
+    };
+    names.check().map_err(|sentence| miette::miette!("{sentence}"))?;
+    let Resources { prefix, root } = names;
     Ok(Meeting {
         prefix,
         root,
