@@ -33,7 +33,6 @@ fn stand_by() {
 /// f of every item, on up to `threads` threads.
 pub fn map<T: Sync, R: Send>(threads: usize, items: &[T], f: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let mut done: Vec<Option<R>> = items.iter().map(|_| None).collect();
-    let threads = threads.min(items.len());
     each(
         threads,
         0..items.len(),
@@ -46,14 +45,15 @@ pub fn map<T: Sync, R: Send>(threads: usize, items: &[T], f: impl Fn(&T) -> R + 
     done.into_iter().flatten().collect()
 }
 
-/// f of every item, on up to `threads` threads; each result goes to `keep` as soon as it is there, in whatever order. No item is begun
-/// after `keep` has broken off.
+/// f of every item, on up to `threads` threads and no more than there can be items; each result goes to `keep` as soon as it is there, in
+/// whatever order. No item is begun after `keep` has broken off.
 pub fn each<T: Send, R: Send>(
     threads: usize,
     items: impl Iterator<Item = T> + Send,
     f: impl Fn(T) -> R + Sync,
     mut keep: impl FnMut(R) -> ControlFlow<()> + Send,
 ) {
+    let threads = items.size_hint().1.map_or(threads, |most| threads.min(most));
     if threads <= 1 {
         for item in items {
             stand_by();
@@ -124,6 +124,16 @@ mod tests {
             super::map(4, &items, slow_first),
             super::map(1, &items, |item| item * item)
         );
+    }
+
+    /// Guards the system's threads: no more are begun than there are items, however many are allowed.
+    #[test]
+    fn no_more_threads_than_items_are_begun() {
+        let own = std::thread::current().id();
+        for threads in [1, 1_000_000] {
+            let by = super::map(threads, &[()], |()| std::thread::current().id());
+            assert_eq!(by, [own], "{threads}");
+        }
     }
 
     /// Guards the end of work that was given up: it unwinds out of nested work on other threads as what it is.

@@ -36,6 +36,8 @@ pub struct Made {
     pub rows: Rows,
     /// How many are new.
     pub new: u64,
+    /// That worked side by side.
+    pub threads: usize,
     /// From the first new run to the last, s.
     pub took_s: f64,
     /// Of it in runs, from their values to what they came to, all threads together, s.
@@ -125,6 +127,7 @@ impl Sweep {
         noted?;
         progress(rows.found());
         let missing: Vec<u64> = rows.missing().collect();
+        let threads = threads.min(missing.len());
         let (in_runs_ns, begin) = (AtomicU64::new(0), Instant::now());
         let (mut new, mut kept) = (0, Ok(()));
         parallel::each(
@@ -147,6 +150,7 @@ impl Sweep {
         Ok(Made {
             rows,
             new,
+            threads,
             took_s: begin.elapsed().as_secs_f64(),
             in_runs_s: in_runs_ns.into_inner() as f64 * 1e-9,
         })

@@ -129,8 +129,13 @@ fn a_run_of_a_sweep_is_the_run() {
     let settings = ["--set", "duration_s=0.15", "--set", "expect.settling_s=0.12"];
     let scenario = ["sweep", "scenarios/milling.ron"];
     let vary = ["--vary", "controller.feedback.kp=[0.3, 0.4]", "--seeds", "2", "--out"];
-    let arguments = [&scenario[..], &settings, &vary, &[swept.to_str().unwrap()]].concat();
-    Finished::run(&arguments, LIMIT).expect(0);
+    let more = [swept.to_str().unwrap(), "--threads", "100000", "--json"];
+    let told = Finished::run(&[&scenario[..], &settings, &vary, &more].concat(), LIMIT).expect(0);
+    // No more threads than runs, and no more time in runs than the threads had.
+    let told: serde_json::Value = serde_json::from_str(&told.out).unwrap();
+    let made = |name: &str| told["made"][name].as_f64().unwrap();
+    assert_eq!(made("threads"), 4.0);
+    assert!(made("in_runs_s") <= 4.0 * made("took_s"), "{told}");
     let table = std::fs::read_to_string(swept.join("sweep.csv")).unwrap();
     let last: Vec<&str> = table.lines().last().unwrap().split(',').collect();
     let own = ["--set", "controller.feedback.kp=0.4", "--set", "seed=2"];

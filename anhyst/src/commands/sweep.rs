@@ -82,9 +82,9 @@ struct Cost {
 }
 
 impl Cost {
-    /// What the threads did beside the runs, as a share of them.
+    /// The share of the threads' time that was not in runs.
     fn beside(&self) -> f64 {
-        self.took_s * self.threads as f64 / self.in_runs_s - 1.0
+        1.0 - self.in_runs_s / (self.took_s * self.threads as f64)
     }
 }
 
@@ -120,6 +120,7 @@ pub fn run(arguments: &SweepArguments) -> miette::Result<Ending> {
     let Made {
         rows,
         new,
+        threads,
         took_s,
         in_runs_s,
     } = made.map_err(told)?;
@@ -218,7 +219,7 @@ fn print(plan: &Plan, findings: &Findings, cost: Option<Cost>) {
     }
     if let Some(cost) = cost {
         crate::say!(
-            "{} runs made in {:.1} s on {} threads, {:.1} ms each, {:.1} % beside the runs",
+            "{} runs made in {:.1} s on {} threads, {:.1} ms each, {:.1} % of their time beside the runs",
             cost.runs,
             cost.took_s,
             cost.threads,
