@@ -33,7 +33,7 @@ pub fn announce(folder: &RunFolder, resources: &Resources) -> Result<(), RunErro
     std::fs::write(folder.meeting(), text).map_err(unwritten(folder.meeting()))
 }
 
-/// The folder of a run that goes on: `run` itself, or the only one of that name under `runs/`.
+/// The folder of a run that goes on: `run` itself, or under `runs/` the one of that name, or the only one whose scenario has that name.
 ///
 /// # Errors
 /// A sentence, if there is none, or more than one.
@@ -50,14 +50,18 @@ pub fn running(run: &Path) -> Result<RunFolder, RunError> {
             )))
         };
     }
-    let of_name = |path: &PathBuf| {
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        name.strip_prefix(&*run.to_string_lossy())
-            .is_some_and(|rest| rest.starts_with('-'))
+    let runs = Path::new("runs");
+    let own = RunFolder::open(&runs.join(run));
+    if goes_on(&own) {
+        return Ok(own);
+    }
+    let of_name = |folder: &RunFolder| {
+        let scenario = load(&folder.scenario(), &[]);
+        scenario.is_ok_and(|scenario| Path::new(&scenario.name) == run)
     };
-    let entries = std::fs::read_dir("runs").into_iter().flatten().flatten();
-    let folders = entries.map(|entry| entry.path()).filter(of_name);
-    let mut found: Vec<RunFolder> = folders.map(|path| RunFolder::open(&path)).filter(goes_on).collect();
+    let entries = std::fs::read_dir(runs).into_iter().flatten().flatten();
+    let folders = entries.map(|entry| RunFolder::open(&entry.path()));
+    let mut found: Vec<RunFolder> = folders.filter(|folder| goes_on(folder) && of_name(folder)).collect();
     match (found.pop(), found.len()) {
         (Some(folder), 0) => Ok(folder),
         (None, _) => Err(setup(format!(

@@ -2,10 +2,13 @@
 //! changes nothing.
 
 use anhyst_ipc::NodeId;
-use anhyst_tests::{Finished, LIMIT, assert_same, files_with, first_difference, folders, start, summary, wait_for};
+use anhyst_tests::{
+    Finished, LIMIT, anhyst, assert_same, files_with, first_difference, folders, repository, start, summary, wait_for,
+};
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::path::Path;
-use std::process::Child;
+use std::process::{Child, Command, Stdio};
 
 /// Killed when dropped, so that a failing test leaves nothing running.
 struct Ended(Option<Child>);
@@ -115,6 +118,32 @@ fn a_tuned_run_is_the_same_run_again() {
         difference.is_some_and(|(node, from)| node == NodeId::Controller && from > tick(&first)),
         "{difference:?}"
     );
+}
+
+/// Guards the names by which a run is found: its folder's and its scenario's, whatever the folder is called.
+#[test]
+fn a_run_is_found_by_the_name_of_its_folder_or_scenario() {
+    let root = tempfile::tempdir().unwrap();
+    let there = |words: &[&str]| {
+        let mut command = Command::new(anhyst());
+        command.current_dir(root.path()).args(words);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    };
+    let scenario = repository().join("scenarios/milling.ron");
+    let long = ["--no-recording", "--set", "duration_s=600", "--out", "runs/cut2"];
+    let run = there(&[&["run", scenario.to_str().unwrap()], &long[..]].concat());
+    let mut launched = Ended(Some(run));
+    let meeting = root.path().join("runs/cut2/processes/meeting.json");
+    wait_for(launched.0.as_mut().unwrap(), || meeting.exists().then_some(()));
+    let tuned = |name: &str| Finished::wait(there(&["tune", name, "controller.feedback.kp=0.35"]), LIMIT);
+    for name in ["milling", "cut2", "runs/cut2"] {
+        tuned(name).expect(0);
+    }
+    let refused = tuned("cut").expect(2);
+    assert!(refused.err.contains("no run called cut goes on"), "{}", refused.err);
+    let launched = launched.0.take().unwrap();
+    kill_process(Pid::from_raw(launched.id() as i32).unwrap(), Signal::INT).unwrap();
+    Finished::wait(launched, LIMIT).expect(3);
 }
 
 /// Guards the bounds: each sentence has the setting, its value and why not; a scenario's own changes are held to them, too.

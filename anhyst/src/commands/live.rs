@@ -35,7 +35,7 @@ const FOXGLOVE: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(Ipv4Addr::LOCA
 /// `live`
 #[derive(Debug, Args)]
 pub struct LiveArguments {
-    /// The run: its folder, or the scenario's name if only one of that name goes on under runs/.
+    /// The run: its folder, that folder's name under runs/, or the scenario's name if only one of that name goes on there.
     pub run: PathBuf,
     /// Open a port for Foxglove (default, if nothing else is asked for: 127.0.0.1:8765).
     #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]

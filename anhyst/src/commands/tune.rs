@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// `tune`
 #[derive(Debug, Args)]
 pub struct TuneArguments {
-    /// The run: its folder, or the scenario's name if only one of that name goes on under runs/.
+    /// The run: its folder, that folder's name under runs/, or the scenario's name if only one of that name goes on there.
     pub run: PathBuf,
     /// What is changed: `controller.feedback.kp=0.4` (several take effect in one tick).
     #[arg(required = true, value_name = "PATH=VALUE", value_parser = setting)]
