@@ -376,6 +376,42 @@ fn a_node_refuses_the_names_that_a_run_refuses() {
     }
 }
 
+/// Guards options that would silently do nothing.
+#[test]
+fn options_that_cannot_apply_are_refused() {
+    let root = tempfile::tempdir().unwrap();
+    let out = root.path().join("run").to_string_lossy().into_owned();
+    let milling = "scenarios/milling.ron";
+    let cases: [(&[&str], &str); 4] = [
+        (
+            &["run", milling, "--embedded", "--dedicated-cores", "--out", &out],
+            "--dedicated-cores is for processes",
+        ),
+        (
+            &[
+                "run",
+                milling,
+                "--set",
+                "placement=Embedded",
+                "--dedicated-cores",
+                "--out",
+                &out,
+            ],
+            "--dedicated-cores is for processes",
+        ),
+        (&["doctor", "--lockstep", milling, "--rate-hz", "500"], "--rate-hz"),
+        (
+            &["node", "estimator", milling, "--live=9877", "--out", &out],
+            "--live is for the recorder's process, and this one is estimator",
+        ),
+    ];
+    for (words, sentence) in cases {
+        let refused = Finished::run(words, LIMIT).expect(2);
+        assert!(refused.err.contains(sentence), "no \"{sentence}\" in: {}", refused.err);
+    }
+    assert!(!Path::new(&out).exists(), "something was begun");
+}
+
 /// Guards two traps of editors: a mark before the text is no part of it, whichever file it is; and a file whose text is one long line
 /// does not fill the screen when it is refused.
 #[test]

@@ -34,6 +34,9 @@ pub fn run(arguments: &BridgeArguments) -> miette::Result<Ending> {
     signals::install();
     let node = &arguments.node;
     end_with_launcher(node)?;
+    if node.live.is_some() {
+        miette::bail!("--live is for the recorder's process; a bridge records nothing");
+    }
     arguments
         .across
         .validate()

@@ -26,7 +26,13 @@ pub struct DoctorArguments {
     #[arg(long, default_value_t = 5.0, value_name = "S", requires = "measured")]
     pub duration_s: f64,
     /// Ticks per second at which the ways are compared in real time.
-    #[arg(long, default_value_t = 2000.0, value_name = "HZ", requires = "realtime")]
+    #[arg(
+        long,
+        default_value_t = 2000.0,
+        value_name = "HZ",
+        requires = "realtime",
+        conflicts_with = "lockstep"
+    )]
     pub rate_hz: f64,
     /// What is changed in the scenario.
     #[command(flatten)]

@@ -87,6 +87,9 @@ fn run_process(node: NodeId, arguments: &ProcessArguments) -> miette::Result<End
         .into_iter()
         .find(|(_, nodes)| nodes.contains(&node))
         .ok_or_else(|| RunError::Setup(format!("{node} has no process in this scenario")))?;
+    if arguments.live.is_some() && !nodes.contains(&NodeId::Recorder) {
+        miette::bail!("--live is for the recorder's process, and this one is {process}");
+    }
     if arguments.rejoin && scenario.clock.realtime().is_none() {
         return Err(miette::miette!(
             "--rejoin is for real-time runs: in lockstep the loop ends with the process that died"

@@ -49,6 +49,9 @@ pub(super) fn changed(
         add_external(scenario, arguments);
     })?;
     refuse_two_commands(arguments)?;
+    if arguments.dedicated_cores && scenario.placement == Placement::Embedded {
+        miette::bail!("--dedicated-cores is for processes that wait for each other; an embedded run is one process");
+    }
     Ok(scenario)
 }
 
