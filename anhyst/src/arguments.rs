@@ -152,8 +152,8 @@ pub struct ProcessArguments {
     /// Polls before a waiting process sleeps.
     #[arg(long, default_value_t = YIELDS_SHARED, value_name = "POLLS")]
     pub yields: u32,
-    /// Open a port for a Rerun viewer (recorder only).
-    #[cfg_attr(feature = "recorder", arg(long, value_name = "PORT"))]
+    /// Open a port for a Rerun viewer (default port 9877; recorder only).
+    #[cfg_attr(feature = "recorder", arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "9877", value_parser = clap::value_parser!(u16).range(1..)))]
     #[cfg_attr(not(feature = "recorder"), arg(skip))]
     pub live: Option<u16>,
     /// Take the place of a process that died, in a real-time run that goes on.

@@ -382,7 +382,11 @@ fn options_that_cannot_apply_are_refused() {
     let root = tempfile::tempdir().unwrap();
     let out = root.path().join("run").to_string_lossy().into_owned();
     let milling = "scenarios/milling.ron";
-    let cases: [(&[&str], &str); 4] = [
+    let cases: [(&[&str], &str); 5] = [
+        (
+            &["run", milling, "--live", "9877", "--embedded", "--out", &out],
+            "write --live=9877",
+        ),
         (
             &["run", milling, "--embedded", "--dedicated-cores", "--out", &out],
             "--dedicated-cores is for processes",

@@ -21,6 +21,7 @@ use std::time::Duration;
 /// Bad input; a process that fails is an [`Ending`].
 pub fn run(arguments: &RunArguments) -> miette::Result<Ending> {
     signals::install();
+    refuse_separate_port(arguments)?;
     let of_one = arguments.plot.is_some().then_some("--plot");
     match (&arguments.scenarios[..], arguments.alone.given().or(of_one)) {
         ([scenario], _) => alone(scenario, arguments),
@@ -121,6 +122,16 @@ pub(super) fn perform(
     };
     bar.finish_and_clear();
     Ok((folder, outcome))
+}
+
+/// # Errors
+/// If a port stands behind `--live` as a word of its own.
+fn refuse_separate_port(arguments: &RunArguments) -> miette::Result<()> {
+    let mut names = arguments.scenarios.iter().filter_map(|scenario| scenario.to_str());
+    match names.find(|name| arguments.alone.live.is_some() && name.parse::<u16>().is_ok()) {
+        Some(port) => Err(miette::miette!("{port} is no scenario: write --live={port}")),
+        None => Ok(()),
+    }
 }
 
 /// # Errors
