@@ -416,6 +416,32 @@ fn options_that_cannot_apply_are_refused() {
     assert!(!Path::new(&out).exists(), "something was begun");
 }
 
+/// Guards options that give a scenario too little time: the option is named, and the least that it says is taken where one less is not.
+#[test]
+fn too_short_a_measurement_is_refused_with_the_least() {
+    let milling = "scenarios/milling.ron";
+    let doctor = |words: &[&str]| {
+        Finished::run(&[&["doctor", "--lockstep", milling], words].concat(), LIMIT)
+            .expect(2)
+            .err
+    };
+    let refused = doctor(&["--duration-s", "1"]);
+    // Three turns, each longer than its 0.5 s of settling.
+    assert!(
+        refused.contains("--duration-s: 1 s is too short") && refused.contains("at least 1.501 s"),
+        "{refused}"
+    );
+    assert!(doctor(&["--duration-s=-1"]).contains("-1 s must be above 0"));
+    // What is refused for something else is told as that.
+    assert!(doctor(&["--set", "expect.settling_s=9"]).contains("expect.settling_s"));
+    let bench = |ticks: &str| Finished::run(&["bench", milling, "--turns", "1", "--ticks", ticks], LIMIT);
+    let refused = bench("100").expect(2).err;
+    assert!(refused.contains("--ticks: 100 are too few"), "{refused}");
+    let least: u64 = refused.split("at least ").nth(1).unwrap().trim().parse().unwrap();
+    assert!(bench(&(least - 1).to_string()).expect(2).err.contains("too few"));
+    bench(&least.to_string()).expect(0);
+}
+
 /// Guards two traps of editors: a mark before the text is no part of it, whichever file it is; and a file whose text is one long line
 /// does not fill the screen when it is refused.
 #[test]

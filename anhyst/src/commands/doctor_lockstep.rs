@@ -2,6 +2,7 @@
 //! on how many cores, and so how a run without a clock is fastest.
 
 use super::Ending;
+use super::doctor::refuse_short;
 use super::doctor_realtime::{GROUPED, SEPARATE, parsed};
 use anhyst_ipc::NodeId;
 use anhyst_launch::launcher::Waits;
@@ -58,9 +59,10 @@ struct Findings {
 pub fn run(path: &Path, settings: &[Setting], duration_s: f64, json: bool) -> miette::Result<Ending> {
     anhyst_launch::signals::install();
     anhyst_launch::resources::sweep();
-    let duration_s = duration_s / TURNS as f64;
-    let real_time = load(path, settings)?.clock.realtime().is_some();
-    let scenario = |way: &Way| -> miette::Result<Scenario> {
+    let told = load(path, settings)?;
+    let real_time = told.clock.realtime().is_some();
+    let lasting = |way: &Way, duration_s: f64| -> miette::Result<Scenario> {
+        let duration_s = duration_s / TURNS as f64;
         let own = [
             LOCKSTEP.into(),
             "recording.on=false".into(),
@@ -70,6 +72,10 @@ pub fn run(path: &Path, settings: &[Setting], duration_s: f64, json: bool) -> mi
         Ok(load(path, &[settings, &parsed(&own)?].concat())?)
     };
     let ways = ways();
+    refuse_short(duration_s, TURNS as f64 * told.duration_s, |duration_s| {
+        lasting(&ways[0], duration_s)
+    })?;
+    let scenario = |way: &Way| lasting(way, duration_s);
     let mut rates = vec![Vec::new(); ways.len()];
     for turn in 0..TURNS {
         for (index, way) in ways.iter().enumerate() {

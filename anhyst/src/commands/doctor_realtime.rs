@@ -4,6 +4,7 @@
 //! First the transport alone, at one rate: a ring of the scenario's processes, messages and wiring whose blocks answer with
 //! zeros, once for each way. Then the scenario's own blocks, the best way, at rates found by halving a ladder.
 
+use super::doctor::refuse_short;
 use super::{Ending, progress_bar};
 use anhyst_launch::across::AcrossArguments;
 use anhyst_launch::embedded::{embedded, prepare};
@@ -92,6 +93,15 @@ pub fn run(path: &Path, settings: &[Setting], duration_s: f64, rate_hz: f64, jso
     let isolated_cpus = isolated_cpus();
     let mut doctor = Doctor::new(path, settings, duration_s)?;
     let ways = ways(cpus, &isolated_cpus);
+    refuse_short(duration_s, load(path, settings)?.duration_s, |duration_s| {
+        let settings = doctor.settings.clone();
+        Doctor {
+            path,
+            duration_s,
+            settings,
+        }
+        .scenario(&ways[0], rate_hz, true)
+    })?;
     let count = ways.len();
     let mut measured = Vec::new();
     for (index, way) in ways.into_iter().enumerate() {

@@ -91,6 +91,19 @@ pub fn stem(file: &Path) -> String {
     file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
+/// The least number above `little` that is taken, if `enough` is; whatever is more than it is taken, too.
+fn least(little: u64, enough: u64, takes: impl Fn(u64) -> bool) -> Option<u64> {
+    if enough <= little || !takes(enough) {
+        return None;
+    }
+    let (mut little, mut least) = (little, enough);
+    while least - little > 1 {
+        let middle = u64::midpoint(little, least);
+        *(if takes(middle) { &mut least } else { &mut little }) = middle;
+    }
+    Some(least)
+}
+
 /// A progress bar over `length` ticks; silent when the output is not a terminal.
 pub fn progress_bar(length: u64, name: &str) -> indicatif::ProgressBar {
     long_bar(length, name, "ticks")

@@ -22,6 +22,8 @@ use measure::{Row, in_turns};
 use serde::Serialize;
 use std::path::PathBuf;
 
+const MOST_TICKS: u32 = 1_000_000;
+
 /// `bench`
 #[derive(Debug, Args)]
 pub struct BenchArguments {
@@ -35,7 +37,7 @@ pub struct BenchArguments {
     #[arg(long, default_value_t = 11, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub turns: u32,
     /// Steps of a model or a block in a turn; the loop goes five times as many in processes, 25 times in one.
-    #[arg(long, default_value_t = 8000, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
+    #[arg(long, default_value_t = 8000, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=i64::from(MOST_TICKS)))]
     pub ticks: u32,
     /// How the table is printed.
     #[command(flatten)]
@@ -60,10 +62,21 @@ pub fn run(arguments: &BenchArguments) -> miette::Result<Ending> {
     signals::install();
     resources::sweep();
     let ticks = arguments.ticks as usize;
-    let scenario = load_changed(&arguments.scenario, &arguments.set.settings, |scenario| {
-        scenario.duration_s = runs::TIMES * ticks as f64 * scenario.tick_s;
-        // Every tick is judged, as in a long run.
-        scenario.expect.settling_s = 0.0;
+    let lasting = |ticks: u64| {
+        load_changed(&arguments.scenario, &arguments.set.settings, |scenario| {
+            scenario.duration_s = runs::TIMES * ticks as f64 * scenario.tick_s;
+            // Every tick is judged, as in a long run.
+            scenario.expect.settling_s = 0.0;
+        })
+    };
+    let scenario = lasting(arguments.ticks.into()).map_err(|refused| {
+        let least = super::least(arguments.ticks.into(), MOST_TICKS.into(), |ticks| {
+            lasting(ticks).is_ok()
+        });
+        least.map_or_else(
+            || refused.into(),
+            |least| miette::miette!("--ticks: {ticks} are too few for this scenario, it takes at least {least}"),
+        )
     })?;
     let mut all = models::timed(ticks);
     all.extend(laws::timed(ticks));
