@@ -47,11 +47,11 @@ pub enum RunError {
 }
 
 impl RunError {
-    /// True if there is no more room on a disk, or the user asked to stop: that is nobody's bad input.
+    /// True if there is no more room on a disk or in shared memory, or the user asked to stop: that is nobody's bad input.
     pub fn is_no_bad_input(&self) -> bool {
         match self {
             Self::Write { cause, .. } => crate::disk::is_full(cause),
-            Self::Stopped => true,
+            Self::Stopped | Self::Launch(LaunchError::SharedMemory(_)) => true,
             _ => false,
         }
     }

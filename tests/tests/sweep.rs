@@ -163,7 +163,7 @@ fn what_cannot_be_is_refused_before_anything_runs() {
         (&["--vary", "controller.feedback.kp=1..2"], &["how many values"]),
         (&["--vary", "seed=1..2:2"], &["--seeds"]),
         (&["--shard", "3/2"], &["3/2"]),
-        (&["--seeds", "0"], &["0"]),
+        (&["--seeds", "0"], &["0 is no whole number of at least 1"]),
     ] {
         let arguments = [&["sweep", "scenarios/milling.ron", "--out", text], more].concat();
         let refused = Finished::run(&arguments, LIMIT).expect(2);

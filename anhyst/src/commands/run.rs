@@ -7,6 +7,7 @@ use crate::entry::failed;
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
+use anhyst_launch::launcher::LaunchError;
 use anhyst_launch::report::ProcessReport;
 use anhyst_launch::say::quoted;
 use anhyst_launch::summary::Summary;
@@ -97,6 +98,11 @@ pub(super) fn perform(
     // An embedded run has nothing there to keep.
     let claims = (scenario.placement != Placement::Embedded).then(|| meeting.claim());
     let _claimed = claims.transpose().map_err(|sentence| miette::miette!("{sentence}"))?;
+    if scenario.placement != Placement::Embedded {
+        resources::sweep();
+        // Before there is a folder: nothing will be in it.
+        resources::shared_memory_left().map_err(|sentence| RunError::from(LaunchError::SharedMemory(sentence)))?;
+    }
     let folder = prepare(scenario, out)?;
     if scenario.placement != Placement::Embedded {
         tuning::announce(&folder, &meeting)?;
@@ -105,7 +111,6 @@ pub(super) fn perform(
     let outcome = if scenario.placement == Placement::Embedded {
         embedded(scenario, &folder, &mut |tick| bar.set_position(tick))
     } else {
-        resources::sweep();
         let options = launcher::Options {
             waits: if arguments.across.is_part() && !arguments.dedicated_cores {
                 launcher::Waits::shared()

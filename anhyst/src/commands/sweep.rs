@@ -26,7 +26,7 @@ pub struct SweepArguments {
     #[arg(long, value_name = "PATH=VALUES")]
     pub vary: Vec<Variation>,
     /// Run each combination under so many seeds, from the scenario's on.
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = 1, value_name = "N", value_parser = seeds)]
     pub seeds: u64,
     /// Make the I-th of N parts only: every N-th run. `anhyst gather` puts the parts together.
     #[arg(long, default_value_t = Shard::WHOLE, hide_default_value = true, value_name = "I/N")]
@@ -40,6 +40,11 @@ pub struct SweepArguments {
     /// How the summary is printed.
     #[command(flatten)]
     pub json: JsonArgument,
+}
+
+fn seeds(text: &str) -> Result<u64, String> {
+    let seeds = text.parse::<u64>().ok().filter(|seeds| *seeds > 0);
+    seeds.ok_or_else(|| format!("{text} is no whole number of at least 1"))
 }
 
 /// `gather`
