@@ -2,7 +2,7 @@
 
 use super::derive::{Derived, is_derived};
 use super::material::load_material;
-use super::text::{is_built_in, parse, place_of, read};
+use super::text::{SCENARIO, expect_kind, is_built_in, parse, place_of, read};
 use super::{MaterialSource, Scenario, ScenarioError, source};
 use anhyst_estimator::LawSettings;
 use anhyst_ipc::Invalid;
@@ -196,6 +196,7 @@ fn resolve(
     depth: usize,
 ) -> Result<ScenarioText, ScenarioError> {
     let text = read(path)?;
+    expect_kind(path, &text, SCENARIO, |kind| kind == SCENARIO)?;
     if !is_derived(&text) {
         return Ok(ScenarioText {
             file: path.to_owned(),

@@ -2,7 +2,7 @@
 
 use super::ScenarioError;
 use super::source;
-use super::text::{instead, is_built_in, misread, options, parse, place_of, read};
+use super::text::{SCENARIO, expect_kind, instead, is_built_in, misread, options, parse, place_of, read};
 use anhyst_identify::laws::{LawFile, Reaction};
 use anhyst_measured::Quantity;
 use anhyst_model::{
@@ -75,6 +75,7 @@ pub fn load_with<T: DeserializeOwned>(path: &Path, field: &str) -> Result<Option
 /// The first thing that is wrong, with file, line and column.
 pub fn load_model(path: &Path) -> Result<ActuatorModel, ScenarioError> {
     let text = read(path)?;
+    expect_kind(path, &text, "model or a material", |kind| kind != SCENARIO)?;
     let has = |field: &str| source::read(&text).is_some_and(|place| place.has_field(field));
     let model = if has("input_extent") {
         let file: LawFile = parse(path, &text)?;

@@ -99,6 +99,11 @@ impl Place {
         }
     }
 
+    /// True if the value has, or may have, fields.
+    pub fn has_fields(&self) -> bool {
+        matches!(self.kind, Kind::Struct { .. })
+    }
+
     /// True if the value is a struct with a field of this name.
     pub fn has_field(&self, name: &str) -> bool {
         matches!(&self.kind, Kind::Struct { fields, .. } if fields.iter().any(|(field, _)| field == name))

@@ -93,7 +93,47 @@ pub(crate) fn read(path: &Path) -> Result<String, ScenarioError> {
     })
 }
 
-/// What may be meant by a file that is missing: what is in the program under its name or one like it, or else all of it.
+/// What a file of ours is, by names at its top: the first that fits. A scenario has a `material`, too.
+const KINDS: [(&str, &[&str]); 5] = [
+    (
+        SCENARIO,
+        &["based_on", "controller", "estimator", "plant", "guard", "clock"],
+    ),
+    ("law", &["input_extent"]),
+    ("model", &["material"]),
+    ("hysteresis", &["anhysteretic"]),
+    ("material", &["hysteresis", "magnetostriction"]),
+];
+
+pub(crate) const SCENARIO: &str = "scenario";
+
+/// Refuses a text that is of another kind, or no RON; what is neither is left to its reader, who says what is missing.
+///
+/// # Errors
+/// What it is, and what is `wanted`.
+pub(crate) fn expect_kind(
+    path: &Path,
+    text: &str,
+    wanted: &str,
+    fits: impl Fn(&str) -> bool,
+) -> Result<(), ScenarioError> {
+    let Some(place) = source::read(text) else {
+        return Ok(());
+    };
+    let kind = KINDS
+        .iter()
+        .find(|(_, names)| names.iter().any(|name| place.has_field(name)));
+    let is = match kind {
+        Some((kind, _)) if !fits(kind) => format!("a {kind}"),
+        None if !place.has_fields() => "no RON in brackets, as (name: value)".to_owned(),
+        _ => return Ok(()),
+    };
+    let sentence = format!("this is {is}; a {wanted} is wanted here");
+    Err(ScenarioError::at(path, text, place.value, sentence))
+}
+
+/// What may be meant by a file that is missing: what is in the program under its name or one like it, or else, for who asks for
+/// what is in the program, all of it.
 pub(crate) fn instead(path: &Path) -> String {
     let names = || BUILT_IN.iter().map(|(name, _)| *name);
     let file = |name: &'static str| name.rsplit('/').next().unwrap_or(name);
@@ -139,4 +179,30 @@ fn byte_of(text: &str, line: usize, column: usize) -> usize {
         .char_indices()
         .nth(column.saturating_sub(1))
         .map_or(text.len(), |(byte, _)| start + byte)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{load, load_model};
+    use std::path::Path;
+
+    /// Guards what a newcomer reads who gives the wrong one of our files.
+    #[test]
+    fn another_kind_of_file_is_named() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+        let said = |file: &str| load(&folder.join(file), &[]).unwrap_err().to_string();
+        for (file, kind) in [
+            ("materials/terfenol_nealis_smith.ron", "material"),
+            ("materials/magnet_plays.ron", "law"),
+            ("models/nominal.ron", "model"),
+        ] {
+            let sentence = format!("this is a {kind}; a scenario is wanted here");
+            assert!(said(file).ends_with(&sentence), "{}", said(file));
+        }
+        for (file, is) in [("milling.ron", "a scenario"), ("Cargo.toml", "no RON in brackets")] {
+            let said = load_model(&folder.join(file)).unwrap_err().to_string();
+            assert!(said.contains(&format!("this is {is}")), "{said}");
+            assert!(said.ends_with("; a model or a material is wanted here"), "{said}");
+        }
+    }
 }
