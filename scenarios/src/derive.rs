@@ -18,7 +18,7 @@ pub struct Derived {
     pub set: IndexMap<String, String>,
 }
 
-/// True if the text is that of a derived scenario.
+/// True if the text is that of a derived scenario, or would be but for what it is based on.
 pub fn is_derived(text: &str) -> bool {
-    super::source::read(text).is_some_and(|place| place.has_field("based_on"))
+    super::source::read(text).is_some_and(|place| place.has_field("based_on") || place.has_field("set"))
 }

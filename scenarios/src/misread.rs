@@ -36,7 +36,9 @@ const UNITS: [(&str, &str); 26] = [
 
 /// The sentence for an error at a byte of a text.
 pub fn sentence(text: &str, byte: usize, error: &Error) -> String {
-    let field = source::read(text).map(|place| place.path_at(byte)).unwrap_or_default();
+    // What is missing is told at the bracket that closes its struct, which touches the last value in it.
+    let at = byte + usize::from(matches!(error, Error::MissingStructField { .. }));
+    let field = source::read(text).map(|place| place.path_at(at)).unwrap_or_default();
     let unit = UNITS.iter().find(|(ending, _)| field.ends_with(ending));
     let of_unit = unit.map_or_else(String::new, |(_, unit)| format!(" in {unit}"));
     let (before, after) = text.split_at_checked(byte).unwrap_or((text, ""));
@@ -71,15 +73,24 @@ pub fn sentence(text: &str, byte: usize, error: &Error) -> String {
             "fields in brackets, as (name: value)".to_owned()
         }
         Error::ExpectedMap => "a map, as { \"name\": value }".to_owned(),
-        Error::NoSuchStructField { expected, found, .. } => return unknown(error, found, expected),
-        Error::NoSuchEnumVariant { expected, found, .. } => return unknown(error, found, expected),
+        Error::NoSuchStructField { expected, found, outer } => {
+            // A scenario's `fault` is read only to be refused; what it may have instead of all others is read by another struct.
+            let is_scenario = outer.as_deref() == Some("Scenario");
+            let own = expected.iter().filter(|name| !is_scenario || **name != "fault");
+            let others: &[&str] = if is_scenario { &["based_on", "set"] } else { &[] };
+            let expected: Vec<&str> = own.chain(others).copied().collect();
+            return unknown(&of(&field), "field", found, &expected);
+        }
+        Error::NoSuchEnumVariant { expected, found, .. } => {
+            return unknown(&of(&field), "variant", found, expected);
+        }
+        Error::MissingStructField { field: name, .. } => return format!("{}the field `{name}` is missing", of(&field)),
+        Error::DuplicateStructField { field: name, .. } => {
+            return format!("{}the field `{name}` stands twice", of(&field));
+        }
         _ => String::new(),
     };
-    let named = if field.is_empty() {
-        String::new()
-    } else {
-        format!("{field}: ")
-    };
+    let named = of(&field);
     if wanted.is_empty() {
         format!("{named}{error}")
     } else {
@@ -87,12 +98,27 @@ pub fn sentence(text: &str, byte: usize, error: &Error) -> String {
     }
 }
 
-/// A name that nothing has, and the one that is likely meant.
-fn unknown(error: &Error, found: &str, expected: &[&str]) -> String {
-    match nearest(found, expected.iter().copied()) {
-        Some(nearest) => format!("{error}; is `{nearest}` meant?"),
-        None => error.to_string(),
+/// A field before what is said of it; nothing at the top.
+fn of(field: &str) -> String {
+    if field.is_empty() {
+        String::new()
+    } else {
+        format!("{field}: ")
     }
+}
+
+/// A name that nothing has, and the one that is likely meant.
+fn unknown(of: &str, what: &str, found: &str, expected: &[&str]) -> String {
+    let meant = nearest(found, expected.iter().copied()).map(|name| format!("; is `{name}` meant?"));
+    let names: Vec<String> = expected.iter().map(|name| format!("`{name}`")).collect();
+    let instead = match &names[..] {
+        [] => format!("there is no {what} here"),
+        names => format!("expected one of {}", names.join(", ")),
+    };
+    format!(
+        "{of}unexpected {what} `{found}`, {instead}{}",
+        meant.unwrap_or_default()
+    )
 }
 
 #[cfg(test)]
@@ -147,6 +173,20 @@ mod tests {
                 &["inner.1.rate_a_per_m_s", "Expected float", "a number in A/(m s)"],
             ),
             ("(sede: 1, inner: [])", &["sede", "is `seed` meant?"]),
+            (
+                "(seed: 1, inner: [(rate_a_per_m_s: 1), (rate: 1)])",
+                &["inner.1: unexpected field `rate`, expected one of `rate_a_per_m_s`"],
+            ),
+            (
+                "(seed: 1, inner: [()])",
+                &["inner: the field `rate_a_per_m_s` is missing"],
+            ),
+            ("(seed: 1)", &["the field `inner` is missing"]),
+            (
+                "(seed: 1, kind: Plian)",
+                &["kind: unexpected variant `Plian`", "is `Plain` meant?"],
+            ),
+            ("(seed: 1, seed: 1)", &["the field `seed` stands twice"]),
             ("(seed: 1, inner: 3)", &["inner: Expected", "a list"]),
             ("(seed: 1.5, inner: [])", &["seed: ", "a whole number"]),
             ("(seed: -1, inner: [])", &["seed: ", "neither negative nor"]),
