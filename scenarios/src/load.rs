@@ -237,6 +237,15 @@ fn edit(text: &str, settings: &[Setting]) -> Result<String, ScenarioError> {
             setting: format!("{path}={value}"),
             sentence,
         };
+        // What closes or opens more than itself would be told of another place of the scenario.
+        let whole =
+            source::read(value).is_some_and(|own| !value[own.value.end..].trim_start().starts_with([')', ']', '}']));
+        if !whole {
+            return Err(refuse(
+                "the value is not whole: a bracket or a quote in it is open or one too many, or a text stands without quotes"
+                    .into(),
+            ));
+        }
         let place = source::read(&text).ok_or_else(|| refuse("the scenario is not readable RON".into()))?;
         text = place.set(&text, path, value).map_err(refuse)?;
     }

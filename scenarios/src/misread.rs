@@ -47,7 +47,9 @@ pub fn sentence(text: &str, byte: usize, error: &Error) -> String {
         .trim_end_matches(|letter: char| letter.is_ascii_digit() || "+-.".contains(letter))
         .len()..];
     let wanted = match error {
-        Error::ExpectedComma if !number.is_empty() && after.starts_with('.') => "a whole number".to_owned(),
+        Error::ExpectedComma if !number.is_empty() && after.starts_with('.') => {
+            return format!("{}what is wanted is a whole number, not one with a point", of(&field));
+        }
         Error::ExpectedComma if !number.is_empty() => {
             let is_in = unit.map_or_else(String::new, |(_, unit)| format!("; it is in {unit}"));
             return format!("{field}: a number stands alone, as {number}{is_in}");
@@ -65,6 +67,8 @@ pub fn sentence(text: &str, byte: usize, error: &Error) -> String {
         Error::IntegerOutOfBounds => "a whole number, neither negative nor too large".to_owned(),
         Error::ExpectedInteger => "a whole number".to_owned(),
         Error::ExpectedFloat => format!("a number{of_unit}, such as 2.5 or 1e-3"),
+        Error::ExpectedIdentifier if field.ends_with("material") => "File(\"FILE\") or Inline(…)".to_owned(),
+        Error::ExpectedIdentifier => "a name without quotes".to_owned(),
         Error::ExpectedBoolean => "true or false".to_owned(),
         Error::ExpectedString => "a text in \"quotes\"".to_owned(),
         Error::ExpectedArray => "a list, as [1.0, 2.0]".to_owned(),
@@ -188,7 +192,11 @@ mod tests {
             ),
             ("(seed: 1, seed: 1)", &["the field `seed` stands twice"]),
             ("(seed: 1, inner: 3)", &["inner: Expected", "a list"]),
-            ("(seed: 1.5, inner: [])", &["seed: ", "a whole number"]),
+            ("(seed: 1.5, inner: [])", &["seed: what is wanted is a whole number"]),
+            (
+                "(seed: 1, kind: \"Plain\")",
+                &["kind: Expected", "a name without quotes"],
+            ),
             ("(seed: -1, inner: [])", &["seed: ", "neither negative nor"]),
             (
                 "(seed: 1, inner: [(rate_a_per_m_s: 7.5kA)])",

@@ -150,7 +150,14 @@ impl Place {
         let (fields, end) = match &self.kind {
             Kind::Struct { fields, end } => (fields, *end),
             Kind::List(items) if items.len() == 1 => return items[0].insert(text, name, value, path),
-            _ => return Err(format!("{path} cannot be set: what holds it has no named fields")),
+            _ if text[..self.value.start].trim_end().ends_with("File(") => {
+                let (file, holder) = (&text[self.value.clone()], path.split('.').next().unwrap_or_default());
+                return Err(format!(
+                    "it stands in the file {file}; edit that, or set all of it, as in --set '{holder}=File(\"FILE\")' or \
+                     '{holder}=Inline(…)'"
+                ));
+            }
+            _ => return Err("what holds it has no named fields".to_owned()),
         };
         let after_last = fields.last().map(|(_, place)| place.value.end);
         let comma = after_last.is_some_and(|last| !text[last..end].trim_start().starts_with(','));
@@ -364,6 +371,9 @@ mod tests {
                 .ends_with(",\nnew: (inner: 1))")
         );
         assert!(place.set(TEXT, "name.inner", "1").is_err());
+        let material = "(material: File(\"own.ron\"))";
+        let refused = read(material).unwrap().set(material, "material.name", "1").unwrap_err();
+        assert!(refused.starts_with("it stands in the file \"own.ron\"; "), "{refused}");
     }
 
     #[test]
