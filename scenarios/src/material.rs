@@ -37,7 +37,11 @@ pub(crate) fn load_material(
     amplifier: AmplifierConstants,
 ) -> Result<ActuatorModel, ScenarioError> {
     if !file.is_file() && !is_built_in(file) {
-        let sentence = format!("the material file {} does not exist{}", file.display(), instead(file));
+        let what = match file.is_dir() {
+            true => "is a folder".to_owned(),
+            false => format!("does not exist{}", instead(file)),
+        };
+        let sentence = format!("the material file {} {what}", file.display());
         return Err(ScenarioError::at(scenario, text, place_of(text, at), sentence));
     }
     let mut model = load_model(file)?;

@@ -140,7 +140,10 @@ pub(crate) fn instead(path: &Path) -> String {
     let written = path.file_name().unwrap_or_default().to_string_lossy();
     match nearest(&written, names().map(file)).and_then(|near| names().find(|name| file(name) == near)) {
         Some(name) => format!("; in the program is {name}"),
-        None => format!("; in the program are {}", names().collect::<Vec<_>>().join(", ")),
+        None if path.starts_with("built-in") => {
+            format!("; in the program are {}", names().collect::<Vec<_>>().join(", "))
+        }
+        None => String::new(),
     }
 }
 

@@ -31,7 +31,7 @@ fn bad_scenarios_are_refused_with_place_value_and_limit() {
     )
     .unwrap();
     let line_of = |needle: &str| good.lines().position(|line| line.contains(needle)).unwrap() + 1;
-    let cases: [(&str, &str, &str, &[&str]); 18] = [
+    let cases: [(&str, &str, &str, &[&str]); 19] = [
         (
             "from_a_per_m: 6400.0",
             "from_a_per_m: 6100.0",
@@ -119,6 +119,12 @@ fn bad_scenarios_are_refused_with_place_value_and_limit() {
             &["no_such.ron does not exist"],
         ),
         (
+            "materials/terfenol_nealis_smith.ron",
+            "materials",
+            "materials/",
+            &["materials is a folder"],
+        ),
+        (
             "(1, 40e-6, 0.0)",
             "(1, 400e-6, 0.0)",
             "trajectory:",
@@ -183,6 +189,8 @@ fn missing_files_and_bad_settings_are_refused() {
         let refused = said("elsewhere/milling.ron");
         assert!(refused.contains("in the program is built-in/milling.ron"), "{refused}");
         let refused = said("elsewhere/q.ron");
+        assert!(!refused.contains("in the program"), "{refused}");
+        let refused = said("built-in/q.ron");
         assert!(
             refused.contains("in the program are built-in/amplifier.ron, "),
             "{refused}"

@@ -1,7 +1,7 @@
 //! `anhyst export RUN`: a recorded run as a measured table and an actuator model, as `anhyst diagnose` and `anhyst estimate`
 //! take them. Nothing that only a simulation knows is written.
 
-use super::Ending;
+use super::{Ending, expect_recording, run_folder};
 use crate::arguments::JsonArgument;
 use crate::written::Format;
 use anhyst_fmu::Kind;
@@ -12,7 +12,6 @@ use anhyst_launch::measured_table::measured_table;
 use anhyst_recorder::Recording;
 use anhyst_scenario::{load, to_ron};
 use clap::Args;
-use miette::miette;
 use std::path::{Path, PathBuf};
 
 /// `export`
@@ -52,18 +51,8 @@ pub fn run(arguments: &ExportArguments) -> miette::Result<Ending> {
         };
         return super::export_fmu::run(kind, &file, library, out, arguments.json.json);
     }
-    let shown = arguments.run.display();
-    let folder = RunFolder::open(&arguments.run);
-    if !folder.scenario().is_file() {
-        return Err(miette!(
-            "{shown} is not the folder of a run: there is no scenario.ron in it"
-        ));
-    }
-    if !folder.recordings().iter().any(|own| own.is_file()) {
-        return Err(miette!(
-            "{shown} has no recording: the run was made without one (--no-recording, recording.on)"
-        ));
-    }
+    let folder = run_folder(&arguments.run)?;
+    expect_recording(&folder)?;
     let scenario = load(&folder.scenario(), &[])?;
     let recording = Recording::of_parts(&folder.recordings()).map_err(RunError::from)?;
     let measured: Vec<Measurement> = recording.tokens().map_err(RunError::from)?;

@@ -44,6 +44,7 @@ pub mod verify_amplifier;
 pub mod view;
 
 use anhyst_launch::error::RunError;
+use anhyst_launch::folder::RunFolder;
 use serde::Serialize;
 use std::path::Path;
 
@@ -84,6 +85,32 @@ pub fn json(value: &impl Serialize) -> Result<String, RunError> {
 pub fn save(out: &Path, file: &str, text: &str) -> Result<(), RunError> {
     let path = out.join(file);
     std::fs::write(&path, text).map_err(|cause| RunError::Write { path, cause })
+}
+
+/// The folder of a run that was made.
+///
+/// # Errors
+/// If it is none.
+fn run_folder(path: &Path) -> miette::Result<RunFolder> {
+    let folder = RunFolder::open(path);
+    if !folder.scenario().is_file() {
+        let shown = path.display();
+        return Err(miette::miette!(
+            "{shown} is not the folder of a run: there is no scenario.ron in it"
+        ));
+    }
+    Ok(folder)
+}
+
+/// Refuses a run that was not recorded.
+fn expect_recording(folder: &RunFolder) -> miette::Result<()> {
+    if folder.recordings().iter().any(|own| own.is_file()) {
+        return Ok(());
+    }
+    let shown = folder.path().display();
+    Err(miette::miette!(
+        "{shown} has no recording: the run was made without one (--no-recording, recording.on)"
+    ))
 }
 
 /// The name of a file without its ending.

@@ -1,7 +1,7 @@
 //! `anhyst replay RUN`: feeds a run's tokens to one node and compares its outputs bit by bit. The tokens of a real-time run
 //! come from its token logs, those of a lockstep run from its recording.
 
-use super::Ending;
+use super::{Ending, expect_recording, run_folder};
 use crate::arguments::JsonArgument;
 use anhyst_ipc::NodeId;
 use anhyst_launch::across::one_of;
@@ -30,7 +30,7 @@ pub struct ReplayArguments {
 /// # Errors
 /// A run without recording.
 pub fn run(arguments: &ReplayArguments) -> miette::Result<Ending> {
-    let folder = RunFolder::open(&arguments.run);
+    let folder = run_folder(&arguments.run)?;
     let scenario = load(&folder.scenario(), &[])?;
     let nodes = arguments
         .node
@@ -48,6 +48,7 @@ pub fn run(arguments: &ReplayArguments) -> miette::Result<Ending> {
         let replayed = ours.into_iter().map(|node| realtime::replay(node, &scenario, &logs));
         (replayed.collect::<Result<Vec<_>, _>>()?, u64::MAX)
     } else {
+        expect_recording(&folder)?;
         from_recording(&nodes, &scenario, &folder)?
     };
     if arguments.json.json {

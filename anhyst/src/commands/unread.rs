@@ -10,6 +10,9 @@ use std::path::Path;
 /// The sentence with which a measured file is refused, and what to give instead: what `data` proposes, if this command reads it so.
 pub fn unread<E: Display>(command: &str, file: &Path, reading: &RunReadOptions) -> impl FnOnce(E) -> miette::Report {
     move |error| {
+        if !file.exists() {
+            return miette::miette!("{error}");
+        }
         // What is named wrongly is proposed anew.
         let anew = RunReadOptions {
             mappings: Vec::new(),
