@@ -225,6 +225,15 @@ pub(crate) fn named(file: &Path, headers: &[String], mapping: &ColumnMapping) ->
         return Err(MeasuredError::HeaderTwice { file, column, times });
     }
     let unit = quantity.named_unit(&mapping.header);
+    if let (None, None, Some(strange)) = (unit, mapping.scale, quantity.strange_unit(&mapping.header)) {
+        return Err(MeasuredError::StrangeUnit {
+            file: file.to_owned(),
+            column: mapping.header.clone(),
+            named_unit: strange,
+            unit: quantity.unit(),
+            quantity_key: quantity.key(),
+        });
+    }
     let from_name = unit.map_or((1.0, 0.0), |unit| (unit.factor, unit.offset));
     Ok(Column {
         index,

@@ -117,6 +117,17 @@ pub enum MeasuredError {
         column: String,
         times: usize,
     },
+    #[error(
+        "{file}: column \"{column}\" names the unit {named_unit}, which is not known. Give the scale that takes it to {unit}, as \
+         {quantity_key}={column}*SCALE"
+    )]
+    StrangeUnit {
+        file: PathBuf,
+        column: String,
+        named_unit: &'static str,
+        unit: &'static str,
+        quantity_key: &'static str,
+    },
     #[error("{place}: \"{text}\" is not a number. {remedy}")]
     NotANumber {
         place: Box<Place>,

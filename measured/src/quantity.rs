@@ -343,6 +343,32 @@ impl Quantity {
     }
 }
 
+/// Units that headers end with and that are not read, as headers spell them: who has them says the scale.
+const STRANGE: &[(Quantity, &[&str])] = &[
+    (Quantity::Field, &["koe"]),
+    (Quantity::FieldCommand, &["koe"]),
+    (
+        Quantity::Displacement,
+        &["in", "inch", "inches", "mil", "mils", "thou", "ft", "cm", "counts"],
+    ),
+    (Quantity::FluxDensity, &["g", "gs", "gauss"]),
+    (Quantity::Temperature, &["f", "degf"]),
+    (
+        Quantity::Force,
+        &["lb", "lbs", "lbf", "kgf", "psi", "pa", "kpa", "mpa", "bar"],
+    ),
+];
+
+impl Quantity {
+    /// The unit that ends a header and is none of those read.
+    pub(crate) fn strange_unit(self, header: &str) -> Option<&'static str> {
+        let header = plain(header);
+        let (_, ending) = header.rsplit_once('_')?;
+        let (_, units) = STRANGE.iter().find(|(own, _)| *own == self)?;
+        units.iter().find(|unit| **unit == ending).copied()
+    }
+}
+
 /// Whether a text is a unit of some quantity, in brackets or not, and no more.
 pub(crate) fn is_unit(text: &str) -> bool {
     let spelling = plain(text);

@@ -115,6 +115,26 @@ fn every_format_is_listed() {
     }
 }
 
+/// Guards against an inch that is read as a metre.
+#[test]
+fn a_unit_that_is_not_known_wants_a_scale() {
+    let rig = Rig::new("time_s,field_A_per_m,displacement_in", |time_s, drive, answer| {
+        format!("{time_s},{},{}", 1e4 * drive, 1e-3 * answer)
+    });
+    let table = rig.survey(&[]);
+    assert!(
+        table.columns.iter().all(|own| !own.starts_with("displacement")),
+        "{:?}",
+        table.columns
+    );
+    let said = table.remarks.join("\n");
+    assert!(said.contains("--column 'displacement=displacement_in*SCALE'"), "{said}");
+    let read = |word: &str| MeasuredRun::read(&rig.file(), &options(&[word.to_owned()]));
+    let refused = read("displacement=displacement_in").unwrap_err().to_string();
+    assert!(refused.contains("names the unit in, which is not known"), "{refused}");
+    assert!(read("displacement=displacement_in*0.0254").is_ok());
+}
+
 #[test]
 fn foreign_names_with_units_are_proposed() {
     let rig = Rig::new(

@@ -125,6 +125,17 @@ impl Proposal<'_> {
             if said.made {
                 continue;
             }
+            let header = &self.channels[channel].header;
+            if let (Some(quantity), []) = (said.word, &said.units[..])
+                && let Some(unit) = quantity.strange_unit(header)
+            {
+                let (name, key, si) = (quantity.name(), quantity.key(), quantity.unit());
+                self.remarks.push(format!(
+                    "\"{header}\" seems to be the {name} in {unit}, a unit that is not known: with what takes it to {si} it is \
+                     --column '{key}={header}*SCALE'"
+                ));
+                continue;
+            }
             // By word and unit, by a unit that only one quantity has, by a word alone.
             match (said.word, &said.units[..]) {
                 (Some(quantity), _) if said.unit_of(quantity).is_some() => guesses.push((3, channel, quantity)),
