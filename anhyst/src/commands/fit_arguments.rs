@@ -40,10 +40,10 @@ pub struct FitArguments {
     #[arg(long, value_enum, default_value_t = Curve::Both)]
     pub curve: Curve,
     /// Random parameter sets that are tried first.
-    #[arg(long, default_value_t = FitOptions::default().candidates)]
+    #[arg(long, default_value_t = FitOptions::default().candidates, value_parser = count)]
     pub candidates: usize,
     /// How many of them are polished.
-    #[arg(long, default_value_t = FitOptions::default().starts)]
+    #[arg(long, default_value_t = FitOptions::default().starts, value_parser = count)]
     pub starts: usize,
     /// Weight of the squared strain error against that of the magnetization.
     #[arg(long, default_value_t = FitOptions::default().strain_weight)]
@@ -68,6 +68,13 @@ pub enum Curve {
     Langevin,
     /// tanh x
     Ising,
+}
+
+fn count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count @ 1..) => Ok(count),
+        _ => Err("a whole number of at least 1 is wanted".to_owned()),
+    }
 }
 
 /// `auto`, and every law by its name.

@@ -99,7 +99,10 @@ pub fn fit_laws(
     let turned = rising(data);
     let data = turned.as_ref().unwrap_or(data);
     let families: Vec<Family> = match family {
-        Some(family) => WITHOUT_MEMORY.into_iter().chain([family]).collect(),
+        Some(family) => {
+            let own = Some(family).filter(|own| !WITHOUT_MEMORY.contains(own));
+            WITHOUT_MEMORY.into_iter().chain(own).collect()
+        }
         None => Family::ALL.into_iter().filter(|family| family.suits(data)).collect(),
     };
     let (seen, mut fitted) = fit_all(&families, data, options, threads, progress);
