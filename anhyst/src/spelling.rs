@@ -57,7 +57,7 @@ pub fn refusal(words: &[String], error: &clap::Error) -> Option<String> {
         ErrorKind::UnknownArgument => error.get(ContextKind::InvalidArg),
         _ => None,
     };
-    if word(0) == "study" && (word(1).is_empty() || word(1).starts_with("--")) && word(1) != "--help" {
+    if word(0) == "study" && word(1).starts_with("--") && word(1) != "--help" {
         return Some("`anhyst study` is now `anhyst study blind`".into());
     }
     let Some(ContextValue::String(unknown)) = unknown else {

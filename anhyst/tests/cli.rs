@@ -170,8 +170,11 @@ fn old_spellings_are_refused_with_the_new_ones() {
         let (_, own) = known.iter().find(|(name, _)| name == command).unwrap();
         assert!(own.contains(new) && !own.contains(old), "{command}: {own:?}");
     }
-    for bare in [&["study"][..], &["study", "--singles", "3"]] {
-        assert!(refused(bare).contains("`anhyst study` is now `anhyst study blind`"));
+    assert!(refused(&["study", "--singles", "3"]).contains("`anhyst study` is now `anhyst study blind`"));
+    let bare = anhyst(&["study"]);
+    assert_eq!(bare.status.code(), Some(2));
+    for study in ["  blind", "  laws", "  paper"] {
+        assert!(text(&bare.stderr).contains(study), "{}", text(&bare.stderr));
     }
 }
 

@@ -1,6 +1,7 @@
 //! `anhyst explain TOPIC`: the sections and table rows of the documentation that are about it. The documentation is the only copy.
 
 use super::Ending;
+use anhyst_measured::nearest;
 use clap::Args;
 
 /// `explain`
@@ -136,6 +137,12 @@ fn mentions(topic: &str, most: usize) -> String {
     sections().filter_map(of_section).take(most).collect()
 }
 
+/// What is written as a name of one word: settings, events, effects, options.
+fn names() -> impl Iterator<Item = &'static str> {
+    let quoted = PAGES.iter().flat_map(|(_, text)| text.split('`').skip(1).step_by(2));
+    quoted.filter(|name| !name.contains(char::is_whitespace))
+}
+
 fn first_heading(page: &str) -> &'static str {
     sections().find(|own| own.page == page).map_or("", |own| own.heading)
 }
@@ -192,10 +199,10 @@ pub fn run(arguments: &ExplainArguments, all: &clap::Command) -> miette::Result<
         .filter(near)
         .map(|own| format!("\"{}\"", own.heading))
         .collect();
-    let remedy = if near.is_empty() {
-        "`anhyst explain` lists the headings".to_owned()
-    } else {
-        format!("there is {}", near.join(", "))
+    let remedy = match nearest(&topic, names()) {
+        _ if !near.is_empty() => format!("there is {}", near.join(", ")),
+        Some(name) => format!("is `{name}` meant?"),
+        None => "`anhyst explain` lists the headings".to_owned(),
     };
     Err(miette::miette!("nothing is said of \"{topic}\": {remedy}"))
 }
@@ -230,5 +237,6 @@ mod tests {
             assert!(text.contains(answer), "{topic}: {text}");
         }
         assert_eq!(mentions("no such thing", MOST_MENTIONS), "");
+        assert_eq!(nearest("settlng_s", names()), Some("settling_s"));
     }
 }
