@@ -2,7 +2,7 @@
 
 use anhyst_report::chart::{Axis, Chart, Curve, Figure, Role};
 use anhyst_report::decomposition::{self, Decomposition, Kind, Part, Run, Value};
-use anhyst_report::number::Si;
+use anhyst_report::number::{Si, percent};
 use anhyst_report::page::{Block, Page, Section};
 use anhyst_report::table::{self, Cell, Table};
 
@@ -205,9 +205,9 @@ fn place(own: &Diagnosis) -> Section {
                 Cell::from(cell.label.as_str()),
                 Cell::from(
                     cell.share_of_rows
-                        .map_or_else(|| "–".to_owned(), |share| format!("{:.0} %", 100.0 * share)),
+                        .map_or_else(|| "–".to_owned(), |share| percent(share, 0)),
                 ),
-                Cell::from(format!("{:.0} %", 100.0 * cell.share_of_energy)),
+                Cell::from(percent(cell.share_of_energy, 0)),
                 Cell::from(Si(cell.rms, unit(own)).to_string()),
             ]);
         }

@@ -4,7 +4,7 @@
 //! was tried. All series of a run have one length.
 
 use crate::chart::{Axis, Chart, Curve, Cycles, Figure, Role};
-use crate::number::Si;
+use crate::number::{Si, percent};
 use crate::page::{Bar, Bars, Block, Section, Segment, Shares};
 use crate::table::{Cell, Table};
 
@@ -154,7 +154,7 @@ impl Decomposition<'_> {
     /// Each part with its numbers.
     /// Every part with its share and its numbers, and what is left.
     pub fn table(&self) -> Table {
-        let percent = |share: f64| Cell::Number(format!("{:.1} %", 100.0 * share));
+        let percent = |share: f64| Cell::Number(percent(share, 1));
         let mut table = Table::new([
             "part",
             "is",
@@ -252,7 +252,7 @@ impl Decomposition<'_> {
                 let x = run.abscissas();
                 let left = run.remainder();
                 let name = self.output("adds to the output");
-                let title = format!("{}: {:.1} % of the gap", part.name, 100.0 * part.share);
+                let title = format!("{}: {} of the gap", part.name, percent(part.share, 1));
                 let over_time = Chart::new(&title, run.axis(), name.clone())
                     .curve(Curve::over(&x, &sum(added, &left), Role::Remainder).named("with the remainder"))
                     .curve(Curve::over(&x, added, role).named(part.name));

@@ -70,6 +70,16 @@ impl Display for Digits {
     }
 }
 
+/// A share in percent with so many decimals; what rounds to nothing has no sign.
+pub fn percent(share: f64, decimals: usize) -> String {
+    let text = format!("{:.decimals$} %", 100.0 * share);
+    match text.strip_prefix('-') {
+        Some(size) if size.contains(|digit: char| matches!(digit, '1'..='9')) => format!("−{size}"),
+        Some(size) => size.to_owned(),
+        None => text,
+    }
+}
+
 /// Whether a prefix may stand before a unit.
 pub(crate) fn takes_prefix(unit: &str) -> bool {
     PREFIXED.contains(&unit.split('/').next().unwrap_or_default())
@@ -110,6 +120,13 @@ mod tests {
             assert_eq!(Si(value, unit).to_string(), text);
         }
         assert_eq!(format!("{:#}", Si(8e3, "Hz")), "8 kHz");
+    }
+
+    #[test]
+    fn a_percentage_has_the_same_minus_and_none_at_zero() {
+        for (share, decimals, text) in [(-0.0123, 1, "−1.2 %"), (-1e-5, 1, "0.0 %"), (0.5, 0, "50 %")] {
+            assert_eq!(percent(share, decimals), text);
+        }
     }
 
     #[test]

@@ -21,6 +21,7 @@ pub(super) fn validate_bank(
         ));
     }
     if !(lower..=upper).contains(&start) {
+        let [lower, upper] = [lower, upper].map(|edge| (1e3 * edge).round() / 1e3);
         return Err(Invalid::new(
             "start_a_per_m",
             format!("{start} A/m is outside the range [{lower}, {upper}] A/m, which the estimate may not leave"),

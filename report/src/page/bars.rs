@@ -2,7 +2,7 @@
 
 use super::escaped::Plain;
 use crate::chart::Role;
-use crate::number::Si;
+use crate::number::{self, Si};
 use std::fmt::Write as _;
 
 /// Bars cut into shares, one below the other.
@@ -59,7 +59,7 @@ impl Segment {
 
 fn percent(share: f64) -> String {
     let decimals = usize::from(share.abs() < 0.1);
-    format!("{:.decimals$} %", 100.0 * share)
+    number::percent(share, decimals)
 }
 
 fn colours(role: Role) -> String {
