@@ -181,6 +181,7 @@ fn expectation(scenario: &Scenario, arguments: &VerifyAmplifierArguments) -> Exp
             .amplifier
             .field_limit_a_per_m
             .unwrap_or(scenario.guard.field_limit_a_per_m),
+        centre_a_per_m: 0.0,
         // The process is on its own then: its own watchdog counts, not the guard.
         safe_field_a_per_m: scenario.watchdog.safe_field_a_per_m,
         ramp_time_s: scenario.watchdog.ramp_time_s,

@@ -32,6 +32,8 @@ impl Excitation {
         let limit = limit.min(foreseen.field_limit_a_per_m);
         let needed = foreseen.field_a_per_m.map_or(limit, f64::abs);
         let needed = if needed > 0.0 { needed.min(limit) } else { limit };
+        let most = (share * needed).min(limit);
+        let least = (-most).max(of.guard.field_ends_a_per_m()[0]);
         let coil = of.believed_coil();
         let mut amplifier = of.amplifier;
         amplifier.delay_ticks = coil.delay_ticks;
@@ -39,7 +41,8 @@ impl Excitation {
         let expected = Expectation {
             tick_s: of.tick_s,
             amplifier,
-            range_a_per_m: (share * needed).min(limit),
+            range_a_per_m: 0.5 * (most - least),
+            centre_a_per_m: 0.5 * (most + least),
             safe_field_a_per_m: of.guard.safe_field_a_per_m,
             ramp_time_s: of.guard.ramp_time_s,
             silence_s: of.clock.receive_limit_s(),

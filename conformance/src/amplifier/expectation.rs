@@ -12,6 +12,8 @@ pub struct Expectation {
     pub amplifier: AmplifierConstants,
     /// Scale of all commands: the amplifier's limit, else the guard's.
     pub range_a_per_m: f64,
+    /// Middle of what is commanded, A/m: not 0 where the field may go further one way than the other.
+    pub centre_a_per_m: f64,
     /// Where the field must go when nobody commands.
     pub safe_field_a_per_m: f64,
     /// How long the way to the safe field may take.
@@ -28,33 +30,50 @@ pub struct Expectation {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, clap::Args)]
 pub struct Tolerances {
     /// Largest deviation of the gain from 1.
-    #[arg(long, default_value_t = 0.02, value_name = "SHARE")]
+    #[arg(long, default_value_t = 0.02, value_name = "SHARE", value_parser = share)]
     pub gain_tolerance: f64,
     /// Largest deviation of the -3 dB frequency, as a share of what is expected.
-    #[arg(long, default_value_t = 0.2, value_name = "SHARE")]
+    #[arg(long, default_value_t = 0.2, value_name = "SHARE", value_parser = share)]
     pub bandwidth_tolerance: f64,
     /// Largest overshoot of a small step, as a share of the step.
-    #[arg(long, default_value_t = 0.1, value_name = "SHARE")]
+    #[arg(long, default_value_t = 0.1, value_name = "SHARE", value_parser = share)]
     pub overshoot_tolerance: f64,
     /// By how much field and slew may exceed their limits, as a share of the limit.
-    #[arg(long, default_value_t = 0.01, value_name = "SHARE")]
+    #[arg(long, default_value_t = 0.01, value_name = "SHARE", value_parser = share)]
     pub limit_tolerance: f64,
     /// Largest mean field at a command of zero, as a share of the range.
-    #[arg(long, default_value_t = 0.005, value_name = "SHARE")]
+    #[arg(long, default_value_t = 0.005, value_name = "SHARE", value_parser = share)]
     pub offset_tolerance: f64,
     /// Largest rms of the field at a constant command, as a share of the range.
-    #[arg(long, default_value_t = 0.001, value_name = "SHARE")]
+    #[arg(long, default_value_t = 0.001, value_name = "SHARE", value_parser = share)]
     pub noise_tolerance: f64,
     /// By how many ticks the answer may be early or late.
     #[arg(long, default_value_t = 0, value_name = "TICKS")]
     pub delay_tolerance_ticks: u32,
     /// How near the safe field counts as there, and how near the command counts as back, as a share of the range.
-    #[arg(long, default_value_t = 0.01, value_name = "SHARE")]
+    #[arg(long, default_value_t = 0.01, value_name = "SHARE", value_parser = share)]
     pub return_tolerance: f64,
     /// Longest median from command to answer, in seconds; 99 of 100 answers may take 20 times as long (default: one tick, and only a warning
     /// without --paced).
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = limit_s)]
     pub latency_limit_s: Option<f64>,
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    within(text, 0.0, 1.0, "")
+}
+
+fn limit_s(text: &str) -> Result<f64, String> {
+    within(text, 1e-6, 600.0, " s")
+}
+
+fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
+    if (least..=most).contains(&value) {
+        Ok(value)
+    } else {
+        Err(format!("{value}{unit} is outside [{least}, {most}]{unit}"))
+    }
 }
 
 /// 99 of 100 answers may take so many times the median's limit: rare waits are the machine's, not the amplifier's.

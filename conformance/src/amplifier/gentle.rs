@@ -44,10 +44,15 @@ impl Gentle {
     pub fn new(expected: &Expectation) -> Self {
         let (settling, range, tick_s) = (expected.settling_ticks(), expected.range_a_per_m, expected.tick_s);
         let way = WAY * settling;
+        let centre = expected.centre_a_per_m;
+        let line = |from: f64, to: f64, ticks: usize, tick_s: f64| line(centre + from, centre + to, ticks, tick_s);
         let mut own = Self {
             stretches: Vec::new(),
             tick_s,
         };
+        if centre != 0.0 {
+            own.push(Part::Way, line(-centre, 0.0, way, tick_s), way, settling);
+        }
         own.push(Part::Rest, line(0.0, 0.0, 1, tick_s), settling, LEVEL_TICKS);
         let levels = [
             (Part::Positive, 0.5),
@@ -74,7 +79,7 @@ impl Gentle {
             let sine = DriveSignal::Sine {
                 amplitude_a_per_m: sweep.amplitude_a_per_m,
                 frequency_hz,
-                offset_a_per_m: 0.0,
+                offset_a_per_m: centre,
                 rise_s: 0.0,
             };
             own.push(Part::Sine { periods: *periods }, sine, settling, sweep.ticks);

@@ -123,8 +123,9 @@ pub fn reach(evidence: &Evidence, levels: Option<Levels>, findings: &mut Finding
         expected.share_a_per_m(expected.tolerances.gain_tolerance),
         "A/m",
         format!(
-            "at ± {:.0} A/m, all that is needed, the field is {most:.1} A/m from where the gain at half of it puts it",
-            expected.range_a_per_m
+            "at {:.0} and {:.0} A/m, all that is needed, the field is {most:.1} A/m from where the gain at half of it puts it",
+            expected.centre_a_per_m - expected.range_a_per_m,
+            expected.centre_a_per_m + expected.range_a_per_m
         ),
     );
 }
@@ -132,9 +133,10 @@ pub fn reach(evidence: &Evidence, levels: Option<Levels>, findings: &mut Finding
 fn levels(evidence: &Evidence) -> Option<Levels> {
     let one = |part| evidence.judged(part)?.into_iter().next();
     let (positive, negative) = (one(Part::Positive)?, one(Part::Negative)?);
+    let gain = (mean(&positive) - mean(&negative)) / evidence.expected.range_a_per_m;
     Some(Levels {
-        gain: (mean(&positive) - mean(&negative)) / evidence.expected.range_a_per_m,
-        offset_a_per_m: mean(&one(Part::Rest)?),
+        gain,
+        offset_a_per_m: mean(&one(Part::Rest)?) - gain * evidence.expected.centre_a_per_m,
         noise_a_per_m: rms(&one(Part::Noise)?),
     })
 }
