@@ -132,7 +132,7 @@ pub const GROUPS: [(&str, &[&str]); 5] = [
 
 /// The command line as clap knows it, its commands grouped.
 pub fn command() -> clap::Command {
-    let command = Cli::command();
+    let command = with_negative_numbers(Cli::command());
     let mut listed = String::new();
     for (heading, names) in GROUPS {
         // Writing to a String cannot fail.
@@ -145,6 +145,15 @@ pub fn command() -> clap::Command {
     command.help_template(format!(
         "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n{listed}\nOptions:\n{{options}}"
     ))
+}
+
+/// Options take what is below zero as their value, and say themselves what is wrong with it.
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let own = command.mut_args(|own| {
+        let takes = own.get_action().takes_values() && !own.is_positional();
+        own.allow_negative_numbers(takes)
+    });
+    own.mut_subcommands(with_negative_numbers)
 }
 
 /// Reads the command line.
