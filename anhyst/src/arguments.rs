@@ -7,7 +7,7 @@ use anhyst_launch::launcher::YIELDS_SHARED;
 use anhyst_measured::{ColumnMapping, RowRange, RunReadOptions};
 use anhyst_scenario::Setting;
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A scenario and changes to it.
 #[derive(Debug, Args)]
@@ -43,6 +43,34 @@ impl OutArgument {
     pub fn claim(&self, name: &str) -> Result<Claimed, RunError> {
         claimed(self.out.as_deref(), name)
     }
+
+    /// The same, where a result of this name must not be written over what is read.
+    ///
+    /// # Errors
+    /// As [`OutArgument::claim`], or if it would be.
+    pub fn claim_beside(&self, name: &str, result: &str, read: &Path) -> Result<Claimed, RunError> {
+        beside(self.out.as_deref(), result, read)?;
+        self.claim(name)
+    }
+}
+
+/// A result that goes into a folder under this name is another file than what is read.
+///
+/// # Errors
+/// If it is the same.
+pub fn beside(out: Option<&Path>, result: &str, read: &Path) -> Result<(), RunError> {
+    let real = |path: &Path| std::fs::canonicalize(path).ok();
+    let Some(written) = out.and_then(|folder| real(&folder.join(result))) else {
+        return Ok(());
+    };
+    if real(read) != Some(written) {
+        return Ok(());
+    }
+    Err(RunError::Setup(format!(
+        "{} is read, and the results in {} would be written over it: give --out another folder",
+        read.display(),
+        out.unwrap_or(Path::new("")).display()
+    )))
 }
 
 /// How results are printed.
@@ -68,6 +96,44 @@ impl ThreadsArgument {
             0 => parallel::available(),
             threads => threads,
         }
+    }
+}
+
+/// A measured file.
+#[derive(Debug, Args)]
+pub struct MeasuredFile {
+    /// Measured file: CSV, Parquet, MATLAB, HDF5, NumPy, TDMS, MDF4 or MCAP.
+    #[arg(value_name = "DATA", required_unless_present = "data", conflicts_with = "data")]
+    file: Option<PathBuf>,
+    /// The same by name.
+    #[arg(long, value_name = "FILE")]
+    data: Option<PathBuf>,
+}
+
+impl MeasuredFile {
+    /// Where it is.
+    pub fn file(&self) -> &Path {
+        let file = self.data.as_ref().or(self.file.as_ref());
+        // The command line demands one of the two.
+        file.map_or(Path::new(""), PathBuf::as_path)
+    }
+}
+
+/// Measured files.
+#[derive(Debug, Args)]
+pub struct MeasuredFiles {
+    /// Measured files, which are explained together: CSV, Parquet, MATLAB, HDF5, NumPy, TDMS, MDF4 or MCAP.
+    #[arg(value_name = "DATA", required_unless_present = "data")]
+    files: Vec<PathBuf>,
+    /// The same by name (repeatable).
+    #[arg(long, value_name = "FILE")]
+    data: Vec<PathBuf>,
+}
+
+impl MeasuredFiles {
+    /// Where they are.
+    pub fn files(&self) -> Vec<PathBuf> {
+        self.data.iter().chain(&self.files).cloned().collect()
     }
 }
 

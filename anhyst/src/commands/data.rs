@@ -1,7 +1,7 @@
 //! `anhyst data`: what a measured file holds, what each of its channels may be, and the options with which the other commands read it.
 
 use super::{Ending, json};
-use crate::arguments::{JsonArgument, TableArguments};
+use crate::arguments::{JsonArgument, MeasuredFile, TableArguments};
 use anhyst_launch::error::RunError;
 use anhyst_measured::survey::{Channel, Clock, Survey, SurveyedTable};
 use anhyst_report::chart::{Axis, Chart, Curve, Figure, Role};
@@ -20,8 +20,9 @@ const MOST_CHARTS: usize = 24;
 /// `data`
 #[derive(Debug, Args)]
 pub struct DataArguments {
-    /// A measured file: CSV, Parquet, MATLAB, HDF5, NumPy, TDMS, MDF4 or MCAP.
-    pub file: PathBuf,
+    /// What is looked at.
+    #[command(flatten)]
+    pub data: MeasuredFile,
     /// What is known of it.
     #[command(flatten)]
     pub table: TableArguments,
@@ -38,7 +39,8 @@ pub struct DataArguments {
 /// # Errors
 /// A file that cannot be read or is no table, or a picture that cannot be written.
 pub fn run(arguments: &DataArguments) -> miette::Result<Ending> {
-    let survey = Survey::of(&arguments.file, &arguments.table.reading()).map_err(|error| miette::miette!("{error}"))?;
+    let survey =
+        Survey::of(arguments.data.file(), &arguments.table.reading()).map_err(|error| miette::miette!("{error}"))?;
     if survey.tables.iter().all(|table| table.rows == 0) {
         return Err(miette::miette!("{}: there is no row below its header", survey.file));
     }

@@ -2,7 +2,7 @@
 
 use super::unread::unread;
 use super::{Ending, json, save, stem};
-use crate::arguments::{JsonArgument, OutArgument, SettleArgument, TableArguments, ThreadsArgument};
+use crate::arguments::{JsonArgument, MeasuredFiles, OutArgument, SettleArgument, TableArguments, ThreadsArgument};
 use crate::control::{Control, Models, control, section, ticks};
 use anhyst_diagnosis::{DiagnoseOptions, Diagnosed, Diagnosis, DiagnosisError, amended_text, diagnose, page, table};
 use anhyst_launch::error::RunError;
@@ -21,9 +21,9 @@ pub struct DiagnoseArguments {
     /// strain, or a hysteresis alone, as `fit` writes it without strain, for sweeps of magnetization.
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
-    /// Measured run (CSV or Parquet); several are explained together.
-    #[arg(long, value_name = "FILE", required = true)]
-    pub data: Vec<PathBuf>,
+    /// Measured runs.
+    #[command(flatten)]
+    pub data: MeasuredFiles,
     /// What of them is read.
     #[command(flatten)]
     pub table: TableArguments,
@@ -65,8 +65,8 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
     // Before the minutes that the search takes: a scenario with a mistake in it is told now.
     let cut = arguments.control.as_ref().map(|file| load(file, &[])).transpose()?;
     let reading = arguments.table.reading();
-    let runs = arguments
-        .data
+    let files = arguments.data.files();
+    let runs = files
         .iter()
         .map(|file| MeasuredRun::read_each(file, &reading).map_err(unread("diagnose", file, &reading)))
         .collect::<Result<Vec<_>, _>>()
@@ -80,8 +80,9 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
         shape_drift_a_per_m: None,
     };
     // Before the work, so that a typing error costs nothing.
-    let first = arguments.data.first().map_or_else(String::new, |file| stem(file));
-    let results = arguments.out.claim(&format!("diagnose-{first}"))?;
+    let first = files.first().map_or_else(String::new, |file| stem(file));
+    let name = format!("diagnose-{first}");
+    let results = arguments.out.claim_beside(&name, "amended.ron", &arguments.model)?;
     let out = &results.path;
     let bar = super::share_bar("diagnose");
     let found = diagnose(&model, &runs, &options, &mut |stage, share| {
@@ -126,10 +127,20 @@ pub fn run(arguments: &DiagnoseArguments) -> miette::Result<Ending> {
 
 /// A model without a strain law says nothing of what moves, and makes no cut.
 fn refuse_motion(model: &ActuatorModel, runs: &[MeasuredRun], cut: bool) -> miette::Result<()> {
+    let name = &model.name;
+    let is_still = model.rod.is_none() && model.material.law.is_none();
+    let moves =
+        |run: &&MeasuredRun| run.series(Quantity::Displacement).is_some() && run.series(Quantity::Strain).is_none();
+    if let Some(run) = runs.iter().find(moves).filter(|_| is_still) {
+        return Err(miette::miette!(
+            "{} holds a displacement, and {name} has no rod that could move. Give the model one, as scenarios/models/nominal.ron has, or leave the \
+             column out with --column displacement=-",
+            run.source
+        ));
+    }
     if model.material.magnetostriction != Magnetostriction::Unmeasured {
         return Ok(());
     }
-    let name = &model.name;
     if cut {
         return Err(miette::miette!(
             "--control: {name} has no strain law, so a loop with it moves nothing"
@@ -194,7 +205,7 @@ fn command(arguments: &DiagnoseArguments, out: &Path) -> String {
         ..
     } = arguments;
     let mut words = vec![format!("anhyst diagnose --model {}", quoted(model))];
-    words.extend(data.iter().map(|file| format!("--data {}", quoted(file))));
+    words.extend(data.files().iter().map(|file| format!("--data {}", quoted(file))));
     let option = |name: &str, value: &dyn std::fmt::Display| format!("{name} {}", quoted(value.to_string().as_ref()));
     words.extend(table.columns.iter().map(|column| option("--column", column)));
     words.extend(table.rows.iter().map(|rows| option("--rows", rows)));

@@ -2,7 +2,7 @@
 
 use super::unread::unread;
 use super::{Ending, json, save, stem};
-use crate::arguments::{JsonArgument, OutArgument, SettleArgument, TableArguments, ThreadsArgument};
+use crate::arguments::{JsonArgument, MeasuredFile, OutArgument, SettleArgument, TableArguments, ThreadsArgument};
 use crate::estimate::{Choices, Estimated, one_parameter, picture, several_parameters};
 use anhyst_estimator::LawSettings;
 use anhyst_launch::error::RunError;
@@ -22,9 +22,9 @@ pub struct EstimateArguments {
     /// alone, as `fit` writes it without strain, for sweeps of magnetization.
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
-    /// Measured run (CSV with a header, or Parquet).
-    #[arg(long, value_name = "FILE")]
-    pub data: PathBuf,
+    /// A measured run.
+    #[command(flatten)]
+    pub data: MeasuredFile,
     /// What of it is read.
     #[command(flatten)]
     pub table: TableArguments,
@@ -82,6 +82,12 @@ pub fn run(arguments: &EstimateArguments) -> miette::Result<Ending> {
             return Err(miette::miette!("--parameters: {} stands twice", parameter.symbol()));
         }
     }
+    let is_shape = *parameters == [NominalParameter::Hysteresis(HysteresisParameter::Shape)];
+    if !is_shape && (arguments.range_a_per_m.is_some() || arguments.start_a_per_m.is_some()) {
+        return Err(miette::miette!(
+            "--range-a-per-m and --start-a-per-m are for a alone: leave them out, or write --parameters a"
+        ));
+    }
     let model = load_model(&arguments.model)?;
     let of_hysteresis = parameters
         .iter()
@@ -95,8 +101,11 @@ pub fn run(arguments: &EstimateArguments) -> miette::Result<Ending> {
         ));
     }
     let reading = arguments.table.reading();
-    let measured =
-        MeasuredRun::read(&arguments.data, &reading).map_err(unread("estimate", &arguments.data, &reading))?;
+    let measured = MeasuredRun::read(arguments.data.file(), &reading).map_err(unread(
+        "estimate",
+        arguments.data.file(),
+        &reading,
+    ))?;
     let choices = Choices {
         law: arguments.law.clone(),
         range_a_per_m: arguments.range_a_per_m,
@@ -112,10 +121,12 @@ pub fn run(arguments: &EstimateArguments) -> miette::Result<Ending> {
         ));
     }
     // The results' folder is made before the work, so that a typing error costs nothing.
-    let results = arguments.out.claim(&format!("estimate-{}", stem(&arguments.data)))?;
+    let results = arguments
+        .out
+        .claim(&format!("estimate-{}", stem(arguments.data.file())))?;
     let out = &results.path;
     let bar = super::long_bar(0, "estimate", "samples");
-    let found = if *parameters == [NominalParameter::Hysteresis(HysteresisParameter::Shape)] {
+    let found = if is_shape {
         let members = LawSettings::named(&choices.law).map_or(1, |law| law.members());
         bar.set_length((members * measured.len()) as u64);
         one_parameter(&measured, &model, &choices, |samples| bar.inc(samples))?

@@ -17,8 +17,7 @@ use std::path::Path;
 /// # Errors
 /// Bad data, or a result that cannot be written.
 pub fn run(arguments: &FitArguments) -> miette::Result<Ending> {
-    let data = arguments.data.as_ref().or(arguments.loops.as_ref());
-    let data = data.ok_or_else(|| miette::miette!("--data names no file"))?;
+    let data = arguments.data.file();
     if let Some(law) = &arguments.law {
         return super::fit_law::run(arguments, data, law);
     }

@@ -1,12 +1,11 @@
 //! What `anhyst fit` is told.
 
-use crate::arguments::{JsonArgument, OutArgument, TableArguments, ThreadsArgument};
+use crate::arguments::{JsonArgument, MeasuredFile, OutArgument, TableArguments, ThreadsArgument};
 use anhyst_identify::laws::Family;
 use anhyst_identify::{FitOptions, Fixed};
 use anhyst_measured::{LAW_OUTPUTS, Quantity};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
-use std::path::PathBuf;
 
 /// `auto`: all of them.
 pub const AUTO: &str = "auto";
@@ -14,12 +13,9 @@ pub const AUTO: &str = "auto";
 /// `fit`
 #[derive(Debug, Args)]
 pub struct FitArguments {
-    /// Measured loops (CSV with a header); the same as --data.
-    #[arg(value_name = "DATA", required_unless_present = "data", conflicts_with = "data")]
-    pub loops: Option<PathBuf>,
-    /// Measured loops (CSV with a header); quantities: loop, time, field, flux, magnetization, strain.
-    #[arg(long, value_name = "FILE")]
-    pub data: Option<PathBuf>,
+    /// Measured loops; quantities: loop, time, field, flux, magnetization, strain.
+    #[command(flatten)]
+    pub data: MeasuredFile,
     /// What of them is read.
     #[command(flatten)]
     pub table: TableArguments,
@@ -34,19 +30,19 @@ pub struct FitArguments {
     #[command(flatten)]
     pub threads: ThreadsArgument,
     /// Hold a parameter: `--fix alpha=-0.01`
-    #[arg(long, value_name = "PARAMETER=VALUE")]
+    #[arg(long, value_name = "PARAMETER=VALUE", conflicts_with = "law")]
     pub fix: Vec<Fixed>,
     /// Which anhysteretic curve.
-    #[arg(long, value_enum, default_value_t = Curve::Both)]
+    #[arg(long, value_enum, default_value_t = Curve::Both, conflicts_with = "law")]
     pub curve: Curve,
     /// Random parameter sets that are tried first.
-    #[arg(long, default_value_t = FitOptions::default().candidates, value_parser = count)]
+    #[arg(long, default_value_t = FitOptions::default().candidates, value_parser = count, conflicts_with = "law")]
     pub candidates: usize,
     /// How many of them are polished.
-    #[arg(long, default_value_t = FitOptions::default().starts, value_parser = count)]
+    #[arg(long, default_value_t = FitOptions::default().starts, value_parser = count, conflicts_with = "law")]
     pub starts: usize,
     /// Weight of the squared strain error against that of the magnetization.
-    #[arg(long, default_value_t = FitOptions::default().strain_weight)]
+    #[arg(long, default_value_t = FitOptions::default().strain_weight, conflicts_with = "law")]
     pub strain_weight: f64,
     /// Name of the material (default: the file's).
     #[arg(long)]

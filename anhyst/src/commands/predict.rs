@@ -2,7 +2,7 @@
 
 use super::unread::unread;
 use super::{Ending, json, save, stem};
-use crate::arguments::{JsonArgument, OutArgument, TableArguments};
+use crate::arguments::{JsonArgument, MeasuredFile, OutArgument, TableArguments};
 use crate::law_picture;
 use anhyst_identify::laws::{Distance, LawData, LawError, LawFile, Prediction, predict};
 use anhyst_identify::prepared::{PrepareOptions, PreparedRun, simulated};
@@ -22,9 +22,9 @@ pub struct PredictArguments {
     /// What runs (RON): a law as `fit --law` writes it, an actuator, a material, or a hysteresis alone.
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
-    /// Along what (CSV with a header, or Parquet): a run over time, a sweep, or several loops.
-    #[arg(long, value_name = "FILE")]
-    pub data: PathBuf,
+    /// Along what: a run over time, a sweep, or several loops.
+    #[command(flatten)]
+    pub data: MeasuredFile,
     /// What of it is read.
     #[command(flatten)]
     pub table: TableArguments,
@@ -66,16 +66,21 @@ struct RecordReport {
 pub fn run(arguments: &PredictArguments) -> miette::Result<Ending> {
     let law: Option<LawFile> = load_with(&arguments.model, "input_extent")?;
     let reading = arguments.table.reading();
-    let runs =
-        MeasuredRun::read_records(&arguments.data, &reading).map_err(unread("predict", &arguments.data, &reading))?;
+    let runs = MeasuredRun::read_records(arguments.data.file(), &reading).map_err(unread(
+        "predict",
+        arguments.data.file(),
+        &reading,
+    ))?;
     let (data, prediction) = match &law {
         Some(law) => of_law(law, &runs)?,
         None => of_actuator(&arguments.model, &runs)?,
     };
-    let results = arguments.out.claim(&format!("predict-{}", stem(&arguments.data)))?;
+    let results = arguments
+        .out
+        .claim(&format!("predict-{}", stem(arguments.data.file())))?;
     let report = PredictReport {
         model: arguments.model.display().to_string(),
-        data: arguments.data.display().to_string(),
+        data: arguments.data.file().display().to_string(),
         output: data.output.key(),
         unit: data.output.unit(),
         error: prediction.error,

@@ -2,7 +2,7 @@
 
 use super::run_arguments::{AloneArguments, RunArguments};
 use super::{Ending, progress_bar};
-use crate::arguments::SetArguments;
+use crate::arguments::{SetArguments, beside};
 use crate::entry::failed;
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
@@ -59,6 +59,8 @@ pub(super) fn changed(
 
 fn alone(scenario: &Path, all: &RunArguments) -> miette::Result<Ending> {
     let arguments = &all.alone;
+    let out = all.out.out.as_deref();
+    beside(out, "scenario.ron", scenario)?;
     let mut scenario = changed(scenario, &all.set, all.embedded, arguments)?;
     super::part::validate(all, &scenario)?;
     if all.no_recording {
@@ -70,7 +72,7 @@ fn alone(scenario: &Path, all: &RunArguments) -> miette::Result<Ending> {
     if let Some(port) = scenario.recording.live_port.filter(|_| scenario.recording.on) {
         crate::complain!("watch: rerun rerun+http://127.0.0.1:{port}/proxy");
     }
-    let (folder, outcome) = perform(&scenario, arguments, all.out.out.as_deref())?;
+    let (folder, outcome) = perform(&scenario, arguments, out)?;
     match outcome {
         Ok(reports) if arguments.across.is_part() => super::part::finish(&scenario, &folder, &reports, all.json.json),
         Ok(reports) => finish(&scenario, &folder, &reports, all),

@@ -79,7 +79,8 @@ pub fn run(arguments: &CommissionArguments) -> miette::Result<Ending> {
     if plant.rod == PlantRod::TwoPole {
         plant.two_pole = plant.two_pole.or(believed.rod);
     }
-    let claimed = arguments.out.claim(&format!("commission-{}", scenario.name))?;
+    let name = format!("commission-{}", scenario.name);
+    let claimed = arguments.out.claim_beside(&name, "scenario.ron", &own.scenario)?;
     let mut work = Work {
         arguments,
         goes_on: goes_on(&claimed.path, &arguments.alone)?,
