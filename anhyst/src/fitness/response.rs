@@ -21,6 +21,9 @@ const MIN_PERIOD_TICKS: f64 = 256.0;
 const SWINGING: usize = 2;
 const JUDGED: usize = 8;
 const START_S: f64 = 0.1;
+/// So much more than what moves a slow amplifier is asked for at the highest line, and so much of the profile by all of them.
+const MAX_LEAD: f64 = 20.0;
+const LED: f64 = 0.4;
 /// The lowest line in lines per period, and the way to the next: as much, or a part of the line.
 const LOWEST: usize = 3;
 const APART: f64 = 0.03;
@@ -68,7 +71,9 @@ impl Excitation {
         let shape = of.loop_shape()?;
         let period_ticks = (PERIOD_S / of.tick_s).round().max(MIN_PERIOD_TICKS);
         let base_hz = 1.0 / (period_ticks * of.tick_s);
+        let lag_s = of.believed_coil().lag_s;
         let highest_hz = (OF_RESONANCE * of.foresight()?.resonance_hz).min(OF_RATE / of.tick_s);
+        let highest_hz = highest_hz.min(MAX_LEAD / (TAU * lag_s));
         let apart = |line: &usize| line + LOWEST.max((APART * *line as f64).ceil() as usize);
         let lines = std::iter::successors(Some(LOWEST), |line| Some(apart(line)));
         let lines_hz: Vec<f64> = lines
@@ -80,8 +85,11 @@ impl Excitation {
         }
         let backwards = |hz: &f64| shape.believed_response(*hz).0.powi(-2);
         let power: f64 = lines_hz.iter().map(backwards).sum();
+        // What a slow amplifier is led by is larger than what moves.
+        let led = |hz: &f64| backwards(hz) * (1.0 + (TAU * hz * lag_s).powi(2));
+        let lead = (lines_hz.iter().map(led).sum::<f64>() / power).sqrt();
         // Twice the rms is about its peak.
-        let amplitude_m = SMALL * size_m / (2.0 * (0.5 * power).sqrt());
+        let amplitude_m = SMALL.min(LED / lead) * size_m / (2.0 * (0.5 * power).sqrt());
         let places = (0..=1000).map(|place| controller.trajectory().at(f64::from(place) * 1e-3 * of.duration_s));
         let (low, high) = places.fold((0.0, 0.0), |(low, high): (f64, f64), own| {
             (low.min(own.position_m), high.max(own.position_m))
