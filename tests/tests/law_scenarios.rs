@@ -218,11 +218,21 @@ fn named(
         Backlashes::GAINS
     );
     std::fs::write(&model, law).unwrap();
-    let out = root.path().join("found");
-    let amended = out.join("amended.ron");
-    let [data, model, to, amended] = [&data, &model, &out, &amended].map(|path| path.to_string_lossy().into_owned());
-    [&model, &amended].map(|model| {
-        let arguments = ["diagnose", "--model", model, "--data", &data, "--out", &to, "--json"];
+    let [first, again] = ["found", "again"].map(|name| root.path().join(name));
+    let amended = first.join("amended.ron");
+    let words = |path: &std::path::PathBuf| path.to_string_lossy().into_owned();
+    let data = words(&data);
+    [(&model, &first), (&amended, &again)].map(|(model, to)| {
+        let arguments = [
+            "diagnose",
+            "--model",
+            &words(model),
+            "--data",
+            &data,
+            "--out",
+            &words(to),
+            "--json",
+        ];
         let found: Value = serde_json::from_str(&Finished::run(&arguments, LIMIT).expect(0).out).unwrap();
         let effects = found["effects"].as_array().unwrap();
         assert!(

@@ -102,3 +102,31 @@ impl Excitation {
         Ok(step)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guards a rig whose field may go further one way than the other: what the guard holds back is taken for a gain.
+    #[test]
+    fn nothing_is_asked_for_that_the_guard_holds_back() {
+        let mut scenario = anhyst_scenario::load(std::path::Path::new("built-in/milling.ron"), &[]).unwrap();
+        for lowest in [None, Some(-2e3), Some(0.0)] {
+            scenario.guard.lowest_field_a_per_m = lowest;
+            let [least, most] = scenario.guard.field_ends_a_per_m();
+            for share in [FIRST, ALL] {
+                let own = Excitation::new(&scenario, share).unwrap();
+                let mut ends = [f64::INFINITY, f64::NEG_INFINITY];
+                for (signal, duration_s) in own.program.drives() {
+                    for place in 0..1000 {
+                        let field = signal.field_a_per_m(f64::from(place) * 1e-3 * duration_s);
+                        ends = [ends[0].min(field), ends[1].max(field)];
+                    }
+                }
+                assert!(ends[0] >= least && ends[1] <= most, "{lowest:?} {share}: {ends:?}");
+                let all = own.expected.range_a_per_m;
+                assert!((ends[1] - ends[0] - 2.0 * all).abs() < 1e-2 * all, "{ends:?} of {all}");
+            }
+        }
+    }
+}
