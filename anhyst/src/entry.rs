@@ -1,6 +1,7 @@
 //! The command line as functions: what the executable does, and what another program does that has it within.
 
 use crate::cli::{self, Command};
+use crate::commands::failed::complain;
 use crate::commands::{self, Ending};
 use crate::spelling;
 use anhyst_identify::parallel;
@@ -8,7 +9,6 @@ use anhyst_ipc::stop_requested;
 use anhyst_launch::error::RunError;
 use anhyst_launch::signals;
 use std::ffi::OsString;
-use std::fmt::Display;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::time::Duration;
 
@@ -40,33 +40,6 @@ impl Unread {
             Self::Clap(error) => error.to_string().trim_end().to_owned(),
         }
     }
-}
-
-/// Says on standard error what is wrong: to people, or as `json` to programs.
-pub fn complain(report: &miette::Report, json: bool) {
-    if json {
-        crate::complain!("{}", as_json(report));
-    } else {
-        crate::complain!("{report:?}");
-    }
-}
-
-/// Says why something begun did not come to its end, and what is `left` of it.
-pub fn failed(error: &dyn Display, left: &str, json: bool) -> Ending {
-    if json {
-        complain(&miette::miette!(help = left, "{error}"), true);
-    } else {
-        crate::complain!("{error}\n{left}");
-    }
-    Ending::ProcessFailed
-}
-
-/// For programs: `{"message": …}`, with file and place where it has them.
-fn as_json(report: &miette::Report) -> String {
-    let mut text = String::new();
-    // Writing to a String cannot fail.
-    let _ = miette::JSONReportHandler::new().render_report(&mut text, report.as_ref());
-    text
 }
 
 /// Reads a command; the first word is the program's name.

@@ -4,7 +4,7 @@
 //! 2. Where it does not, one is supposed, as long as it makes a difference to what was found, and beneath a coarse lattice, which hides it, as long as it
 //!    explains as much with fewer terms.
 //! 3. The noise tells its form roughly, the motion better: a misfit is searched again under each likely form and those to which they lead, first with
-//!    what explains most alone (a look), then whole, then with what was found.
+//!    what explains most alone (a look), then whole, then with what was found. A form with which the constants alone explain nearly all comes first.
 //! 4. So is what was found at all: under a wrong form a term may stand for what the right one does, and what is taken for the noise of a gap
 //!    may show another form than the noise beneath it. A misfit is tried under every order that delays alike.
 //!    What a term comes late by may be what a higher order delays by more: each order is tried without it.

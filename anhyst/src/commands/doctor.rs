@@ -6,7 +6,6 @@ use crate::arguments::{JsonArgument, SetArguments};
 use anhyst_launch::disk::mebibytes;
 use anhyst_launch::error::RunError;
 use anhyst_launch::resources;
-use anhyst_scenario::Scenario;
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
@@ -50,25 +49,6 @@ fn duration_s(text: &str) -> Result<f64, String> {
     } else {
         Err(format!("{duration_s} s must be above 0 and finite"))
     }
-}
-
-/// Refuses a `--duration-s` that is too short for the scenario, with the least that it takes, if `enough_s` is enough.
-pub(super) fn refuse_short(
-    duration_s: f64,
-    enough_s: f64,
-    scenario: impl Fn(f64) -> miette::Result<Scenario>,
-) -> miette::Result<()> {
-    let Err(refused) = scenario(duration_s) else {
-        return Ok(());
-    };
-    let milliseconds = |time_s: f64| (1e3 * time_s) as u64;
-    let seconds = |time_ms: u64| time_ms as f64 / 1e3;
-    let takes = |time_ms| scenario(seconds(time_ms)).is_ok();
-    let least = super::least(milliseconds(duration_s), milliseconds(enough_s.ceil()), takes);
-    Err(least.map_or(refused, |least| {
-        let least_s = seconds(least);
-        miette::miette!("--duration-s: {duration_s} s is too short for this scenario, it takes at least {least_s} s")
-    }))
 }
 
 /// One finding.

@@ -2,8 +2,8 @@
 //! on how many cores, and so how a run without a clock is fastest.
 
 use super::Ending;
-use super::doctor::refuse_short;
 use super::doctor_realtime::{GROUPED, SEPARATE, parsed};
+use super::least::refuse_short;
 use anhyst_ipc::NodeId;
 use anhyst_launch::launcher::Waits;
 use anhyst_launch::say::quoted;

@@ -4,7 +4,7 @@
 //! First the transport alone, at one rate: a ring of the scenario's processes, messages and wiring whose blocks answer with
 //! zeros, once for each way. Then the scenario's own blocks, the best way, at rates found by halving a ladder.
 
-use super::doctor::refuse_short;
+use super::least::refuse_short;
 use super::{Ending, progress_bar};
 use anhyst_launch::across::AcrossArguments;
 use anhyst_launch::embedded::{embedded, prepare};

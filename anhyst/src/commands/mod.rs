@@ -18,11 +18,13 @@ pub mod explain;
 pub mod export;
 #[cfg(feature = "recorder")]
 mod export_fmu;
+pub mod failed;
 pub mod fit;
 pub mod fit_arguments;
 pub mod fit_law;
 pub mod graph;
 pub mod interface;
+mod least;
 pub mod live;
 pub mod man;
 pub mod new;
@@ -116,19 +118,6 @@ fn expect_recording(folder: &RunFolder) -> miette::Result<()> {
 /// The name of a file without its ending.
 pub fn stem(file: &Path) -> String {
     file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// The least number above `little` that is taken, if `enough` is; whatever is more than it is taken, too.
-fn least(little: u64, enough: u64, takes: impl Fn(u64) -> bool) -> Option<u64> {
-    if enough <= little || !takes(enough) {
-        return None;
-    }
-    let (mut little, mut least) = (little, enough);
-    while least - little > 1 {
-        let middle = u64::midpoint(little, least);
-        *(if takes(middle) { &mut least } else { &mut little }) = middle;
-    }
-    Some(least)
 }
 
 /// A progress bar over `length` ticks; silent when the output is not a terminal.

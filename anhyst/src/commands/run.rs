@@ -1,9 +1,9 @@
 //! `anhyst run`: a scenario from start to verdict; several are compared.
 
+use super::failed::failed;
 use super::run_arguments::{AloneArguments, RunArguments};
 use super::{Ending, progress_bar};
 use crate::arguments::{SetArguments, beside};
-use crate::entry::failed;
 use anhyst_launch::embedded::{embedded, prepare};
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;

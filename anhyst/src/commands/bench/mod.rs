@@ -70,7 +70,7 @@ pub fn run(arguments: &BenchArguments) -> miette::Result<Ending> {
         })
     };
     let scenario = lasting(arguments.ticks.into()).map_err(|refused| {
-        let least = super::least(arguments.ticks.into(), MOST_TICKS.into(), |ticks| {
+        let least = super::least::least(arguments.ticks.into(), MOST_TICKS.into(), |ticks| {
             lasting(ticks).is_ok()
         });
         least.map_or_else(

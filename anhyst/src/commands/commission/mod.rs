@@ -95,7 +95,7 @@ pub fn run(arguments: &CommissionArguments) -> miette::Result<Ending> {
     let commissioned = match work.commission(scenario) {
         Err(error) if work.failed => {
             let left = "the same call goes on from there";
-            return Ok(crate::entry::failed(&error, left, arguments.json.json));
+            return Ok(crate::commands::failed::failed(&error, left, arguments.json.json));
         }
         commissioned => commissioned?,
     };
