@@ -151,7 +151,8 @@ pub fn command() -> clap::Command {
 fn with_negative_numbers(command: clap::Command) -> clap::Command {
     let own = command.mut_args(|own| {
         let takes = own.get_action().takes_values() && !own.is_positional();
-        own.allow_negative_numbers(takes)
+        let amount = own.get_value_names().is_some_and(|names| names == ["AMOUNT"]);
+        own.allow_negative_numbers(takes).allow_hyphen_values(amount)
     });
     own.mut_subcommands(with_negative_numbers)
 }

@@ -259,10 +259,23 @@ fn bad_arguments_end_with_status_2() {
         &["fit", "x.csv", "--data", "y.csv"],
         &["estimate", "--model", "m.ron", "--data", "d.csv", "--settle-s", "-1"],
         &["doctor", "--set", "seed=1"],
+        &["doctor", "--lockstep", "x.ron", "--duration-s", "0"],
         &["no-such-command"],
     ] {
         assert_eq!(anhyst(arguments).status.code(), Some(2), "{arguments:?}");
     }
+}
+
+/// Guards amounts below zero, which clap takes for options where they are no bare numbers.
+#[test]
+fn an_amount_below_zero_is_told_with_what_is_wanted() {
+    let refused = anhyst(&["new", "negative", "--no-questions", "--stroke", "-20um"]);
+    assert_eq!(refused.status.code(), Some(2));
+    let said = text(&refused.stderr);
+    assert!(
+        said.contains("--stroke -20um: give a positive number with its unit, m"),
+        "{said}"
+    );
 }
 
 /// Guards a law that was fitted with a lag beside it: its model has the lag, a scenario that takes the law says its own, and no constant of the
