@@ -165,7 +165,10 @@ impl BankModels {
         Taught {
             correction,
             excitation: excitation.unwrap_or_default(),
-            magnetization_a_per_m: self.grid.cubic(self.bank.magnetizations(), correction.shape_a_per_m),
+            magnetization_a_per_m: self
+                .grid
+                .smooth(self.bank.magnetizations(), correction.shape_a_per_m)
+                .value,
             ..Taught::default()
         }
     }

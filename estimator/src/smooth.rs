@@ -4,7 +4,7 @@
 //! Y = y_j + s(m_j + s(3d − 2m_j − m_j+1 + s(m_j + m_j+1 − 2d))),  d = y_j+1 − y_j.
 //! The nodal slopes are the derivatives of the polynomial through the five nearest members, exact for a quartic; with
 //! fewer than five members they are divided differences. Value and slope are continuous in θ, the curvature jumps at the members.
-//! θ shape parameter (A/m), Y in the unit of the values. Lagrange pieces ([`Grid::cubic`]) are as accurate, but their slope
+//! θ shape parameter (A/m), Y in the unit of the values. Lagrange pieces would be as accurate, but their slope
 //! jumps at every member, and a law that steps along the slope would see those jumps as noise.
 
 use crate::Grid;
