@@ -5,6 +5,7 @@
 //! larger share of the energy than of the time is where to look. The amplifier is judged apart, by command against measured field.
 
 use anhyst_identify::order::descending;
+use anhyst_report::number::Digits;
 use serde::{Deserialize, Serialize};
 
 use crate::channel::{Channel, ChannelKind};
@@ -242,7 +243,7 @@ fn cut(noise_rms: f64, gap: &[f64], values: &[f64], unit: &str) -> Vec<GapCell> 
     let inner = &edges[1..CELLS];
     let places = values.iter().map(|value| inner.partition_point(|edge| edge <= value));
     cells(noise_rms, gap, places, CELLS, |cell| {
-        format!("{} to {} {unit}", Short(edges[cell]), Short(edges[cell + 1]))
+        format!("{} to {} {unit}", Digits(edges[cell], 3), Digits(edges[cell + 1], 3))
             .trim_end()
             .to_owned()
     })
@@ -319,31 +320,13 @@ fn spectrum(noise_rms: f64, gap: &[f64], tick_s: f64) -> Vec<GapCell> {
         .iter()
         .enumerate()
         .map(|(cell, (energy, rows))| GapCell {
-            label: format!("{} to {} Hz", Short(edges[cell]), Short(edges[cell + 1])),
+            label: format!("{} to {} Hz", Digits(edges[cell], 3), Digits(edges[cell + 1], 3)),
             share_of_rows: None,
             share: rows / bins,
             share_of_energy: if total > 0.0 { energy.max(0.0) / total } else { 0.0 },
             rms: (energy.max(0.0) * scale).sqrt(),
         })
         .collect()
-}
-
-/// Three digits.
-struct Short(f64);
-
-impl std::fmt::Display for Short {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let size = self.0.abs();
-        if size != 0.0 && !(1e-2..1e5).contains(&size) {
-            write!(formatter, "{:.2e}", self.0)
-        } else if size >= 100.0 {
-            write!(formatter, "{:.0}", self.0)
-        } else if size >= 1.0 || size == 0.0 {
-            write!(formatter, "{:.1}", self.0)
-        } else {
-            write!(formatter, "{:.3}", self.0)
-        }
-    }
 }
 
 /// Gap of each channel against its noise.
