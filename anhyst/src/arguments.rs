@@ -1,9 +1,9 @@
 //! What several commands say alike: one struct an idea, flattened into each of them.
 
 use anhyst_identify::parallel;
+use anhyst_ipc::{YIELDS_SHARED, number_between};
 use anhyst_launch::claim::{Claimed, claimed};
 use anhyst_launch::error::RunError;
-use anhyst_launch::launcher::YIELDS_SHARED;
 use anhyst_measured::{ColumnMapping, RowRange, RunReadOptions};
 use anhyst_scenario::Setting;
 use clap::Args;
@@ -166,17 +166,8 @@ impl TableArguments {
 #[derive(Debug, Clone, Copy, Args)]
 pub struct SettleArgument {
     /// Simulate the first seconds and do not compare them: a start from an unknown state.
-    #[arg(long, default_value_t = 0.0, value_name = "S", value_parser = settle_s)]
+    #[arg(long, default_value_t = 0.0, value_name = "S", value_parser = number_between(0.0..=1e9, "s"))]
     pub settle_s: f64,
-}
-
-fn settle_s(text: &str) -> Result<f64, String> {
-    let settle_s: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
-    if settle_s >= 0.0 && settle_s.is_finite() {
-        Ok(settle_s)
-    } else {
-        Err(format!("{settle_s} s must be finite and not below 0"))
-    }
 }
 
 /// Where and how long the processes of a run wait for each other.
@@ -189,18 +180,8 @@ pub struct MeetingArguments {
     #[arg(long, value_name = "FOLDER")]
     pub root: Option<PathBuf>,
     /// How long the processes may take to find each other.
-    #[arg(long, default_value_t = 60.0, value_name = "S", value_parser = limit_s)]
+    #[arg(long, default_value_t = 60.0, value_name = "S", value_parser = number_between(0.1..=86_400.0, "s"))]
     pub start_limit_s: f64,
-}
-
-/// A limit in seconds.
-fn limit_s(text: &str) -> Result<f64, String> {
-    let limit_s: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
-    if (0.1..=86_400.0).contains(&limit_s) {
-        Ok(limit_s)
-    } else {
-        Err(format!("{limit_s} s is outside [0.1, 86400] s"))
-    }
 }
 
 /// A process started by hand or by the launcher.

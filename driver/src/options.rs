@@ -1,12 +1,11 @@
 //! Who a driver is: from its arguments, else from the environment that the launcher sets.
 
 use crate::error::Failure;
-use anhyst_ipc::{Channel, ExternalClock, ExternalSettings};
+use anhyst_ipc::{Channel, ExternalClock, ExternalSettings, Invalid, YIELDS_SHARED};
 use std::path::PathBuf;
 use std::time::Duration;
 
 const START_LIMIT_S: f64 = 60.0;
-const YIELDS: u32 = 20;
 
 fn from_environment(name: &str) -> Option<String> {
     std::env::var(name).ok().filter(|value| !value.is_empty())
@@ -49,11 +48,8 @@ pub fn settings(
     } else {
         start_limit_s
     };
-    if !(0.01..=86_400.0).contains(&start_limit_s) {
-        return Err(Failure::bad(format!(
-            "a start limit of {start_limit_s} s is outside [0.01, 86400] s"
-        )));
-    }
+    Invalid::unless_between("", start_limit_s, 0.01, 86_400.0, "s")
+        .map_err(|refused| Failure::bad(format!("a start limit of {}", refused.sentence)))?;
     if reads >> Channel::ALL.len() != 0 {
         return Err(Failure::bad(format!(
             "reads = {reads:#x} names channels that do not exist"
@@ -70,7 +66,7 @@ pub fn settings(
             .into_iter()
             .filter(|channel| reads >> channel.number() & 1 == 1)
             .collect(),
-        yields: number("ANHYST_YIELDS", f64::from(YIELDS))? as u32,
+        yields: number("ANHYST_YIELDS", f64::from(YIELDS_SHARED))? as u32,
         start_limit: Duration::from_secs_f64(start_limit_s),
     })
 }

@@ -1,5 +1,7 @@
 //! A setting that cannot be used: where it stands and why, so that the scenario's line and column can be shown.
 
+use std::ops::RangeInclusive;
+
 /// A refused setting. `path` is relative to the settings struct that was validated: `kp`, `limits.field_a_per_m`.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{path}: {sentence}")]
@@ -68,6 +70,18 @@ impl Invalid {
     }
 }
 
+/// Reads a number that must lie within limits, both of them allowed: of an option, or of a variable of the environment.
+///
+/// # Errors
+/// The reader's: what is no number, or lies outside.
+pub fn number_between(limits: RangeInclusive<f64>, unit: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |text| {
+        let value = text.parse().map_err(|_| format!("{text} is no number"))?;
+        let within = Invalid::unless_between("", value, *limits.start(), *limits.end(), unit);
+        within.map(|()| value).map_err(|refused| refused.sentence)
+    }
+}
+
 /// With its unit, if it has one.
 fn of(text: String, unit: &str) -> String {
     if unit.is_empty() {
@@ -105,5 +119,16 @@ mod tests {
         assert_eq!(bare.sentence, "2 is outside [0, 1]");
         let positive = Invalid::unless_positive("gain", -1e300, "1").unwrap_err();
         assert_eq!(positive.sentence, "-1e300 1 must be finite and greater than 0 1");
+    }
+
+    /// Guards options that are read by their limits: both may be had, what is no number may not.
+    #[test]
+    fn numbers_between_are_read() {
+        let seconds = number_between(0.1..=60.0, "s");
+        assert_eq!([seconds("0.1"), seconds("6e1")], [Ok(0.1), Ok(60.0)]);
+        let refused = |text: &str| seconds(text).unwrap_err();
+        assert_eq!(refused("-1"), "-1 s is outside [0.1, 60] s");
+        assert_eq!(refused("NaN"), "NaN s is outside [0.1, 60] s");
+        assert_eq!(refused("1s"), "1s is no number");
     }
 }

@@ -42,7 +42,7 @@ pub use external::{ExternalNode, ExternalSettings, Received, processes};
 pub use external_clock::ExternalClock;
 pub use fault::{MAX_DELAY_TICKS, TokenFault, TokenKind};
 pub use interface::{ChannelDescription, FieldDescription, Interface, ServiceSizes, StatusEntry, interface, layouts};
-pub use invalid::Invalid;
+pub use invalid::{Invalid, number_between};
 pub use link::{Connections, Discipline, Receiver, Sender};
 pub use message::{Channel, Field, FieldKind, MAX_FIELDS, Message, NodeId};
 pub use messages::*;
@@ -51,7 +51,7 @@ pub use pace::Pace;
 pub use raw::{MAX_BYTES, MAX_WORDS, RawToken};
 pub use shared::{
     ANY_AGREEMENT, CONNECTED, ChangeServer, END, Egress, Ingress, Layout, Observer, Onlooker, PORTS, Progress,
-    SharedContext, SharedSettings, Standing, TokenWait, Wait, crossing, request_changes,
+    SharedContext, SharedSettings, Standing, TokenWait, Wait, YIELDS_SHARED, crossing, request_changes,
 };
 pub use statistics::{Bin, Latency, LatencySummary, LinkReport};
 pub use stop::{forget_stop, request_stop, stop_flag, stop_requested};

@@ -23,7 +23,7 @@ use running::Running;
 pub use start::Options;
 use start::start;
 use std::time::Instant;
-pub use waits::{Waits, YIELDS_SHARED};
+pub use waits::Waits;
 
 /// Runs a scenario's processes to the end; `progress` hears the plant's ticks.
 ///

@@ -439,7 +439,7 @@ fn too_short_a_measurement_is_refused_with_the_least() {
         refused.contains("--duration-s: 1 s is too short") && refused.contains("at least 1.501 s"),
         "{refused}"
     );
-    assert!(doctor(&["--duration-s=-1"]).contains("-1 s must be above 0"));
+    assert!(doctor(&["--duration-s=-1"]).contains("-1 s is outside [0.001, 86400] s"));
     // What is refused for something else is told as that.
     assert!(doctor(&["--set", "expect.settling_s=9"]).contains("expect.settling_s"));
     let bench = |ticks: &str| Finished::run(&["bench", milling, "--turns", "1", "--ticks", ticks], LIMIT);

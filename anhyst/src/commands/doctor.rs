@@ -3,6 +3,7 @@
 use super::Ending;
 use super::{doctor_lockstep, doctor_realtime};
 use crate::arguments::{JsonArgument, SetArguments};
+use anhyst_ipc::number_between;
 use anhyst_launch::disk::mebibytes;
 use anhyst_launch::error::RunError;
 use anhyst_launch::resources;
@@ -23,7 +24,7 @@ pub struct DoctorArguments {
     #[arg(long, value_name = "SCENARIO", conflicts_with = "clean", group = "measured")]
     pub lockstep: Option<PathBuf>,
     /// Simulated time of each of about a dozen ways; the longer, the more the figures mean.
-    #[arg(long, default_value_t = 5.0, value_name = "S", requires = "measured", value_parser = duration_s)]
+    #[arg(long, default_value_t = 5.0, value_name = "S", requires = "measured", value_parser = number_between(1e-3..=86_400.0, "s"))]
     pub duration_s: f64,
     /// Ticks per second at which the ways are compared in real time.
     #[arg(
@@ -40,15 +41,6 @@ pub struct DoctorArguments {
     /// How the findings are printed.
     #[command(flatten)]
     pub json: JsonArgument,
-}
-
-fn duration_s(text: &str) -> Result<f64, String> {
-    let duration_s: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
-    if duration_s > 0.0 && duration_s.is_finite() {
-        Ok(duration_s)
-    } else {
-        Err(format!("{duration_s} s must be above 0 and finite"))
-    }
 }
 
 /// One finding.

@@ -8,7 +8,7 @@ use crate::live::schema;
 use crate::live::{Heard, Thinned};
 #[cfg(feature = "bridge")]
 use anhyst_bridge::{End, Outlet};
-use anhyst_ipc::Onlooker;
+use anhyst_ipc::{Onlooker, number_between};
 use anhyst_launch::error::RunError;
 use anhyst_launch::folder::RunFolder;
 use anhyst_launch::resources::is_running;
@@ -48,10 +48,10 @@ pub struct LiveArguments {
     #[command(flatten)]
     pub zenoh: ZenohArguments,
     /// Ticks for each second of the run, at most.
-    #[arg(long, default_value_t = 1000.0, value_name = "HZ", value_parser = rate_hz)]
+    #[arg(long, default_value_t = 1000.0, value_name = "HZ", value_parser = number_between(1e-6..=1e9, "Hz"))]
     pub rate_hz: f64,
     /// Wait so long for the run to begin.
-    #[arg(long, default_value_t = 0.0, value_name = "S", value_parser = wait_s)]
+    #[arg(long, default_value_t = 0.0, value_name = "S", value_parser = number_between(0.0..=86_400.0, "s"))]
     pub wait_s: f64,
     /// How the count is printed.
     #[command(flatten)]
@@ -76,24 +76,6 @@ impl ZenohArguments {
     fn end(&self) -> Option<End> {
         let listen = self.zenoh.clone().map(End::Listen);
         listen.or(self.zenoh_connect.clone().map(End::Connect))
-    }
-}
-
-fn rate_hz(text: &str) -> Result<f64, String> {
-    let rate: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
-    if rate > 0.0 && rate.is_finite() {
-        Ok(rate)
-    } else {
-        Err(format!("{rate} Hz must be above 0 and finite"))
-    }
-}
-
-fn wait_s(text: &str) -> Result<f64, String> {
-    let wait: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
-    if (0.0..=86_400.0).contains(&wait) {
-        Ok(wait)
-    } else {
-        Err(format!("{wait} s is outside [0, 86400] s"))
     }
 }
 

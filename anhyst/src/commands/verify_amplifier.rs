@@ -58,7 +58,7 @@ pub struct VerifyAmplifierArguments {
     #[arg(long)]
     pub paced: bool,
     /// Polls before the waiting tester sleeps.
-    #[arg(long, default_value_t = anhyst_launch::launcher::YIELDS_SHARED, value_name = "POLLS")]
+    #[arg(long, default_value_t = anhyst_ipc::YIELDS_SHARED, value_name = "POLLS")]
     pub yields: u32,
     /// How the report is printed.
     #[command(flatten)]

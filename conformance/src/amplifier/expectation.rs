@@ -1,5 +1,6 @@
 //! What the process that is plugged in must do: the scenario's amplifier, and how exact the answers must be.
 
+use anhyst_ipc::number_between;
 use anhyst_model::AmplifierConstants;
 use serde::Serialize;
 
@@ -30,50 +31,33 @@ pub struct Expectation {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, clap::Args)]
 pub struct Tolerances {
     /// Largest deviation of the gain from 1.
-    #[arg(long, default_value_t = 0.02, value_name = "SHARE", value_parser = share)]
+    #[arg(long, default_value_t = 0.02, value_name = "SHARE", value_parser = number_between(0.0..=1.0, ""))]
     pub gain_tolerance: f64,
     /// Largest deviation of the -3 dB frequency, as a share of what is expected.
-    #[arg(long, default_value_t = 0.2, value_name = "SHARE", value_parser = share)]
+    #[arg(long, default_value_t = 0.2, value_name = "SHARE", value_parser = number_between(0.0..=1.0, ""))]
     pub bandwidth_tolerance: f64,
     /// Largest overshoot of a small step, as a share of the step.
-    #[arg(long, default_value_t = 0.1, value_name = "SHARE", value_parser = share)]
+    #[arg(long, default_value_t = 0.1, value_name = "SHARE", value_parser = number_between(0.0..=1.0, ""))]
     pub overshoot_tolerance: f64,
     /// By how much field and slew may exceed their limits, as a share of the limit.
-    #[arg(long, default_value_t = 0.01, value_name = "SHARE", value_parser = share)]
+    #[arg(long, default_value_t = 0.01, value_name = "SHARE", value_parser = number_between(0.0..=1.0, ""))]
     pub limit_tolerance: f64,
     /// Largest mean field at a command of zero, as a share of the range.
-    #[arg(long, default_value_t = 0.005, value_name = "SHARE", value_parser = share)]
+    #[arg(long, default_value_t = 0.005, value_name = "SHARE", value_parser = number_between(0.0..=1.0, ""))]
     pub offset_tolerance: f64,
     /// Largest rms of the field at a constant command, as a share of the range.
-    #[arg(long, default_value_t = 0.001, value_name = "SHARE", value_parser = share)]
+    #[arg(long, default_value_t = 0.001, value_name = "SHARE", value_parser = number_between(0.0..=1.0, ""))]
     pub noise_tolerance: f64,
     /// By how many ticks the answer may be early or late.
     #[arg(long, default_value_t = 0, value_name = "TICKS")]
     pub delay_tolerance_ticks: u32,
     /// How near the safe field counts as there, and how near the command counts as back, as a share of the range.
-    #[arg(long, default_value_t = 0.01, value_name = "SHARE", value_parser = share)]
+    #[arg(long, default_value_t = 0.01, value_name = "SHARE", value_parser = number_between(0.0..=1.0, ""))]
     pub return_tolerance: f64,
     /// Longest median from command to answer, in seconds; 99 of 100 answers may take 20 times as long (default: one tick, and only a warning
     /// without --paced).
-    #[arg(long, value_name = "S", value_parser = limit_s)]
+    #[arg(long, value_name = "S", value_parser = number_between(1e-6..=600.0, "s"))]
     pub latency_limit_s: Option<f64>,
-}
-
-fn share(text: &str) -> Result<f64, String> {
-    within(text, 0.0, 1.0, "")
-}
-
-fn limit_s(text: &str) -> Result<f64, String> {
-    within(text, 1e-6, 600.0, " s")
-}
-
-fn within(text: &str, least: f64, most: f64, unit: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| format!("{text} is no number"))?;
-    if (least..=most).contains(&value) {
-        Ok(value)
-    } else {
-        Err(format!("{value}{unit} is outside [{least}, {most}]{unit}"))
-    }
 }
 
 /// 99 of 100 answers may take so many times the median's limit: rare waits are the machine's, not the amplifier's.

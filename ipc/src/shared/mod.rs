@@ -27,3 +27,4 @@ pub(crate) use ports::{RawReceiver, RawSender};
 pub use remote::{Egress, Ingress, Progress, crossing};
 pub use status::{Standing, TokenWait};
 pub use tuning::{ChangeServer, request_changes};
+pub use waker::YIELDS_SHARED;

@@ -25,6 +25,9 @@ use std::time::Duration;
 /// A sleeper looks up at least this often: for a request to stop, and should a notification be lost, which is counted.
 const MAX_SLEEP: Duration = Duration::from_millis(20);
 
+/// Polls before a waiting process sleeps, where processes share cores.
+pub const YIELDS_SHARED: u32 = 20;
+
 /// A yield that took longer has given the core to a program outside the run, which takes the whole of its turn.
 const CROWDED_NS: u64 = 200_000;
 /// So long after that a process sleeps at once: who is woken gets the core soon, who yields gets it last.

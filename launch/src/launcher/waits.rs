@@ -1,14 +1,12 @@
 //! How the processes of a run wait for each other's tokens, and on which cores.
 
-use anhyst_ipc::NodeId;
+use anhyst_ipc::{NodeId, YIELDS_SHARED};
 use anhyst_scenario::Scenario;
 use rustix::thread::{sched_getaffinity, sched_getcpu, sched_setaffinity};
 
-/// Polls before a waiting process sleeps, where processes share cores.
-pub const YIELDS_SHARED: u32 = 20;
-/// The same where every process has a core of its own.
+/// Polls before a waiting process sleeps, where every process has a core of its own.
 const YIELDS_DEDICATED: u32 = 1000;
-/// The same where all share one. Whose token has not come when it has its turn again sleeps, and is woken when it has come: so
+/// The same where all share one: whose token has not come when it has its turn again sleeps, and is woken when it has come: so
 /// they get into the order of the loop, and then each has its token when it has its turn, and nobody needs to sleep or be woken.
 const YIELDS_ONE_CORE: u32 = 1;
 
