@@ -3,8 +3,8 @@
 
 use crate::digest::fingerprint;
 use crate::message::{Channel, FieldKind, Message, NodeId};
-use crate::messages::with_message;
 use crate::shared::names;
+use crate::with_message;
 use serde::Serialize;
 
 /// Bytes of every field.

@@ -147,6 +147,11 @@ impl Connections {
         }
     }
 
+    /// Puts a token where those find it that read `M`'s channel within this process.
+    pub fn feed<M: Message>(&mut self, token: M) {
+        self.cells.cell::<M>().set(token);
+    }
+
     /// The token that was last sent on `M`'s channel within this process.
     pub fn last<M: Message>(&mut self) -> Option<M> {
         self.cells.cell::<M>().get()

@@ -6,6 +6,7 @@
 use crate::message::{Channel, Field, Message, message};
 
 /// Calls `$body` with the message type of a channel.
+#[macro_export]
 macro_rules! with_message {
     (@ $type:ty, $message:ident => $body:expr) => {{
         type $message = $type;
@@ -13,17 +14,16 @@ macro_rules! with_message {
     }};
     ($channel:expr, $message:ident => $body:expr) => {
         match $channel {
-            $crate::message::Channel::Measurement => with_message!(@ $crate::messages::Measurement, $message => $body),
-            $crate::message::Channel::Truth => with_message!(@ $crate::messages::Truth, $message => $body),
-            $crate::message::Channel::Estimate => with_message!(@ $crate::messages::Estimate, $message => $body),
-            $crate::message::Channel::Demand => with_message!(@ $crate::messages::Demand, $message => $body),
-            $crate::message::Channel::FieldCommand => with_message!(@ $crate::messages::FieldCommand, $message => $body),
-            $crate::message::Channel::SafeField => with_message!(@ $crate::messages::SafeField, $message => $body),
-            $crate::message::Channel::CoilField => with_message!(@ $crate::messages::CoilField, $message => $body),
+            $crate::Channel::Measurement => $crate::with_message!(@ $crate::Measurement, $message => $body),
+            $crate::Channel::Truth => $crate::with_message!(@ $crate::Truth, $message => $body),
+            $crate::Channel::Estimate => $crate::with_message!(@ $crate::Estimate, $message => $body),
+            $crate::Channel::Demand => $crate::with_message!(@ $crate::Demand, $message => $body),
+            $crate::Channel::FieldCommand => $crate::with_message!(@ $crate::FieldCommand, $message => $body),
+            $crate::Channel::SafeField => $crate::with_message!(@ $crate::SafeField, $message => $body),
+            $crate::Channel::CoilField => $crate::with_message!(@ $crate::CoilField, $message => $body),
         }
     };
 }
-pub(crate) use with_message;
 
 message! {
     /// What the sensors say at `t_k`.

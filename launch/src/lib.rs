@@ -31,6 +31,7 @@ pub mod realtime;
 mod recording;
 pub mod report;
 pub mod resources;
+pub mod run_again;
 mod run_page;
 mod safe_ending;
 mod scribe;

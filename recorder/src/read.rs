@@ -27,9 +27,14 @@ impl Stretch {
         self.first
     }
 
-    /// The tokens of a channel, one a tick. The time of sending is not recorded and is 0.
-    pub fn tokens<M: Message>(&self) -> Vec<M> {
-        tokens::read(self.first, &self.words)
+    /// How many ticks it has.
+    pub fn ticks(&self) -> usize {
+        tokens::ticks(&self.words)
+    }
+
+    /// The token of a channel in one of its ticks, counted from 0. The time of sending is not recorded and is 0.
+    pub fn token<M: Message>(&self, at: usize) -> M {
+        tokens::read(self.first, &self.words, at)
     }
 }
 
@@ -263,7 +268,8 @@ impl Recording {
             });
         }
         check_fields(&self.path, [M::CHANNEL], &self.fields)?;
-        Ok(self.stretches.iter().flat_map(Stretch::tokens).collect())
+        let all = self.stretches.iter();
+        Ok(all.flat_map(|own| (0..own.ticks()).map(|at| own.token(at))).collect())
     }
 
     /// The event table: seconds, source, text.

@@ -236,19 +236,21 @@ pub(crate) fn of_planes(planes: &[u8], fields: usize) -> Option<Vec<u64>> {
     Some(words)
 }
 
-/// The tokens of one channel in a stretch that begins at `first`. The time of sending is 0.
-pub(crate) fn read<M: Message>(first: u64, words: &[u64]) -> Vec<M> {
-    let ticks = words.len() / WIDTH;
-    let own = &words[places(M::CHANNEL).start * ticks..];
+/// The token of one channel in tick `at` of a stretch that begins at `first`. The time of sending is 0.
+pub(crate) fn read<M: Message>(first: u64, words: &[u64], at: usize) -> M {
+    let ticks = ticks(words);
+    let own = &words[places(M::CHANNEL).start * ticks + at..];
     let mut fields = [0; WIDTH];
-    (0..ticks)
-        .map(|tick| {
-            for field in 0..M::FIELDS.len() {
-                fields[field] = own[field * ticks + tick];
-            }
-            M::from_words(first + tick as u64, &fields[..M::FIELDS.len()])
-        })
-        .collect()
+    let fields = &mut fields[..M::FIELDS.len()];
+    for (field, word) in fields.iter_mut().zip(own.iter().step_by(ticks)) {
+        *field = *word;
+    }
+    M::from_words(first + at as u64, fields)
+}
+
+/// How many ticks a stretch has.
+pub(crate) fn ticks(words: &[u64]) -> usize {
+    words.len() / WIDTH
 }
 
 #[cfg(test)]

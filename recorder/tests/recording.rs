@@ -168,7 +168,7 @@ fn parts_hold_every_bit_once() {
     let mut next = 0;
     each_stretch::<RecorderError>(&parts, |stretch| {
         assert_eq!(stretch.first(), next);
-        next += stretch.tokens::<CoilField>().len() as u64;
+        next += stretch.ticks() as u64;
         Ok(())
     })
     .unwrap();

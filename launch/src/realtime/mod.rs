@@ -10,6 +10,6 @@ mod summary;
 pub use empty::empty_stage;
 pub use looping::{Timed, cpu_s, pace};
 pub use machine::{Attempt, ask, take_short_turns};
-pub use replay::{Logs, Replayed, replay};
+pub use replay::{Logs, replay};
 pub use report::{Distribution, RealtimeReport, Restart};
 pub use summary::{ForeignCount, RealtimeSummary};
