@@ -12,17 +12,15 @@ impl Block for Guard {
     type Inputs = (Now<FieldCommand>, Now<Measurement>, Now<Demand>, Now<Estimate>);
     type Outputs = (SafeField,);
 
-    fn step(
-        &mut self,
-        tick: u64,
-        (Now(command), Now(measurement), Now(demand), Now(estimate)): Self::Inputs,
-    ) -> Self::Outputs {
+    fn step(&mut self, tick: u64, inputs: Self::Inputs) -> Self::Outputs {
+        // By reference: taken apart in the arguments, the tokens are copied once more.
+        let (Now(command), Now(measurement), Now(demand), Now(estimate)) = &inputs;
         let given = self.give(&Observation {
             tick,
-            command: quality(tick, &command),
-            measurement: quality(tick, &measurement),
-            demand: quality(tick, &demand),
-            estimate: quality(tick, &estimate),
+            command: quality(tick, command),
+            measurement: quality(tick, measurement),
+            demand: quality(tick, demand),
+            estimate: quality(tick, estimate),
             command_a_per_m: command.field_a_per_m,
             displacement_m: measurement.displacement_m,
             coil_field_a_per_m: measurement.coil_field_a_per_m,

@@ -9,7 +9,9 @@ impl Block for Inverse {
     type Inputs = (Now<Demand>, Now<Estimate>, Previous<SafeField>);
     type Outputs = (FieldCommand,);
 
-    fn step(&mut self, tick: u64, (Now(demand), Now(estimate), Previous(safe)): Self::Inputs) -> Self::Outputs {
+    fn step(&mut self, tick: u64, inputs: Self::Inputs) -> Self::Outputs {
+        // By reference: taken apart in the arguments, the tokens are copied once more.
+        let (Now(demand), Now(estimate), Previous(safe)) = &inputs;
         let wanted = MagnetizationDemand {
             magnetization_a_per_m: demand.magnetization_a_per_m,
             magnetization_rate_a_per_m_s: demand.magnetization_rate_a_per_m_s,
