@@ -1,8 +1,8 @@
 //! The command line: the commands, and how the help groups them.
 
 use crate::commands::{
-    bench, benchmark, check, data, diagnose, doctor, estimate, explain, fit_arguments, graph, interface, live, man,
-    new, node, predict, replay, run_arguments, study, sweep, tune, verify_amplifier,
+    bench, benchmark, check, data, diagnose, doctor_arguments, estimate, explain, fit_arguments, graph, interface,
+    live, man, new, node, predict, replay, run_arguments, study, sweep, tune, verify_amplifier,
 };
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
@@ -90,7 +90,7 @@ pub enum Command {
     /// Measure what each part of the loop costs on this machine, beside the least that it could.
     Bench(bench::BenchArguments),
     /// Look at shared memory, leftovers of crashed runs, rights and cores.
-    Doctor(doctor::DoctorArguments),
+    Doctor(doctor_arguments::DoctorArguments),
     /// Say what the documentation says of a setting, an event, an effect, a law, a command.
     Explain(explain::ExplainArguments),
     /// Write the manual pages.

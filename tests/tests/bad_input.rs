@@ -1,6 +1,6 @@
 //! Guards the sentences that a user gets for a bad scenario: place, value, limit; exit status 2, nothing started.
 
-use anhyst_tests::{Finished, LIMIT, repository};
+use anhyst_tests::{Finished, LIMIT, folders, repository};
 use std::path::Path;
 
 /// miette may break a long sentence into lines: reads it as one.
@@ -442,7 +442,14 @@ fn too_short_a_measurement_is_refused_with_the_least() {
     assert!(doctor(&["--duration-s=-1"]).contains("-1 s is outside [0.001, 86400] s"));
     // What is refused for something else is told as that.
     assert!(doctor(&["--set", "expect.settling_s=9"]).contains("expect.settling_s"));
-    let bench = |ticks: &str| Finished::run(&["bench", milling, "--turns", "1", "--ticks", ticks], LIMIT);
+    let (_root, [folder]) = folders();
+    let out = folder.to_string_lossy();
+    let bench = |ticks: &str| {
+        Finished::run(
+            &["bench", milling, "--turns", "1", "--out", &out, "--ticks", ticks],
+            LIMIT,
+        )
+    };
     let refused = bench("100").expect(2).err;
     assert!(refused.contains("--ticks: 100 are too few"), "{refused}");
     let least: u64 = refused.split("at least ").nth(1).unwrap().trim().parse().unwrap();

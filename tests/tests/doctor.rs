@@ -1,7 +1,7 @@
 //! Guards the advice of `anhyst doctor --realtime` and `--lockstep`: every way is measured, and what it says to paste is a scenario. How late a
 //! run is, or how fast, is the machine's affair and not judged.
 
-use anhyst_tests::{Finished, LIMIT, alone, files_with, start};
+use anhyst_tests::{Finished, LIMIT, alone, files_with, folders, start};
 use serde_json::Value;
 use std::collections::BTreeSet;
 
@@ -9,7 +9,15 @@ const SCENARIO: &str = "scenarios/realtime.ron";
 
 /// What the doctor prints, who leaves nothing in shared memory.
 fn found(asked: &[&str]) -> Value {
-    let launcher = start(&[&["doctor", "--set", "expect.settling_s=0", "--json"], asked].concat());
+    let (_root, [folder]) = folders();
+    let out = folder.to_string_lossy();
+    let launcher = start(
+        &[
+            &["doctor", "--set", "expect.settling_s=0", "--out", &out, "--json"],
+            asked,
+        ]
+        .concat(),
+    );
     let id = launcher.id();
     let finished = Finished::wait(launcher, LIMIT).expect(0);
     assert_eq!(files_with(&format!("anhyst_{id}_")), Vec::<String>::new());

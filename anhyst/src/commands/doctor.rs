@@ -1,47 +1,12 @@
 //! `anhyst doctor`: is this machine fit to run the loop, and has a crashed run left something?
 
 use super::Ending;
+use super::doctor_arguments::DoctorArguments;
 use super::{doctor_lockstep, doctor_realtime};
-use crate::arguments::{JsonArgument, SetArguments};
-use anhyst_ipc::number_between;
 use anhyst_launch::disk::mebibytes;
 use anhyst_launch::error::RunError;
 use anhyst_launch::resources;
-use clap::Args;
 use serde::Serialize;
-use std::path::PathBuf;
-
-/// `doctor`
-#[derive(Debug, Args)]
-pub struct DoctorArguments {
-    /// Remove what crashed runs have left.
-    #[arg(long)]
-    pub clean: bool,
-    /// Measure waits and placements on this machine, and the highest rate at which this scenario keeps time.
-    #[arg(long, value_name = "SCENARIO", conflicts_with = "clean", group = "measured")]
-    pub realtime: Option<PathBuf>,
-    /// Measure what a hop between processes costs on this machine, and how this scenario runs fastest without a clock.
-    #[arg(long, value_name = "SCENARIO", conflicts_with = "clean", group = "measured")]
-    pub lockstep: Option<PathBuf>,
-    /// Simulated time of each of about a dozen ways; the longer, the more the figures mean.
-    #[arg(long, default_value_t = 5.0, value_name = "S", requires = "measured", value_parser = number_between(1e-3..=86_400.0, "s"))]
-    pub duration_s: f64,
-    /// Ticks per second at which the ways are compared in real time.
-    #[arg(
-        long,
-        default_value_t = 2000.0,
-        value_name = "HZ",
-        requires = "realtime",
-        conflicts_with = "lockstep"
-    )]
-    pub rate_hz: f64,
-    /// What is changed in the scenario.
-    #[command(flatten)]
-    pub set: SetArguments,
-    /// How the findings are printed.
-    #[command(flatten)]
-    pub json: JsonArgument,
-}
 
 /// One finding.
 #[derive(Debug, Serialize)]
@@ -56,14 +21,13 @@ struct Finding {
 /// # Errors
 /// If leftovers cannot be listed or removed.
 pub fn run(arguments: &DoctorArguments) -> miette::Result<Ending> {
-    let (settings, duration_s, json) = (&arguments.set.settings, arguments.duration_s, arguments.json.json);
     if let Some(scenario) = &arguments.realtime {
-        return doctor_realtime::run(scenario, settings, duration_s, arguments.rate_hz, json);
+        return doctor_realtime::run(scenario, arguments);
     }
     if let Some(scenario) = &arguments.lockstep {
-        return doctor_lockstep::run(scenario, settings, duration_s, json);
+        return doctor_lockstep::run(scenario, arguments);
     }
-    if !settings.is_empty() {
+    if !arguments.set.settings.is_empty() {
         return Err(miette::miette!(
             "--set changes the scenario of --realtime or --lockstep, and none is given"
         ));

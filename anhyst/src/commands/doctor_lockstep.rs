@@ -2,6 +2,7 @@
 //! on how many cores, and so how a run without a clock is fastest.
 
 use super::Ending;
+use super::doctor_arguments::DoctorArguments;
 use super::doctor_realtime::{GROUPED, SEPARATE, parsed};
 use super::least::refuse_short;
 use anhyst_ipc::NodeId;
@@ -56,7 +57,8 @@ struct Findings {
 ///
 /// # Errors
 /// A scenario that cannot be used, or a process that failed.
-pub fn run(path: &Path, settings: &[Setting], duration_s: f64, json: bool) -> miette::Result<Ending> {
+pub fn run(path: &Path, arguments: &DoctorArguments) -> miette::Result<Ending> {
+    let (settings, duration_s) = (&arguments.set.settings, arguments.duration_s);
     anhyst_launch::signals::install();
     anhyst_launch::resources::sweep();
     let told = load(path, settings)?;
@@ -69,7 +71,7 @@ pub fn run(path: &Path, settings: &[Setting], duration_s: f64, json: bool) -> mi
             format!("duration_s={duration_s}"),
             way.placement.into(),
         ];
-        Ok(load(path, &[settings, &parsed(&own)?].concat())?)
+        Ok(load(path, &[&settings[..], &parsed(&own)?].concat())?)
     };
     let ways = ways();
     refuse_short(duration_s, TURNS as f64 * told.duration_s, |duration_s| {
@@ -80,7 +82,7 @@ pub fn run(path: &Path, settings: &[Setting], duration_s: f64, json: bool) -> mi
     for turn in 0..TURNS {
         for (index, way) in ways.iter().enumerate() {
             let name = format!("way {} of {}, turn {} of {TURNS}", index + 1, ways.len(), turn + 1);
-            rates[index].push(rate(&scenario(way)?, way, &name)?);
+            rates[index].push(rate(&scenario(way)?, way, &arguments.out, &name)?);
         }
     }
     let median = |mut rates: Vec<f64>| {
@@ -115,7 +117,7 @@ pub fn run(path: &Path, settings: &[Setting], duration_s: f64, json: bool) -> mi
         fastest: fastest(&|one| one.hops > 0),
         ways: measured,
     };
-    if json {
+    if arguments.json.json {
         crate::say!("{}", super::json(&findings)?);
     } else {
         crate::say!("{}", findings.text());
@@ -135,9 +137,9 @@ fn ways() -> Vec<Way> {
 }
 
 /// Ticks per second of one run.
-fn rate(scenario: &Scenario, way: &Way, name: &str) -> miette::Result<f64> {
+fn rate(scenario: &Scenario, way: &Way, out: &Path, name: &str) -> miette::Result<f64> {
     let waits = Waits::of(scenario, way.dedicated_cores);
-    Ok(super::doctor_realtime::summary(scenario, waits, name)?.ticks_per_s)
+    Ok(super::doctor_realtime::summary(scenario, waits, out, name)?.ticks_per_s)
 }
 
 /// How often a tick's tokens, on their way round the loop, go from one process to another.

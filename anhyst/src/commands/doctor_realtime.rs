@@ -4,6 +4,7 @@
 //! First the transport alone, at one rate: a ring of the scenario's processes, messages and wiring whose blocks answer with
 //! zeros, once for each way. Then the scenario's own blocks, the best way, at rates found by halving a ladder.
 
+use super::doctor_arguments::DoctorArguments;
 use super::least::refuse_short;
 use super::{Ending, progress_bar};
 use anhyst_launch::across::AcrossArguments;
@@ -19,8 +20,6 @@ use serde::Serialize;
 use std::path::Path;
 use std::time::Duration;
 
-/// Where the results of the last run go.
-const RESULTS: &str = "runs/doctor";
 /// How long the processes may take to find each other.
 const START_LIMIT: Duration = Duration::from_secs(30);
 /// Share of a run's ticks that may be late.
@@ -86,21 +85,20 @@ struct Findings {
 ///
 /// # Errors
 /// A scenario that cannot be used at this rate, or a process that failed.
-pub fn run(path: &Path, settings: &[Setting], duration_s: f64, rate_hz: f64, json: bool) -> miette::Result<Ending> {
+pub fn run(path: &Path, arguments: &DoctorArguments) -> miette::Result<Ending> {
+    let (settings, duration_s, rate_hz) = (&arguments.set.settings, arguments.duration_s, arguments.rate_hz);
     anhyst_launch::signals::install();
     resources::sweep();
     let cpus = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let isolated_cpus = isolated_cpus();
-    let mut doctor = Doctor::new(path, settings, duration_s)?;
+    let mut doctor = Doctor::new(path, arguments)?;
     let ways = ways(cpus, &isolated_cpus);
     refuse_short(duration_s, load(path, settings)?.duration_s, |duration_s| {
-        let settings = doctor.settings.clone();
-        Doctor {
-            path,
+        let lasting = Doctor {
             duration_s,
-            settings,
-        }
-        .scenario(&ways[0], rate_hz, true)
+            ..doctor.clone()
+        };
+        lasting.scenario(&ways[0], rate_hz, true)
     })?;
     let count = ways.len();
     let mut measured = Vec::new();
@@ -124,7 +122,7 @@ pub fn run(path: &Path, settings: &[Setting], duration_s: f64, rate_hz: f64, jso
         highest_rate_hz,
         settings: best.settings.into_iter().chain(tick).collect(),
     };
-    if json {
+    if arguments.json.json {
         crate::say!("{}", super::json(&findings)?);
     } else {
         crate::say!("{}", findings.text());
@@ -191,21 +189,24 @@ fn isolated_cpus() -> Vec<usize> {
     listed.trim().split(',').filter_map(range).flatten().collect()
 }
 
+#[derive(Clone)]
 struct Doctor<'a> {
     path: &'a Path,
+    out: &'a Path,
     duration_s: f64,
     settings: Vec<Setting>,
 }
 
 impl<'a> Doctor<'a> {
-    fn new(path: &'a Path, settings: &[Setting], duration_s: f64) -> miette::Result<Self> {
-        let mut settings = settings.to_vec();
+    fn new(path: &'a Path, arguments: &'a DoctorArguments) -> miette::Result<Self> {
+        let mut settings = arguments.set.settings.clone();
         if load(path, &settings)?.clock.realtime().is_none() {
             settings.extend(parsed(&["clock=Realtime(lock_memory: true)".into()])?);
         }
         Ok(Self {
             path,
-            duration_s,
+            out: &arguments.out,
+            duration_s: arguments.duration_s,
             settings,
         })
     }
@@ -224,7 +225,7 @@ impl<'a> Doctor<'a> {
 
     fn measure(&mut self, way: Way, rate_hz: f64, empty_blocks: bool, name: &str) -> miette::Result<Measured> {
         let scenario = self.scenario(&way, rate_hz, empty_blocks)?;
-        let summary = one(&scenario, name)?;
+        let summary = one(&scenario, self.out, name)?;
         let ticks = scenario.ticks();
         let round = summary.find(|process| process.round.as_ref());
         let round = round.map(|round| round.summary).unwrap_or_default();
@@ -280,14 +281,14 @@ pub(super) fn parsed(settings: &[String]) -> miette::Result<Vec<Setting>> {
         .map_err(|sentence| miette::miette!("{sentence}"))
 }
 
-fn one(scenario: &Scenario, name: &str) -> Result<RealtimeSummary, RunError> {
-    let realtime = summary(scenario, Waits::shared(), name)?.realtime;
+fn one(scenario: &Scenario, out: &Path, name: &str) -> Result<RealtimeSummary, RunError> {
+    let realtime = summary(scenario, Waits::shared(), out, name)?.realtime;
     realtime.ok_or_else(|| RunError::Setup("no process has reported real-time figures".into()))
 }
 
 /// What one run came to.
-pub(super) fn summary(scenario: &Scenario, waits: Waits, name: &str) -> Result<Summary, RunError> {
-    let folder = prepare(scenario, Some(Path::new(RESULTS)))?;
+pub(super) fn summary(scenario: &Scenario, waits: Waits, out: &Path, name: &str) -> Result<Summary, RunError> {
+    let folder = prepare(scenario, Some(out))?;
     let bar = progress_bar(scenario.ticks(), name);
     let mut progress = |tick| bar.set_position(tick);
     let reports = if scenario.placement == Placement::Embedded {

@@ -10,6 +10,7 @@ pub mod commission;
 pub mod data;
 pub mod diagnose;
 pub mod doctor;
+pub mod doctor_arguments;
 mod doctor_lockstep;
 pub mod doctor_realtime;
 pub mod estimate;

@@ -39,6 +39,9 @@ pub struct BenchArguments {
     /// Steps of a model or a block in a turn; the loop goes five times as many in processes, 25 times in one.
     #[arg(long, default_value_t = 8000, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=i64::from(MOST_TICKS)))]
     pub ticks: u32,
+    /// Folder of the runs that are measured, each in the place of the one before.
+    #[arg(long, default_value = "runs/speed", value_name = "FOLDER")]
+    pub out: PathBuf,
     /// How the table is printed.
     #[command(flatten)]
     pub json: JsonArgument,
@@ -81,7 +84,7 @@ pub fn run(arguments: &BenchArguments) -> miette::Result<Ending> {
     let mut all = models::timed(ticks);
     all.extend(laws::timed(ticks));
     all.extend(blocks::timed(&scenario, ticks)?);
-    all.extend(runs::timed(&scenario)?);
+    all.extend(runs::timed(&scenario, &arguments.out)?);
     let bar = count_bar(u64::from(arguments.turns) * all.len() as u64, "bench");
     let rows = in_turns(all, arguments.turns, &mut || bar.inc(1));
     bar.finish_and_clear();
