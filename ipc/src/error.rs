@@ -52,6 +52,16 @@ pub enum LinkError {
         /// For how long others waited.
         waited_s: f64,
     },
+    /// A process that others must not leave behind does not follow.
+    #[error("{process} is {ticks} ticks behind, and has not caught up within {waited_s:.1} s")]
+    Behind {
+        /// Who.
+        process: String,
+        /// How far.
+        ticks: u64,
+        /// For how long it was waited for.
+        waited_s: f64,
+    },
     /// Two processes of one run were given different scenarios.
     #[error("{process} runs another scenario than {own}: give all processes of a run the same file and the same --set")]
     Disagreement {

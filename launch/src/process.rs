@@ -39,6 +39,8 @@ pub struct Meeting {
 
 /// The reader must never be this far behind: its buffer is twice as deep.
 const CREDIT_TICKS: u64 = 4096;
+/// The longest that counts between two looks at it.
+const MAX_LOOK: Duration = Duration::from_millis(100);
 /// So many left-out ticks are followed: more than the buffers hold. Whoever was held up for longer begins with what is newest.
 const MAX_FOLLOWED_TICKS: u64 = 1024;
 /// How often a process says where it is and looks whether it should stop.
@@ -333,20 +335,18 @@ impl Loop {
         let Some(recorder) = self.recorder_process.as_deref().filter(|_| leads) else {
             return Ok(());
         };
-        let start = Instant::now();
-        while shared
-            .tick_of(recorder)
-            .is_some_and(|recorded| recorded + CREDIT_TICKS < done)
-        {
+        // Of time in which the machine stood still, too, little counts.
+        let (mut looked, mut waited) = (Instant::now(), Duration::ZERO);
+        while let Some(recorded) = shared.tick_of(recorder).filter(|tick| tick + CREDIT_TICKS < done) {
             if stop_requested() {
                 return Err(LinkError::Stopped { tick: done });
             }
-            if start.elapsed() > self.receive_limit {
-                let waited_s = start.elapsed().as_secs_f64();
-                return Err(LinkError::Absent {
+            waited += std::mem::replace(&mut looked, Instant::now()).elapsed().min(MAX_LOOK);
+            if waited > self.receive_limit {
+                return Err(LinkError::Behind {
                     process: recorder.into(),
-                    phase: 2,
-                    waited_s,
+                    ticks: done - recorded,
+                    waited_s: waited.as_secs_f64(),
                 });
             }
             std::thread::sleep(Duration::from_micros(200));

@@ -22,6 +22,9 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use std::rc::Rc;
 use std::time::Duration;
 
+/// The longest piece of a wait.
+const MAX_PIECE: Duration = Duration::from_millis(100);
+
 /// A subscriber of iceoryx2, whatever its type.
 pub(super) trait Subscribed {
     /// A token if one is there.
@@ -230,12 +233,18 @@ impl RawReceiver {
             tick,
         });
         let start_ns = monotonic_ns();
-        let limit = self.context.last_wait().unwrap_or(self.context.receive_limit());
-        let span = (start_ns, after(start_ns, limit));
-        match self.context.wait(span, &self.awaited(Some(tick)), || self.poll())? {
-            Some(token) => Ok(token),
-            None => Err(self.given_up(tick, start_ns)),
+        let mut left = self.context.last_wait().unwrap_or(self.context.receive_limit());
+        // Piece by piece, none of which counts for longer than it was to last: while the machine stands still nobody can send.
+        while !left.is_zero() {
+            let piece = left.min(MAX_PIECE);
+            let now_ns = monotonic_ns();
+            let span = (now_ns, after(now_ns, piece));
+            if let Some(token) = self.context.wait(span, &self.awaited(Some(tick)), || self.poll())? {
+                return Ok(token);
+            }
+            left -= piece;
         }
+        Err(self.given_up(tick, start_ns))
     }
 
     /// Brings `newest` to `due`, waiting until `until_ns` of the monotonic clock for its token. On the way to the safe field

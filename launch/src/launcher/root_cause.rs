@@ -211,7 +211,7 @@ impl Inquiry<'_> {
             LinkError::Gap {
                 channel, expected, got, ..
             } => edge(self.process_of(channel.producer()), *expected, Some(got < expected)),
-            LinkError::Absent { process, .. } => {
+            LinkError::Absent { process, .. } | LinkError::Behind { process, .. } => {
                 let named = self.witnesses.iter().position(|witness| witness.name == *process);
                 edge(named, failure.tick, None)
             }
@@ -303,6 +303,7 @@ fn is_notice(error: &LinkError) -> bool {
         LinkError::Silent { .. }
             | LinkError::Gap { .. }
             | LinkError::Absent { .. }
+            | LinkError::Behind { .. }
             | LinkError::Undelivered { .. }
             | LinkError::Transport { .. }
     )

@@ -244,6 +244,22 @@ fn one_that_does_not_come_is_named() {
     assert_eq!((found.process, found.fault), (inverse, Fault::Stopped));
 }
 
+/// The plant waits for a recorder that has fallen behind, all others for the plant.
+#[test]
+fn a_recorder_that_does_not_follow_is_named() {
+    let mut witnesses = stuck(&alone(), NodeId::Plant);
+    let behind = LinkError::Behind {
+        process: "recorder".into(),
+        ticks: 4160,
+        waited_s: 2.0,
+    };
+    let plant = position(&witnesses, NodeId::Plant);
+    fails_by(&mut witnesses[plant], Cause::Link(behind));
+    let found = cause(&witnesses);
+    let recorder = position(&witnesses, NodeId::Recorder);
+    assert_eq!((found.process, found.fault), (recorder, Fault::Hangs));
+}
+
 /// Of one that was started again nothing is known once it has ended; nobody waits for it while the others write their reports.
 #[test]
 fn at_the_end_nobody_waits_for_one_that_has_left() {
