@@ -50,8 +50,8 @@ pub use node::{Node, NodeReport, Stage};
 pub use pace::Pace;
 pub use raw::{MAX_BYTES, MAX_WORDS, RawToken};
 pub use shared::{
-    ANY_AGREEMENT, CONNECTED, ChangeServer, END, Egress, Ingress, Layout, Observer, Onlooker, PORTS, Progress,
-    SharedContext, SharedSettings, Standing, TokenWait, Wait, YIELDS_SHARED, crossing, request_changes,
+    ANY_AGREEMENT, CONNECTED, ChangeServer, END, Egress, Ingress, Layout, MAX_PIECE, Observer, Onlooker, PORTS,
+    Progress, SharedContext, SharedSettings, Standing, TokenWait, Wait, YIELDS_SHARED, crossing, request_changes,
 };
 pub use statistics::{Bin, Latency, LatencySummary, LinkReport};
 pub use stop::{forget_stop, request_stop, stop_flag, stop_requested};

@@ -10,8 +10,8 @@ use crate::report::{Ending, Failure, ProcessReport};
 use crate::safe_ending;
 use crate::scribe::Scribe;
 use anhyst_ipc::{
-    Change, ChangeServer, Connections, Discipline, LinkError, MAX_CHANGES, Node, NodeId, RecordLayout, SharedContext,
-    SharedSettings, Stage, TokenLog, Tunable, Wait, stop_requested,
+    Change, ChangeServer, Connections, Discipline, LinkError, MAX_CHANGES, MAX_PIECE, Node, NodeId, RecordLayout,
+    SharedContext, SharedSettings, Stage, TokenLog, Tunable, Wait, stop_requested,
 };
 use anhyst_scenario::{Scenario, wires};
 use std::path::PathBuf;
@@ -39,8 +39,6 @@ pub struct Meeting {
 
 /// The reader must never be this far behind: its buffer is twice as deep.
 const CREDIT_TICKS: u64 = 4096;
-/// The longest that counts between two looks at it.
-const MAX_LOOK: Duration = Duration::from_millis(100);
 /// So many left-out ticks are followed: more than the buffers hold. Whoever was held up for longer begins with what is newest.
 const MAX_FOLLOWED_TICKS: u64 = 1024;
 /// How often a process says where it is and looks whether it should stop.
@@ -341,7 +339,7 @@ impl Loop {
             if stop_requested() {
                 return Err(LinkError::Stopped { tick: done });
             }
-            waited += std::mem::replace(&mut looked, Instant::now()).elapsed().min(MAX_LOOK);
+            waited += std::mem::replace(&mut looked, Instant::now()).elapsed().min(MAX_PIECE);
             if waited > self.receive_limit {
                 return Err(LinkError::Behind {
                     process: recorder.into(),

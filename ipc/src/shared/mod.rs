@@ -23,6 +23,7 @@ pub use layout::Layout;
 pub use names::{ANY_AGREEMENT, CONNECTED, END, PORTS};
 pub use observer::Observer;
 pub use onlooker::Onlooker;
+pub use ports::MAX_PIECE;
 pub(crate) use ports::{RawReceiver, RawSender};
 pub use remote::{Egress, Ingress, Progress, crossing};
 pub use status::{Standing, TokenWait};

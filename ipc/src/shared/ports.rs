@@ -22,8 +22,8 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use std::rc::Rc;
 use std::time::Duration;
 
-/// The longest piece of a wait.
-const MAX_PIECE: Duration = Duration::from_millis(100);
+/// The longest piece of a wait, and the most that one counts however long it lasted.
+pub const MAX_PIECE: Duration = Duration::from_millis(100);
 
 /// A subscriber of iceoryx2, whatever its type.
 pub(super) trait Subscribed {
