@@ -266,6 +266,37 @@ fn bad_arguments_end_with_status_2() {
     }
 }
 
+/// Guards the scenario that is read: no result is written over it, whoever writes one.
+#[test]
+fn no_result_is_written_over_the_scenario_that_is_read() {
+    let root = tempfile::tempdir().unwrap();
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios");
+    let folder = root.path().join("own");
+    let scenario = folder.join("scenario.ron");
+    for own in [&folder, &root.path().join("materials")] {
+        std::fs::create_dir(own).unwrap();
+    }
+    let material = "materials/piezo_stage_preisach.ron";
+    std::fs::copy(shipped.join(material), root.path().join(material)).unwrap();
+    std::fs::copy(shipped.join("piezo/open_loop.ron"), &scenario).unwrap();
+    let before = std::fs::read(&scenario).unwrap();
+    let (read, out) = (scenario.to_string_lossy(), folder.to_string_lossy());
+    for command in [
+        &["run"][..],
+        &["commission"],
+        &["bench"],
+        &["doctor", "--lockstep"],
+        &["doctor", "--realtime"],
+        &["verify-amplifier"],
+    ] {
+        let refused = anhyst(&[command, &[&read, "--out", &out]].concat());
+        assert_eq!(refused.status.code(), Some(2), "{command:?}");
+        let said = text(&refused.stderr);
+        assert!(said.contains("would be written over it"), "{command:?}: {said}");
+        assert_eq!(std::fs::read(&scenario).unwrap(), before, "{command:?}");
+    }
+}
+
 /// Guards amounts below zero, which clap takes for options where they are no bare numbers.
 #[test]
 fn an_amount_below_zero_is_told_with_what_is_wanted() {

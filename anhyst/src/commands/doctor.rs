@@ -3,6 +3,7 @@
 use super::Ending;
 use super::doctor_arguments::DoctorArguments;
 use super::{doctor_lockstep, doctor_realtime};
+use crate::arguments::beside;
 use anhyst_launch::disk::mebibytes;
 use anhyst_launch::error::RunError;
 use anhyst_launch::resources;
@@ -21,6 +22,9 @@ struct Finding {
 /// # Errors
 /// If leftovers cannot be listed or removed.
 pub fn run(arguments: &DoctorArguments) -> miette::Result<Ending> {
+    if let Some(scenario) = arguments.realtime.as_ref().or(arguments.lockstep.as_ref()) {
+        beside(Some(&arguments.out), "scenario.ron", scenario)?;
+    }
     if let Some(scenario) = &arguments.realtime {
         return doctor_realtime::run(scenario, arguments);
     }

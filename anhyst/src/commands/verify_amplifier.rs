@@ -151,7 +151,9 @@ fn effective(arguments: &VerifyAmplifierArguments) -> miette::Result<(Scenario, 
     let expected = expectation(&scenario, arguments);
     let test_s = (ticks(&expected)? + SPARE_TICKS) as f64 * scenario.tick_s;
     scenario.duration_s = scenario.duration_s.max(test_s);
-    let claimed = arguments.out.claim("amplifier")?;
+    let claimed = arguments
+        .out
+        .claim_beside("amplifier", "scenario.ron", &arguments.scenario)?;
     let path = std::path::absolute(claimed.path.join("scenario.ron")).map_err(refused(&claimed.path))?;
     let written = scenario.to_ron().map_err(|error| RunError::Setup(error.to_string()))?;
     std::fs::write(&path, written).map_err(refused(&path))?;

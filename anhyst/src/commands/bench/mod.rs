@@ -11,7 +11,7 @@ mod models;
 mod runs;
 
 use super::{Ending, count_bar};
-use crate::arguments::{JsonArgument, SetArguments};
+use crate::arguments::{JsonArgument, SetArguments, beside};
 use anhyst_launch::{resources, signals};
 use anhyst_model::Instructions;
 use anhyst_report::number::Digits;
@@ -62,6 +62,7 @@ struct Measured {
 /// # Errors
 /// A scenario that cannot be used, or a run that failed.
 pub fn run(arguments: &BenchArguments) -> miette::Result<Ending> {
+    beside(Some(&arguments.out), "scenario.ron", &arguments.scenario)?;
     signals::install();
     resources::sweep();
     let ticks = arguments.ticks as usize;
