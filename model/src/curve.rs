@@ -125,14 +125,14 @@ fn polynomial<N: Number, const TERMS: usize>(coefficients: &[f64; TERMS], s: N) 
     let pair = |first: usize| {
         let constant = N::splat(coefficients[first]);
         if first + 1 < TERMS {
-            constant + N::splat(coefficients[first + 1]) * s
+            (constant + N::splat(coefficients[first + 1]) * s).alone()
         } else {
             constant
         }
     };
     let block = |first: usize| {
         if first + 2 < TERMS {
-            pair(first) + pair(first + 2) * square
+            (pair(first) + pair(first + 2) * square).alone()
         } else {
             pair(first)
         }
@@ -141,14 +141,14 @@ fn polynomial<N: Number, const TERMS: usize>(coefficients: &[f64; TERMS], s: N) 
     let mut sum = block(first);
     while first > 0 {
         first -= 4;
-        sum = block(first) + sum * fourth;
+        sum = (block(first) + sum * fourth).alone();
     }
     sum
 }
 
 #[inline(always)]
 fn langevin<N: Number>(x: N, s: N, numerator: N, denominator: N) -> Fraction<N> {
-    let derivative = denominator * denominator - numerator * (N::splat(2.0) * denominator + s * numerator);
+    let derivative = denominator * denominator - numerator * (N::splat(2.0) * denominator + s * numerator).alone();
     Fraction {
         x,
         numerator,

@@ -16,6 +16,12 @@ pub(crate) trait Number:
     /// Many side by side, of which some go on while others wait: what counts is the number of operations, not how long they depend.
     const SIDE_BY_SIDE: bool = false;
     fn splat(value: f64) -> Self;
+    /// The same bits, of one operation that goes on alone: where a single number is what is waited for, the compiler would put it into one
+    /// register with its neighbours, and every shuffle that takes makes the wait longer.
+    #[inline(always)]
+    fn alone(self) -> Self {
+        self
+    }
     fn abs(self) -> Self;
     /// The larger of the two where they compare, else `other`.
     fn max(self, other: Self) -> Self;
@@ -35,6 +41,15 @@ impl Number for f64 {
     #[inline(always)]
     fn splat(value: f64) -> Self {
         value
+    }
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    fn alone(mut self) -> Self {
+        // SAFETY: no instruction stands there.
+        unsafe {
+            std::arch::asm!("/* {0} */", inout(xmm_reg) self, options(pure, nomem, nostack, preserves_flags));
+        }
+        self
     }
     #[inline(always)]
     fn abs(self) -> Self {

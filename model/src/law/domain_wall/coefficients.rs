@@ -111,7 +111,7 @@ impl<N: Number, C: Curve<N>, const CUBIC: bool> Coefficients<N, C, CUBIC> {
     /// Man, A/m.
     #[inline(always)]
     pub fn anhysteretic(&self, fraction: &Fraction<N>) -> N {
-        self.saturation * (fraction.x * fraction.numerator) / fraction.denominator
+        (self.saturation * (fraction.x * fraction.numerator)).alone() / fraction.denominator
     }
 
     /// Mirr = (M − c·Man)/(1 − c), A/m.
@@ -130,7 +130,7 @@ impl<N: Number, C: Curve<N>, const CUBIC: bool> Coefficients<N, C, CUBIC> {
     #[inline(always)]
     pub fn lag(&self, fraction: &Fraction<N>, magnetization: N) -> N {
         // Ms·x is known long before P.
-        (self.saturation * fraction.x) * fraction.numerator - magnetization * fraction.denominator
+        ((self.saturation * fraction.x) * fraction.numerator - magnetization * fraction.denominator).alone()
     }
 
     /// dM/dH with δ̂ = 1, from a curve already evaluated.
@@ -141,13 +141,14 @@ impl<N: Number, C: Curve<N>, const CUBIC: bool> Coefficients<N, C, CUBIC> {
         let q_squared = q * q;
         let wall = self.pinning * q - self.tangent_hat(magnetization) * lag;
         let bending = self.reversible_gain * fraction.derivative;
-        (lag * q_squared + bending * wall) / (wall * (q_squared - self.coupled(fraction, magnetization)))
+        let moving = lag * q_squared + (bending * wall).alone();
+        moving / (wall * (q_squared - self.coupled(fraction, magnetization)))
     }
 
     /// dM/dH with δ̂ = 0.
     #[inline(always)]
     pub fn reversible_slope(&self, fraction: &Fraction<N>, magnetization: N) -> N {
-        let bending = self.reversible_gain * fraction.derivative;
+        let bending = (self.reversible_gain * fraction.derivative).alone();
         bending / (fraction.denominator * fraction.denominator - self.coupled(fraction, magnetization))
     }
 

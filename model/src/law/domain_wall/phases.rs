@@ -167,15 +167,15 @@ impl<N: Number, C: Curve<N>, const CUBIC: bool> Coefficients<N, C, CUBIC> {
             let q_squared = fraction.denominator * fraction.denominator;
             let tangent = self.tangent(magnetization);
             let bending = self.reversible_gain * fraction.derivative;
-            let excess = (magnetization - frozen) * q_squared - bent(&fraction);
+            let excess = ((magnetization - frozen) * q_squared - bent(&fraction)).alone();
             high = excess.where_greater(zero, magnetization, high);
             low = excess.where_greater(zero, low, magnetization);
-            let steepness = q_squared - tangent * self.reversible_gain * fraction.derivative;
+            let steepness = (q_squared - tangent * self.reversible_gain * fraction.derivative).alone();
             let newton = magnetization - excess / steepness;
             let next = newton.where_within(low, high, N::splat(0.5) * (low + high));
             let moved = next - magnetization;
             let susceptibility = self.saturation * self.inverse_shape * fraction.derivative;
-            let man = self.saturation * (fraction.x * fraction.numerator) * fraction.denominator;
+            let man = (self.saturation * (fraction.x * fraction.numerator) * fraction.denominator).alone();
             solution = Solution {
                 magnetization: next,
                 anhysteretic: (man + tangent * susceptibility * moved) / q_squared,
