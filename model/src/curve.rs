@@ -250,7 +250,10 @@ pub(crate) struct LangevinByRange;
 impl<N: Single> Curve<N> for LangevinByRange {
     #[inline(always)]
     fn fraction(x: N) -> Fraction<N> {
-        if x.value() * x.value() <= 64.0 {
+        let square = x.value() * x.value();
+        if square <= 16.0 {
+            LangevinToFour::fraction(x)
+        } else if square <= 64.0 {
             LangevinToEight::fraction(x)
         } else {
             LangevinEverywhere::fraction(x)

@@ -268,7 +268,8 @@ impl<C: Curve<L>, const CUBIC: bool, L: Lanes> Branch<L> for Members<'_, C, CUBI
         let to = L::splat(self.step.to);
         let spread = coefficients.reversibility * coefficients.saturation;
         let bent = |fraction: &Fraction<L>| spread * (fraction.x * fraction.numerator) * fraction.denominator;
-        let solution = coefficients.solve_reversible(to, self.irreversible, self.magnetization, bent);
+        let frozen = coefficients.rest * self.irreversible;
+        let solution = coefficients.solve_reversible(to, frozen, self.magnetization, bent);
         Some(Reversible {
             magnetization: solution.magnetization,
             // A bank's mean is not asked for.

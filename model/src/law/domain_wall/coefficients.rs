@@ -133,16 +133,25 @@ impl<N: Number, C: Curve<N>, const CUBIC: bool> Coefficients<N, C, CUBIC> {
         ((self.saturation * fraction.x) * fraction.numerator - magnetization * fraction.denominator).alone()
     }
 
-    /// dM/dH with δ̂ = 1, from a curve already evaluated.
+    /// Numerator and denominator of dM/dH with δ̂ = 1, from a curve already evaluated.
     #[inline(always)]
-    pub fn slope_from(&self, fraction: &Fraction<N>, magnetization: N) -> N {
+    fn ratio_from(&self, fraction: &Fraction<N>, magnetization: N) -> [N; 2] {
         let lag = self.lag(fraction, magnetization);
         let q = fraction.denominator;
         let q_squared = q * q;
         let wall = self.pinning * q - self.tangent_hat(magnetization) * lag;
         let bending = self.reversible_gain * fraction.derivative;
-        let moving = lag * q_squared + (bending * wall).alone();
-        moving / (wall * (q_squared - self.coupled(fraction, magnetization)))
+        [
+            lag * q_squared + (bending * wall).alone(),
+            wall * (q_squared - self.coupled(fraction, magnetization)),
+        ]
+    }
+
+    /// dM/dH with δ̂ = 1, from a curve already evaluated.
+    #[inline(always)]
+    pub fn slope_from(&self, fraction: &Fraction<N>, magnetization: N) -> N {
+        let [rise, run] = self.ratio_from(fraction, magnetization);
+        rise / run
     }
 
     /// dM/dH with δ̂ = 0.
@@ -157,6 +166,12 @@ impl<N: Number, C: Curve<N>, const CUBIC: bool> Coefficients<N, C, CUBIC> {
     fn coupled(&self, fraction: &Fraction<N>, magnetization: N) -> N {
         // The constants first: B is what is waited for.
         (self.tangent(magnetization) * self.reversible_gain) * fraction.derivative
+    }
+
+    /// Numerator and denominator of dM/dH with δ̂ = 1: who needs dH/dM divides once.
+    #[inline(always)]
+    pub fn ratio(&self, field: N, magnetization: N) -> [N; 2] {
+        self.ratio_from(&self.curve(field, magnetization), magnetization)
     }
 
     /// dM/dH with δ̂ = 1.

@@ -85,7 +85,7 @@ impl Hysteresis {
             let irreversible = coefficients.irreversible(&way.present, from);
             let before_switch = (irreversible - target) * direction >= 0.0;
             if before_switch && self.reversibility > 0.0 {
-                let (end, slope) = self.bending_to(&coefficients, &way.present, irreversible, target);
+                let (end, slope) = self.bending_to(&coefficients, &way.present, from, target);
                 // Rounding may put the answer a hair behind the present field: then nothing has to move.
                 return if (end - limit_field) * direction >= 0.0 {
                     ended(self.advance(state, limit_field), true)
@@ -152,12 +152,12 @@ impl Hysteresis {
         &self,
         coefficients: &Coefficients<f64, C, CUBIC>,
         present: &Fraction<f64>,
-        irreversible: f64,
+        from: f64,
         target: f64,
     ) -> (f64, f64) {
-        let c = self.reversibility;
-        let relative = (target - (1.0 - c) * irreversible) / (c * self.saturation_magnetization_a_per_m);
-        let (argument, rise) = self.argument_near::<C>(present, relative);
+        // c·Man has to change by what M does.
+        let change = (target - from) / (self.reversibility * self.saturation_magnetization_a_per_m);
+        let (argument, rise) = self.argument_near::<C>(present, change);
         let bending = coefficients.reversible_gain * rise;
         (
             self.shape_a_per_m * argument - coefficients.coupling_field(target),
@@ -165,13 +165,14 @@ impl Hysteresis {
         )
     }
 
-    /// The x of a value of the curve and the curve's slope there: Newton from an x that is near, with the bend that two slopes show.
+    /// The x of a value of the curve that differs by `change` from a near one, and the curve's slope there: Newton from the near x, with
+    /// the bend that two slopes show.
     #[inline(always)]
-    fn argument_near<C: Curve<f64>>(&self, near: &Fraction<f64>, value: f64) -> (f64, f64) {
+    fn argument_near<C: Curve<f64>>(&self, near: &Fraction<f64>, change: f64) -> (f64, f64) {
         let rise = |at: &Fraction<f64>| at.derivative / (at.denominator * at.denominator);
-        let missing = |at: &Fraction<f64>| value - at.x * at.numerator / at.denominator;
+        let value = near.x * near.numerator / near.denominator + change;
         let mut before = (near.x, rise(near));
-        let mut x = near.x + missing(near) / before.1;
+        let mut x = near.x + change * (near.denominator * near.denominator) / near.derivative;
         for _ in 0..4 {
             if x.is_nan() || x.abs() >= 20.0 {
                 break;
@@ -183,7 +184,8 @@ impl Hysteresis {
             let slope = rise(&fraction);
             let moved = x - before.0;
             let bend = (slope - before.1) / moved;
-            let step = missing(&fraction) / slope;
+            let missing = value * fraction.denominator - fraction.x * fraction.numerator;
+            let step = missing * fraction.denominator / fraction.derivative;
             before = (x, slope);
             x += step * (1.0 - 0.5 * step * bend / slope);
             // What the bend, known from the last move, leaves out.
@@ -254,11 +256,11 @@ impl<C: Curve<f64>, const CUBIC: bool> Search<'_, C, CUBIC> {
             }
             let moved = magnetization - from.magnetization;
             let gained = 1.0 / moved;
-            let slope = self.coefficients.slope(end, magnetization);
-            let [first, last] = [1.0 / from.slope, 1.0 / slope];
+            let [rise, run] = self.coefficients.ratio(end, magnetization);
+            let [first, last] = [1.0 / from.slope, run / rise];
             let bend = (2.0 * first + 4.0 * last - 6.0 * (end - from.field) * gained) * gained;
             let change = missing * (last + 0.5 * bend * missing) * direction;
-            let bent = BENT + (slope * first - 1.0).abs();
+            let bent = BENT + (rise / run * first - 1.0).abs();
             let is_last = missing.abs() <= 0.1 * moved.abs()
                 && missing * missing * (bent * bent * bent) <= self.sure * moved.abs();
             distance += change;
@@ -284,10 +286,9 @@ impl<C: Curve<f64>, const CUBIC: bool> Search<'_, C, CUBIC> {
     fn predict(&self, from: Point<f64>) -> f64 {
         let change = self.target - from.magnetization;
         let half = 0.5 * change;
-        change
-            / self
-                .coefficients
-                .slope(from.field + half / from.slope, from.magnetization + half)
+        let middle = from.field + half / from.slope;
+        let [rise, run] = self.coefficients.ratio(middle, from.magnetization + half);
+        change * run / rise
     }
 
     /// End field and magnetization as `advance` will compute them for that end field.

@@ -14,6 +14,8 @@ use crate::number::Number;
 
 /// More substeps than this are not taken in one call; the rest of the way, far in saturation, follows Man.
 const MAX_SUBSTEPS: u32 = 100_000;
+/// What Newton's rule may leave out of M while δ̂ = 0, in Ms: a thousandth of a step's error.
+const MAX_LEFT: f64 = 3e-13;
 
 /// Where the reversible phase ends.
 pub(super) struct Reversible<N> {
@@ -146,17 +148,17 @@ pub(super) struct Solution<N> {
 }
 
 impl<N: Number, C: Curve<N>, const CUBIC: bool> Coefficients<N, C, CUBIC> {
-    /// Solves M = (1 − c)·Mirr + c·Man by Newton inside its bracket ±c·Ms; `bent` is c·Man·Q² as its caller rounds it.
+    /// Solves M = (1 − c)·Mirr + c·Man by Newton inside its bracket ±c·Ms; `frozen` is (1 − c)·Mirr, `bent` is c·Man·Q² as its caller
+    /// rounds it.
     #[inline(always)]
     pub(super) fn solve_reversible(
         &self,
         field: N,
-        irreversible: N,
+        frozen: N,
         guess: N,
         bent: impl Fn(&Fraction<N>) -> N,
     ) -> Solution<N> {
         let zero = N::splat(0.0);
-        let frozen = self.rest * irreversible;
         let spread = self.reversibility * self.saturation;
         let (mut low, mut high) = (frozen - spread, frozen + spread);
         let mut magnetization = guess.where_within(low, high, frozen);
@@ -183,9 +185,15 @@ impl<N: Number, C: Curve<N>, const CUBIC: bool> Coefficients<N, C, CUBIC> {
             };
             magnetization = next;
             iterations += 1;
-            // Newton converges quadratically: after a move of 3e-7 the next one is some 1e-13 (`tests/accuracy.rs` holds the errors).
-            let left = moved.abs() - N::splat(3e-7) * spread;
-            if left.largest() <= 0.0 || iterations == 60 {
+            // What a Newton step leaves out is at most half the second derivative of the excess, of which |curve''| < 0.8 is a part, times
+            // its square (`tests/accuracy.rs` holds the errors).
+            let mut bend = N::splat(0.4) * (tangent * tangent) * self.inverse_shape;
+            if CUBIC {
+                bend = bend + (self.triple_cubic * magnetization).abs();
+            }
+            let left = self.reversible_gain * bend * (moved * moved) + (next - newton).abs();
+            let beyond = left * q_squared - N::splat(MAX_LEFT) * self.saturation * steepness;
+            if beyond.largest() <= 0.0 || iterations == 60 {
                 return solution;
             }
         }

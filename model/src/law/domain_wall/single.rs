@@ -159,14 +159,14 @@ impl<N: Single, C: Kernel, const CUBIC: bool> Branch<N> for Way<'_, N, C, CUBIC>
         let coefficients = self.coefficients;
         let values = Coefficients::<f64, C, CUBIC>::of(self.law, self.direction);
         let from = self.from.magnetization_a_per_m;
-        let irreversible = values.irreversible(&self.present.values(), from);
+        let frozen = from - values.reversibility * values.anhysteretic(&self.present.values());
         let tangent = coefficients.reversible_slope(&self.present, self.magnetization);
         let change = self.to - self.from.field_a_per_m;
         let guess = from + tangent.value() * change;
-        let solution = values.solve_reversible(self.to, irreversible, guess, |fraction| {
+        let solution = values.solve_reversible(self.to, frozen, guess, |fraction| {
             values.reversibility * (values.saturation * (fraction.x * fraction.numerator) * fraction.denominator)
         });
-        let before_switch = (irreversible - solution.anhysteretic) * self.direction;
+        let before_switch = (frozen / values.rest - solution.anhysteretic) * self.direction;
         // The end is then reached by integration from the switch, and nothing of this is used.
         if before_switch < 0.0 || before_switch.is_nan() {
             return None;
