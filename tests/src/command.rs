@@ -58,10 +58,11 @@ pub fn spawn(command: &mut Command) -> Child {
 pub fn wait_for<T>(launcher: &mut Child, mut answer: impl FnMut() -> Option<T>) -> T {
     let begin = Instant::now();
     loop {
-        assert!(
-            launcher.try_wait().is_ok_and(|status| status.is_none()),
-            "the run ended before it was disturbed"
-        );
+        if let Ok(Some(status)) = launcher.try_wait() {
+            let mut told = String::new();
+            let _ = launcher.stderr.take().map(|mut own| own.read_to_string(&mut told));
+            panic!("the run ended before it was disturbed, {status}: {told}");
+        }
         assert!(begin.elapsed() < LIMIT, "the loop does not start");
         std::thread::sleep(Duration::from_millis(5));
         if let Some(found) = answer() {

@@ -109,7 +109,11 @@ fn driver() {
         yields: 20,
         start_limit: Duration::from_secs(20),
     };
-    let mut node = ExternalNode::open(settings, ExternalClock::Lockstep).unwrap();
+    let mut node = ExternalNode::open(settings, ExternalClock::Lockstep).unwrap_or_else(|error| {
+        // The last words are what the launcher tells of it.
+        eprintln!("the driver cannot begin: {error}");
+        std::process::exit(1);
+    });
     let (mut safe, mut coil) = ([0; 32], [0; 32]);
     let words = RawToken::words_of(Channel::SafeField);
     let last_words = loop {
