@@ -5,6 +5,7 @@
 //! larger share of the energy than of the time is where to look. The amplifier is judged apart, by command against measured field.
 
 use anhyst_identify::order::descending;
+use anhyst_model::Material;
 use anhyst_report::number::Digits;
 use serde::{Deserialize, Serialize};
 
@@ -59,13 +60,13 @@ pub struct ChannelGap {
 
 impl GapOver {
     /// The tables of a part of an output's gap that is known apart from its noise, in the cells that a diagnosis has over that field.
-    pub fn of(part: &[f64], field_a_per_m: &[f64], tick_s: Option<f64>) -> Vec<GapOver> {
+    pub fn of(part: &[f64], field_a_per_m: &[f64], tick_s: Option<f64>, material: &Material) -> Vec<GapOver> {
         let signals = Signals {
             field: field_a_per_m.to_vec(),
             tick_s,
             ..Signals::default()
         };
-        tables(1, ChannelKind::Output, part, 0.0, &signals)
+        tables(1, ChannelKind::Output, part, 0.0, &signals, material)
     }
 }
 
@@ -94,12 +95,20 @@ pub(crate) fn locate(bench: &Bench, point: &Point, gaps: &[ChannelGap], signals:
             &bench.left(point, channel),
             own.noise_rms,
             signals,
+            &bench.plant.model.material,
         )
     };
     loud.flat_map(of).collect()
 }
 
-fn tables(run: usize, kind: ChannelKind, gap: &[f64], noise_rms: f64, signals: &Signals) -> Vec<GapOver> {
+fn tables(
+    run: usize,
+    kind: ChannelKind,
+    gap: &[f64],
+    noise_rms: f64,
+    signals: &Signals,
+    material: &Material,
+) -> Vec<GapOver> {
     let mut tables = Vec::new();
     let table = |over: &str, cells: Vec<GapCell>| GapOver {
         run,
@@ -107,8 +116,8 @@ fn tables(run: usize, kind: ChannelKind, gap: &[f64], noise_rms: f64, signals: &
         over: over.to_owned(),
         cells,
     };
-    for (over, unit, values) in quantities(signals) {
-        tables.push(table(over, cut(noise_rms, gap, &values, unit)));
+    for (over, unit, values) in quantities(signals, material) {
+        tables.push(table(over, cut(noise_rms, gap, &values, &unit)));
     }
     for (over, cells) in named(signals) {
         tables.push(table(over, by_name(noise_rms, gap, &cells)));
@@ -158,28 +167,26 @@ fn change(series: &[f64]) -> Vec<f64> {
 }
 
 /// Quantities that are cut into cells of equal numbers of rows.
-fn quantities(signals: &Signals) -> Vec<(&'static str, &'static str, Vec<f64>)> {
+fn quantities(signals: &Signals, material: &Material) -> Vec<(&'static str, String, Vec<f64>)> {
     let per_row = signals.tick_s.unwrap_or(1.0);
     let rate: Vec<f64> = change(&signals.field)
         .iter()
         .map(|change| change.abs() / per_row)
         .collect();
     let time: Vec<f64> = (0..signals.field.len()).map(|k| k as f64 * per_row).collect();
+    let field_unit = material.unit_of("A/m");
     let (time_name, time_unit, rate_unit) = match signals.tick_s {
-        Some(_) => ("time", "s", "A/(m s)"),
-        None => ("row", "", "A/m a row"),
+        Some(_) => ("time", "s", material.unit_of("A/(m s)")),
+        None => ("row", "", format!("{field_unit} a row")),
     };
+    let size = signals.field.iter().map(|field| field.abs()).collect();
     let mut all = vec![
-        (time_name, time_unit, time),
-        (
-            "size of field",
-            "A/m",
-            signals.field.iter().map(|field| field.abs()).collect(),
-        ),
+        (time_name, time_unit.to_owned(), time),
+        ("size of field", field_unit, size),
         ("size of rate", rate_unit, rate),
     ];
     if let Some(temperature) = &signals.temperature {
-        all.push(("temperature", "K", temperature.clone()));
+        all.push(("temperature", "K".to_owned(), temperature.clone()));
     }
     all
 }
@@ -338,7 +345,7 @@ pub(crate) fn channel_gaps(bench: &Bench, point: &Point, noise_rms: &[f64], outp
             channel: kind_name(channel.kind).to_owned(),
             unit: match channel.kind {
                 ChannelKind::Output => output_unit.to_owned(),
-                _ => "A/m".to_owned(),
+                _ => bench.plant.model.material.units()[0].to_owned(),
             },
             rms: crate::statistics::rms(bench.left(point, channel)),
             noise_rms: *noise_rms,

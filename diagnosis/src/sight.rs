@@ -85,7 +85,7 @@ fn smallest(model: &ActuatorModel, screened: &Screened) -> Option<Detectable> {
     Some(Detectable {
         term: screened.term,
         quantity: specs[place].name.to_owned(),
-        unit: specs[place].unit.to_owned(),
+        unit: model.material.unit_of(specs[place].unit),
         smallest,
     })
 }

@@ -166,7 +166,7 @@ fn values(
 ) -> Vec<FittedValue> {
     let of = |index: usize, spec: &ParameterSpec, nominal: Option<f64>| FittedValue {
         name: spec.name.to_owned(),
-        unit: spec.unit.to_owned(),
+        unit: model.material.unit_of(spec.unit),
         value: composition.unknowns[index].value,
         standard_deviation: Some(deviation(index)).filter(|own| own.is_finite() && *own > 0.0),
         nominal,
@@ -195,6 +195,7 @@ fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
         standard_deviation,
         nominal: None,
     };
+    let [input, _] = bench.plant.model.material.units();
     let unit = bench.plant.output.unit();
     let found = |name: String, values: Vec<FittedValue>| {
         let share = known.share(&name).unwrap_or_default();
@@ -221,7 +222,7 @@ fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
             }
             Slot::DriveZero => all.push(found(
                 "drive_zero".to_owned(),
-                vec![value("field_a_per_m", "A/m", unknown.value, deviation)],
+                vec![value("field_a_per_m", input, unknown.value, deviation)],
             )),
             Slot::ShapeOffset(run) => all.push(found(
                 format!("shape_offset_{}", run + 1),
@@ -270,7 +271,7 @@ fn nuisance(bench: &Bench, known: &Known) -> Vec<FoundEffect> {
                 let frequency = value("frequency_hz", "Hz", line.frequency_hz, None);
                 let name = line_name(line.frequency_hz);
                 all.push(if bench.plant.channels[line.channel].kind == ChannelKind::Field {
-                    let amplitude = value("amplitude_a_per_m", "A/m", amplitude, None);
+                    let amplitude = value("amplitude_a_per_m", input, amplitude, None);
                     found(format!("field_{name}"), vec![frequency, amplitude])
                 } else {
                     found(name, vec![frequency, value("amplitude_m", unit, amplitude, None)])

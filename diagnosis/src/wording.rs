@@ -12,8 +12,8 @@ pub(crate) fn amplifier_sentences(channels: &[ChannelGap]) -> Vec<String> {
             "the measured field follows the model's from the command within its noise: the gap is not in the amplifier".to_owned()
         } else {
             format!(
-                "the measured field differs from the model's by {:.3} A/m rms, {ratio:.1} times its noise: the amplifier has a part in it",
-                gap.rms
+                "the measured field differs from the model's by {:.3} {} rms, {ratio:.1} times its noise: the amplifier has a part in it",
+                gap.rms, gap.unit
             )
         }
     });

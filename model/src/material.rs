@@ -172,6 +172,18 @@ impl Material {
             .map_or(["A/m", "m"], |law| [&law.input_unit, &law.output_unit])
     }
 
+    /// The unit here of what is told in this one for a magnetostrictive rod: parameters have names and units of that.
+    pub fn unit_of(&self, unit: &str) -> String {
+        let [input, output] = self.units();
+        match unit {
+            "A/m" => input.to_owned(),
+            "A/(m s)" if self.law.is_some() => format!("{input}/s"),
+            "m" => output.to_owned(),
+            "m/s" => format!("{output}/s"),
+            other => other.to_owned(),
+        }
+    }
+
     /// By how many powers of ten input and output of its law are larger than those of a rod of Terfenol-D, 10 kA/m and 30 µm; 1 without
     /// a law.
     pub(crate) fn decades(&self) -> [f64; 2] {

@@ -63,7 +63,7 @@ pub(super) fn places(made: &Made, found: &Diagnosed) -> Vec<Places> {
     // Of nothing no place is true.
     let runs = found.runs.iter().filter(|_| !sum.is_empty());
     let own: Vec<GapOver> = runs
-        .flat_map(|run| GapOver::of(&sum, &run.field_a_per_m, run.tick_s))
+        .flat_map(|run| GapOver::of(&sum, &run.field_a_per_m, run.tick_s, &found.amended.material))
         .collect();
     Axis::ALL
         .into_iter()
