@@ -212,3 +212,26 @@ impl Material {
             .slope(0.0, self.hysteresis.saturation_magnetization_a_per_m)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Guards what is told of a law: its own units, and of a rod those of its parameters.
+    #[test]
+    fn units_are_those_of_the_law() {
+        let law = MaterialLaw {
+            input_unit: "V".into(),
+            output_unit: "rad".into(),
+            input_extent: [0.0, 100.0],
+            model: LawModel {
+                slope: 1e-7,
+                ..LawModel::default()
+            },
+        };
+        let mirror = Material::of_law("mirror", "made up", law).unwrap();
+        let told = ["A/m", "A/(m s)", "m", "m/s", "K"];
+        assert_eq!(told.map(|unit| mirror.unit_of(unit)), ["V", "V/s", "rad", "rad/s", "K"]);
+        assert_eq!(told.map(|unit| Material::terfenol_d().unit_of(unit)), told);
+    }
+}
