@@ -21,6 +21,9 @@ pub fn retry<T>(again: bool, mut attempt: impl FnMut() -> Result<T, LinkError>) 
     }
 }
 
+/// How long one process waits until another has made its half of something: a busy disk holds up whoever makes files for seconds.
+const CREATION_LIMIT: Duration = Duration::from_secs(10);
+
 /// Names the operation that iceoryx2 refused.
 pub fn refused<E: std::fmt::Debug>(operation: impl Into<String>) -> impl FnOnce(E) -> LinkError {
     let operation = operation.into();
@@ -35,6 +38,7 @@ pub fn refused<E: std::fmt::Debug>(operation: impl Into<String>) -> impl FnOnce(
 pub fn configuration(prefix: &str, root: &Path) -> Result<Config, LinkError> {
     let mut config = Config::default();
     config.global.prefix = FileName::new(prefix.as_bytes()).map_err(refused("use the run's prefix"))?;
+    config.global.creation_timeout = CREATION_LIMIT;
     let root = root.to_string_lossy();
     let path = iceoryx2::prelude::Path::new(root.as_bytes());
     config
@@ -47,12 +51,15 @@ pub fn configuration(prefix: &str, root: &Path) -> Result<Config, LinkError> {
 pub fn create_node(prefix: &str, root: &Path, name: &str) -> Result<Node<ipc::Service>, LinkError> {
     set_log_level(LogLevel::Error);
     let config = configuration(prefix, root)?;
-    NodeBuilder::new()
-        .name(&NodeName::new(name).map_err(refused("name the process's node"))?)
-        .config(&config)
-        .signal_handling_mode(SignalHandlingMode::Disabled)
-        .create::<ipc::Service>()
-        .map_err(refused(format!("create a node under {}", root.display())))
+    let name = NodeName::new(name).map_err(refused("name the process's node"))?;
+    retry(true, || {
+        NodeBuilder::new()
+            .name(&name)
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc::Service>()
+            .map_err(refused(format!("create a node under {}", root.display())))
+    })
 }
 
 /// The name of a channel's service.
@@ -63,11 +70,13 @@ pub fn channel_name(channel: Channel) -> Result<ServiceName, LinkError> {
 /// The event service that wakes a process.
 pub fn event(node: &Node<ipc::Service>, process: &str) -> Result<PortFactory<ipc::Service>, LinkError> {
     let name = ServiceName::new(&bell_service(process)).map_err(refused("name an event service"))?;
-    node.service_builder(&name)
-        .event()
-        .max_notifiers(MAX_NOTIFIERS)
-        .max_listeners(MAX_LISTENERS)
-        .max_nodes(MAX_NODES)
-        .open_or_create()
-        .map_err(refused(format!("open the event service of {process}")))
+    retry(true, || {
+        node.service_builder(&name)
+            .event()
+            .max_notifiers(MAX_NOTIFIERS)
+            .max_listeners(MAX_LISTENERS)
+            .max_nodes(MAX_NODES)
+            .open_or_create()
+            .map_err(refused(format!("open the event service of {process}")))
+    })
 }

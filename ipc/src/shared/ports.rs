@@ -25,6 +25,9 @@ use std::time::Duration;
 /// The longest piece of a wait, and the most that one counts however long it lasted.
 pub const MAX_PIECE: Duration = Duration::from_millis(100);
 
+/// The first token may take so many times as long: a process that has just begun has its code and its memory yet to touch.
+const FIRST_TOKEN_TIMES: u32 = 5;
+
 /// A subscriber of iceoryx2, whatever its type.
 pub(super) trait Subscribed {
     /// A token if one is there.
@@ -233,7 +236,9 @@ impl RawReceiver {
             tick,
         });
         let start_ns = monotonic_ns();
-        let mut left = self.context.last_wait().unwrap_or(self.context.receive_limit());
+        let times = if tick == 0 { FIRST_TOKEN_TIMES } else { 1 };
+        let limit = times * self.context.receive_limit();
+        let mut left = self.context.last_wait().unwrap_or(limit);
         // Piece by piece, none of which counts for longer than it was to last: while the machine stands still nobody can send.
         while !left.is_zero() {
             let piece = left.min(MAX_PIECE);
