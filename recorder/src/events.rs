@@ -77,29 +77,31 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    /// Looks at one tick.
-    pub fn row(&mut self, row: &Row, has: Presence, run: &RunInfo) {
-        let tick = row.tick;
+    /// Looks at ticks.
+    pub fn rows(&mut self, rows: &[Row], has: Presence, run: &RunInfo) {
         let quiet_ticks = ((QUIET_S / run.tick_s) as u64).max(1);
-        let words = [
-            row.estimate.status,
-            row.demand.status,
-            row.field_command.status,
-            row.safe_field.status,
-            row.coil_field.status,
-        ];
-        let differences = words
-            .iter()
-            .zip(&self.words)
-            .fold(0, |all, (word, last)| all | (word ^ last));
-        if differences != 0 || tick >= self.due || self.states.contains(&None) {
-            self.words = words;
-            self.flags(row, run, quiet_ticks);
-            self.lanes(tick);
+        for row in rows {
+            let words = [
+                row.estimate.status,
+                row.demand.status,
+                row.field_command.status,
+                row.safe_field.status,
+                row.coil_field.status,
+            ];
+            // All of them looked at, without a call.
+            let changes = words
+                .iter()
+                .zip(&self.words)
+                .fold(0, |all, (word, last)| all | (word ^ last));
+            if changes != 0 || row.tick >= self.due {
+                self.words = words;
+                self.flags(row, run, quiet_ticks);
+                self.lanes(row.tick);
+            }
+            self.coil(row, quiet_ticks);
+            self.error(row, has, run, quiet_ticks);
+            self.guard(row, run, quiet_ticks);
         }
-        self.coil(row, quiet_ticks);
-        self.error(row, has, run, quiet_ticks);
-        self.guard(row, run, quiet_ticks);
     }
 
     fn flags(&mut self, row: &Row, run: &RunInfo, quiet_ticks: u64) {
@@ -182,6 +184,7 @@ impl Watch {
     /// Tells the states again in the next tick: in a part of a recording they stand from its beginning.
     pub fn tell_states_again(&mut self) {
         self.states = Default::default();
+        self.due = 0;
     }
 
     /// True if an event since the last sending is worth keeping what surrounds it.
@@ -264,7 +267,7 @@ mod tests {
         for tick in 0..1000 {
             let mut row = Row { tick, ..Row::default() };
             row.demand.status = status_word([(tick % 3 == 1, Demand::INTEGRATION_STOPPED)]);
-            watch.row(&row, Presence::default(), &run);
+            watch.rows(&[row], Presence::default(), &run);
         }
         let controller = |change: &&StateChange| change.state == "anti-windup";
         let seen: Vec<u64> = watch
@@ -285,7 +288,7 @@ mod tests {
         for (tick, field_a_per_m) in (0..).zip([0.0, f64::NAN, f64::NAN, 1.0]) {
             let mut row = Row { tick, ..Row::default() };
             row.coil_field.field_a_per_m = field_a_per_m;
-            watch.row(&row, Presence::default(), &run);
+            watch.rows(&[row], Presence::default(), &run);
         }
         let told = watch.events.iter().find(|event| event.source == "amplifier").unwrap();
         assert_eq!((told.tick, told.text.as_str()), (1, "coil field not finite"));

@@ -148,13 +148,13 @@ impl Drawing {
     fn add(&mut self, points: &[Point], axes: &Axes) {
         let least = self.curve.least_distance * self.curve.least_distance;
         let [x, y] = axes.scales();
+        // Before the first point everything is far.
+        let mut last = self.strip.last().copied().unwrap_or([f64::INFINITY; 2]);
         for point in points {
-            let far = self.strip.last().is_none_or(|last| {
-                let [right, up] = [(point[0] - last[0]) * x, (point[1] - last[1]) * y];
-                right * right + up * up >= least
-            });
-            if far && point.iter().all(|value| value.is_finite()) {
+            let [right, up] = [(point[0] - last[0]) * x, (point[1] - last[1]) * y];
+            if right * right + up * up >= least && point.iter().all(|value| value.is_finite()) {
                 self.strip.push(*point);
+                last = *point;
             }
         }
     }

@@ -217,8 +217,8 @@ impl Consumer for Logger {
             let lost = format!("recorder dropped {} ticks before this one", block.dropped_before);
             self.watch.about_run(first.tick, Level::Warning, lost);
         }
+        self.watch.rows(rows, has, &self.run);
         for row in rows {
-            self.watch.row(row, has, &self.run);
             self.sizes.note(row, has, &self.run);
             if let Some(timing) = &mut self.timing {
                 timing.row(row, &self.run);
