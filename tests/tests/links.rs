@@ -3,8 +3,8 @@
 //! iceoryx2 between two processes.
 
 use anhyst_ipc::{
-    Channel, Connections, Demand, Discipline, FieldCommand, LinkError, Measurement, Message, NodeId, Pace, Receiver,
-    Sender, SharedContext, SharedSettings, Wire, monotonic_ns,
+    Channel, Connections, Demand, Discipline, FieldCommand, LinkError, MAX_PIECE, Measurement, Message, NodeId, Pace,
+    Receiver, Sender, SharedContext, SharedSettings, Wire, monotonic_ns,
 };
 use anhyst_tests::SharedMemory;
 use std::process::Command;
@@ -337,8 +337,8 @@ fn a_lost_notification_is_counted() {
             let mut connections = Connections::new([NodeId::Controller], WIRES.to_vec(), Some(context.clone()));
             let mut demands = connections.sender::<Demand>().unwrap();
             connections.start_barriers(&mut || demands.connect()).unwrap();
-            // By then the reader sleeps, and not for the first time.
-            std::thread::sleep(Duration::from_millis(70));
+            // By then the reader sleeps, and not for the first time: for the last time in a piece of its wait.
+            std::thread::sleep(MAX_PIECE - Duration::from_millis(10));
             demands.send(demand(0)).unwrap();
             if finished {
                 context.set_tick(1);

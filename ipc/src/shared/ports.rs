@@ -239,12 +239,16 @@ impl RawReceiver {
         let times = if tick == 0 { FIRST_TOKEN_TIMES } else { 1 };
         let limit = times * self.context.receive_limit();
         let mut left = self.context.last_wait().unwrap_or(limit);
+        let awaited = Awaited {
+            late_is_lost: true,
+            ..self.awaited(Some(tick))
+        };
         // Piece by piece, none of which counts for longer than it was to last: while the machine stands still nobody can send.
         while !left.is_zero() {
             let piece = left.min(MAX_PIECE);
             let now_ns = monotonic_ns();
             let span = (now_ns, after(now_ns, piece));
-            if let Some(token) = self.context.wait(span, &self.awaited(Some(tick)), || self.poll())? {
+            if let Some(token) = self.context.wait(span, &awaited, || self.poll())? {
                 return Ok(token);
             }
             left -= piece;
@@ -291,6 +295,7 @@ impl RawReceiver {
             channel: self.channel,
             sender: self.sender.clone(),
             tick,
+            late_is_lost: false,
         }
     }
 

@@ -91,7 +91,8 @@ impl Waker {
         // Pairs with the fence in `notify_sleepers`.
         fence(Ordering::SeqCst);
         let mut found = look();
-        if matches!(found, Ok(None)) && !self.notified_within(alarm, left.min(MAX_SLEEP)) && left > MAX_SLEEP {
+        let counts = left > MAX_SLEEP || awaited.is_some_and(|awaited| awaited.late_is_lost);
+        if matches!(found, Ok(None)) && !self.notified_within(alarm, left.min(MAX_SLEEP)) && counts {
             found = look();
             if matches!(found, Ok(Some(_))) {
                 let origin = awaited.and_then(Awaited::origin);
@@ -178,6 +179,8 @@ pub struct Awaited {
     pub sender: Option<Rc<Peer>>,
     /// None where any will do: then none counts as not notified of.
     pub tick: Option<u64>,
+    /// What a sleep finds at its end counts also where the end of a wait cuts it short, as no token is due just then.
+    pub late_is_lost: bool,
 }
 
 /// Which process sends a token, and of which tick it is.
