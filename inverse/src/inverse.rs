@@ -73,7 +73,7 @@ pub struct Command {
 }
 
 /// The inverse compensator.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Inverse {
     structure: Structure,
@@ -93,9 +93,9 @@ pub struct Inverse {
     coil_gain: f64,
     /// The answer before.
     pub(crate) last: Command,
-    /// None: nothing to fall back to.
+    /// None: nothing to fall back to. Apart, because it is taken out in every step.
     #[serde(default)]
-    nominal: Option<Nominal>,
+    nominal: Option<Box<Nominal>>,
 }
 
 impl Inverse {
@@ -169,7 +169,7 @@ impl Inverse {
     /// # Errors
     /// If the amplifier's constants or the tick cannot be used.
     pub fn with_fall_back(mut self, amplifier: &AmplifierConstants, tick_s: f64) -> Result<Self, InverseError> {
-        self.nominal = Some(Nominal::new(amplifier, tick_s)?);
+        self.nominal = Some(Box::new(Nominal::new(amplifier, tick_s)?));
         Ok(self)
     }
 
@@ -182,7 +182,7 @@ impl Inverse {
         fall_back: bool,
         given_a_per_m: f64,
     ) -> Command {
-        let Some(mut nominal) = self.nominal else {
+        let Some(mut nominal) = self.nominal.take() else {
             return self.step(wanted, known);
         };
         let credible = given_a_per_m.abs() <= CREDIBLE * self.field_limit_a_per_m;
