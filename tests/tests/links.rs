@@ -348,6 +348,35 @@ fn a_lost_notification_is_counted() {
     }
 }
 
+/// Guards a run on a busy machine: who has just begun may be slow with its first token, and with no other.
+#[test]
+fn the_first_token_may_take_longer_than_others() {
+    let memory = SharedMemory::unique();
+    let limit = Duration::from_secs(1);
+    let settings = |process: &str| memory.settings(process, &PROCESSES, limit);
+    let [own, theirs] = ["inverse", "controller"].map(settings);
+    let done = Barrier::new(2);
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let context = Rc::new(SharedContext::open(own).unwrap());
+            let mut connections = Connections::new([NodeId::Inverse], WIRES.to_vec(), Some(context));
+            let mut demands = connections.receiver::<Demand>(NodeId::Inverse, 0).unwrap();
+            connections.start_barriers(&mut || Ok(())).unwrap();
+            let heard = [0, 1].map(|tick| demands.receive(tick).map(|demand| demand.tick));
+            done.wait();
+            assert_eq!(heard[0], Ok(0));
+            assert!(matches!(heard[1], Err(LinkError::Silent { tick: 1, .. })), "{heard:?}");
+        });
+        let context = Rc::new(SharedContext::open(theirs).unwrap());
+        let mut connections = Connections::new([NodeId::Controller], WIRES.to_vec(), Some(context));
+        let mut demands = connections.sender::<Demand>().unwrap();
+        connections.start_barriers(&mut || demands.connect()).unwrap();
+        std::thread::sleep(2 * limit);
+        demands.send(demand(0)).unwrap();
+        done.wait();
+    });
+}
+
 #[test]
 fn a_missing_transport_is_named() {
     let mut connections = Connections::new([NodeId::Inverse], WIRES.to_vec(), None);
