@@ -280,6 +280,21 @@ mod tests {
         assert!(watch.events.len() < 40, "{} events", watch.events.len());
     }
 
+    /// Guards a part of a recording that begins while nothing changes.
+    #[test]
+    fn states_are_told_again_where_nothing_changes() {
+        let mut watch = Watch::default();
+        let run = crate::run::tests::run();
+        for tick in 0..3 {
+            if tick == 2 {
+                watch.tell_states_again();
+            }
+            watch.rows(&[Row { tick, ..Row::default() }], Presence::default(), &run);
+        }
+        let ticks: Vec<u64> = watch.changes.iter().map(|change| change.tick).collect();
+        assert_eq!(ticks, [[0; LANES.len()], [2; LANES.len()]].concat());
+    }
+
     /// Guards the name of what no status bit tells.
     #[test]
     fn a_coil_field_that_is_no_number_has_an_event() {

@@ -143,7 +143,7 @@ fn parts_in(folder: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// Guards long runs: parts follow each other without a lost or repeated tick, each is whole in itself, and states stand from its beginning.
+/// Guards long runs: parts follow each other without a lost or repeated tick, and each is whole in itself.
 #[test]
 fn parts_hold_every_bit_once() {
     let folder = tempfile::tempdir().unwrap();
